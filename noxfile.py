@@ -42,7 +42,7 @@ def types(session: nox.Session) -> None:
 def bench(session: nox.Session) -> None:
     """Measurements of speed and memory."""
     session.install("-e", ".[dev]")
-    session.run("pytest", "-m", "bench", "-s", *(session.posargs or ["tests/bench"]))
+    session.run("pytest", "-m", "bench", "-s", *(session.posargs or ["tests/measurements"]))
 
 
 @nox.session

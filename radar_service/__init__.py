@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from radar_service.records.spokes import Spoke, SpokeBlock
     from radar_service.records.truth import BodyTruth, Crossing, Snapshot, Truth
     from radar_service.scans.scan import Scan, load_scan
-    from radar_service.scene.error import SceneError
-    from radar_service.scene.load import load_scene
-    from radar_service.scene.world import Scene
+    from radar_service.scene_file.load import load_scene
     from radar_service.simulator import Simulator
+    from radar_service.world.error import SceneError
+    from radar_service.world.scene import Scene
 
     __version__: str
 
@@ -29,9 +29,9 @@ __all__ = [
 
 MODULES = {
     "BodyTruth": "records.truth", "Crossing": "records.truth", "Fidelity": "records.fidelity", "Scan": "scans.scan",
-    "Scene": "scene.world", "SceneError": "scene.error", "Simulator": "simulator", "Snapshot": "records.truth",
+    "Scene": "world.scene", "SceneError": "world.error", "Simulator": "simulator", "Snapshot": "records.truth",
     "Spoke": "records.spokes", "SpokeBlock": "records.spokes", "Truth": "records.truth", "load_scan": "scans.scan",
-    "load_scene": "scene.load",
+    "load_scene": "scene_file.load",
 }  # fmt: skip
 
 

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.commands.command_line import DEFAULT_SCENE, parser
 from radar_service.recording.error import RecordingError
-from radar_service.scene.error import SceneError
 from radar_service.terminal.arguments import UsageError
 from radar_service.terminal.extras import MissingExtra
 from radar_service.terminal.output_files import make_folder
+from radar_service.world.error import SceneError
 
 if TYPE_CHECKING:
     from radar_service.commands.simulator_options import SimulatorOptions
@@ -36,8 +36,8 @@ def simulator_options(options: argparse.Namespace, threads: int = 1) -> "Simulat
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
+    from radar_service.commands.serve import StartError, serve
     from radar_service.ports.registry import opened
-    from radar_service.stream.serve import StartError, serve
 
     _check_sources(options, "labels", "powers")
     options.scenes = options.scenes or [DEFAULT_SCENE]
@@ -49,7 +49,7 @@ def run_serve(options: argparse.Namespace) -> int:
 
 def run_record(options: argparse.Namespace) -> int:
     """Computes scans into a recording, with a progress bar on a terminal."""
-    from radar_service.recording.record_command import record
+    from radar_service.commands.record import record
 
     _check_sources(options, "labels", "powers")
     return record(options, simulator_options(options, options.threads))
@@ -59,9 +59,9 @@ def run_replay(options: argparse.Namespace) -> int:
     """Serves a recording until its end."""
     if not options.recording.is_file():  # said first: an extra that is missing does not help here
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
+    from radar_service.commands.replay import replay
+    from radar_service.commands.serve import StartError
     from radar_service.ports.registry import REPLAY_PORTS, opened
-    from radar_service.recording.replay_command import replay
-    from radar_service.stream.serve import StartError
 
     try:
         return replay(options, partial(opened, names=REPLAY_PORTS))
@@ -94,8 +94,8 @@ def run_check(options: argparse.Namespace) -> int:
     from radar_service.plan.budget import ErrorBudget
     from radar_service.plan.remarks import body_remarks
     from radar_service.plan.settings_search import fidelity_for
-    from radar_service.scene.describe import describe, overview
-    from radar_service.scene.load import load_scene
+    from radar_service.scene_file.describe import describe, overview
+    from radar_service.scene_file.load import load_scene
 
     scene = load_scene(options.scene).for_radar(options.radar)
     remarks = body_remarks(scene, fidelity_for(scene, ErrorBudget()))
@@ -106,7 +106,7 @@ def run_check(options: argparse.Namespace) -> int:
 def run_plan(options: argparse.Namespace) -> int:
     """Prints what is modelled, at what error and cost."""
     from radar_service.plan.realtime import plan_in_time
-    from radar_service.scene.load import load_scene
+    from radar_service.scene_file.load import load_scene
     from radar_service.simulator import Simulator
 
     scene = load_scene(options.scene).for_radar(options.radar)
@@ -138,7 +138,7 @@ def run_stability(options: argparse.Namespace) -> int:
 
 def run_chart(options: argparse.Namespace) -> int:
     """Measures all methods on a scene, with progress bars on a terminal."""
-    from radar_service.scene.load import load_scene
+    from radar_service.scene_file.load import load_scene
     from radar_service.study.chart import chart
     from radar_service.study.chart.summary import summary_text
 
@@ -151,9 +151,9 @@ def run_chart(options: argparse.Namespace) -> int:
 
 def run_bench_tracker(options: argparse.Namespace) -> int:
     """Tests a tracker, with a progress bar on a terminal."""
+    from radar_service.bench.scenario import ScenarioError
+    from radar_service.bench.trackers.json_lines import TrackerError
     from radar_service.commands.bench_tracker import bench_tracker
-    from radar_service.tracking.json_lines import TrackerError
-    from radar_service.tracking.scenario import ScenarioError
 
     try:
         return bench_tracker(options)
@@ -175,8 +175,8 @@ def run_plots(options: argparse.Namespace) -> int:
 
 def run_bench_detection(options: argparse.Namespace) -> int:
     """Compares detection with the radar equation, with a progress bar on a terminal."""
+    from radar_service.bench.scenario import ScenarioError
     from radar_service.commands.bench_detection import bench_detection
-    from radar_service.tracking.scenario import ScenarioError
 
     try:
         return bench_detection(options)
@@ -186,7 +186,7 @@ def run_bench_detection(options: argparse.Namespace) -> int:
 
 def run_schema(_: argparse.Namespace) -> int:
     """Prints the schema."""
-    from radar_service.scene.describe import json_schema
+    from radar_service.scene_file.describe import json_schema
 
     print(json.dumps(json_schema(), indent=2))
     return 0

@@ -17,13 +17,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import Spoke, SpokeBlock
 from radar_service.records.truth import Crossing, Snapshot, Truth
 from radar_service.scans.sector import Sector
-from radar_service.scene.commands import Command, command_from
-from radar_service.scene.error_settings import ErrorSettings
-from radar_service.scene.error_tables import changed_errors
-from radar_service.scene.outline import outline_of
-from radar_service.scene.rotation import scene_at_origin, scene_at_rpm
-from radar_service.scene.steering import Steering
-from radar_service.scene.world import Scene
+from radar_service.scene_file.error_tables import changed_errors
 from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
@@ -34,6 +28,12 @@ from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
+from radar_service.world.commands import Command, command_from
+from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.outline import outline_of
+from radar_service.world.rotation import scene_at_origin, scene_at_rpm
+from radar_service.world.scene import Scene
+from radar_service.world.steering import Steering
 
 if TYPE_CHECKING:
     from radar_service.scans.scan import Scan

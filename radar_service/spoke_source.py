@@ -11,8 +11,8 @@ from radar_service.records.cell_sources import PowersOf, SourceList
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import Crossing, Snapshot, Truth
-from radar_service.scene.commands import Command
-from radar_service.scene.outline import SceneOutline
+from radar_service.world.commands import Command
+from radar_service.world.outline import SceneOutline
 
 
 @dataclass(frozen=True, eq=False)

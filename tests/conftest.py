@@ -11,6 +11,7 @@ import pytest
 from tests.same_bytes import compares_bytes
 from tests.scenes import ONE_TARGET
 
+pytest_plugins = ("tests.recording.fixtures", "tests.scene_file.fixtures", "tests.service.fixtures")
 SUITE = "not bench and not study"
 SAME_BYTES = f"same_bytes and {SUITE}"  # what tests.arithmetics runs
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew,
@@ -24,9 +25,13 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m chooses
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Gives the tests that compare bytes their marker; those that drive a browser compare pixels of given pictures."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Gives the tests that compare bytes their marker; those that drive a browser compare pixels of given pictures. What takes
+    minutes runs on request alone, whatever other markers are chosen by."""
+    on_request = "study" in str(config.option.markexpr).replace("not study", "")
     for item in items:
+        if item.get_closest_marker("study") and not on_request:
+            item.add_marker(pytest.mark.skip(reason="opt-in: -m study"))
         if isinstance(item, pytest.Function) and compares_bytes(item.function) and not item.get_closest_marker("browser"):
             item.add_marker("same_bytes")
 

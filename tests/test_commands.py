@@ -16,9 +16,9 @@ from radar_service.engine.preparation import prepare
 from radar_service.numerics.constants import KNOT
 from radar_service.plan.culling import cull
 from radar_service.records.fidelity import fidelity_from_name
-from radar_service.scene.commands import Command, CommandError
-from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
-from radar_service.scene.steering import with_motions
+from radar_service.world.commands import Command, CommandError
+from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
+from radar_service.world.steering import with_motions
 from tests.scenes import everything, point, scene
 
 AZIMUTHS = 72

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.scene.load import load_scene
+from radar_service.scene_file.load import load_scene
 from tests.reference.docs_tables import TABLES, renewed
 
 ROOT = Path(__file__).parents[1]

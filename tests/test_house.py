@@ -1,81 +1,75 @@
 """The house keeps its order: imports point one way, and each heavy library has one home (docs/code-map.md)."""
 
 import ast
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-GROUND = ("numerics", "records", "strict_json", "packaged", "terminal")
-ROOMS = (
-    "radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "sources", "plan",
-)  # fmt: skip  # upward
-ABOVE = (*GROUND, *ROOMS, "truth", "scans", "spoke_source", "simulator", "display")  # what rooms above the simulator may use
-BELOW: dict[str, tuple[str, ...]] = {
+GROUND = ("numerics", "records", "strict_json", "packaged", "terminal", "processes", "wire")
+PHYSICS = (
+    "radar", "world", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "sources", "plan",
+)  # fmt: skip  # upward, each may use all below it
+SIMULATOR = (*GROUND, *PHYSICS, "scene_file", "truth", "errors", "display", "scans", "spoke_source", "simulation")
+SERVICE = (*GROUND, "radar", "world", "scene_file", "receive", "errors", "display", "spoke_source")
+BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upward, as the table of rooms has them
     **dict.fromkeys(GROUND, GROUND),
-    **{room: (*GROUND, *ROOMS[: i + 1]) for i, room in enumerate(ROOMS)},
-    "display": (*GROUND, "radar", "scene", "display"),
-    "scans": (*GROUND, "radar", "display", "scans"),
-    "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
-    "errors": (*GROUND, "radar", "scene", "errors"),
-    "simulation": (*GROUND, *ROOMS, "scans", "truth", "errors"),
-    "spoke_source": (*GROUND, "radar", "scene"),
-    "simulator": (*GROUND, *ROOMS, "scans", "truth", "errors", "simulation", "spoke_source"),
-    "stream": (*GROUND, "radar", "scene", "receive", "display", "errors", "spoke_source", "stream"),
-    "plots": (*GROUND, *ROOMS[: ROOMS.index("sources") + 1], "display", "scans", "truth", "simulator", "plots"),
-    "tracking": (*GROUND, *ROOMS[: ROOMS.index("sources") + 1], "display", "scans", "truth", "simulator", "plots"),
-    "recording": (*ABOVE, "stream", "recording"),
-    "ports": (*ABOVE, "stream", "recording", "ports"),
-    "radar_feed": (*ABOVE, "stream"),
+    **{room: (*GROUND, *PHYSICS[:i]) for i, room in enumerate(PHYSICS)},
+    "scene_file": (*GROUND, "radar", "world"),
+    "truth": (*GROUND, *PHYSICS[: PHYSICS.index("receive")]),
+    "errors": (*GROUND, "radar", "world"),
+    "display": (*GROUND, "radar"),
+    "scans": (*GROUND, "radar", "display"),
+    "spoke_source": (*GROUND, "radar", "world"),
+    "simulation": (*GROUND, *PHYSICS, "truth", "errors", "scans"),
+    "simulator": SIMULATOR,
+    "__init__": (*GROUND, "world", "scene_file", "scans", "simulator"),
+    "service": SERVICE,
+    "recording": (*SERVICE, "scans", "service"),
+    "ports": (*SERVICE, "service", "recording"),
+    "radar_feed": (*SIMULATOR, "simulator"),
     "pytest_plugin": ("radar_feed",),
-    "study": (*ABOVE, "study"),
-    "commands": (*ABOVE, "stream", "recording", "ports", "plots", "tracking", "commands", "__init__"),
-    "__init__": (*GROUND, "scene", "scans", "simulator"),
+    "plots": (*GROUND, *PHYSICS[: PHYSICS.index("plan")], "truth", "display", "scans", "simulator"),
+    "bench": (*SIMULATOR, "simulator", "plots"),
+    "study": (*SIMULATOR, "simulator"),
+    "commands": (*SIMULATOR, "simulator", "__init__", "service", "recording", "ports", "plots", "bench", "study"),
 }
-STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "ports", "http")  # of radar_service.stream, upward
+PARTS = {  # of rooms with several, upward; "" are the modules that are not named
+    "service": ("", "codecs", "fanout", "radio"),
+    "ports": ("", "http", "feed", "recorder", "rest", "app", "running", "registry"),
+    "scene_file": ("model", "readers", "checks", ""),
+    "bench": ("scenario", "trackers", "scores", "", "detection"),
+}
 CLIENT_MAY = (
-    "radar_service.stream.codecs.native",
+    "radar_service.wire",
     "radar_service.display",
     "radar_service.scans.file",
     "radar_service.terminal.output_files",
 )
 HOMES = {
-    "trimesh": ("radar_service.scene.files",),
-    "pyproj": ("radar_service.scene",),
+    "trimesh": ("radar_service.scene_file.readers",),
+    "pyproj": ("radar_service.world.geo",),
     "embreex": ("radar_service.trace.embree",),
-    "fastapi": ("radar_service.ports", "radar_service.stream.ports", "radar_service.stream.http"),
-    "starlette": ("radar_service.ports", "radar_service.stream.ports", "radar_service.stream.http"),
-    "uvicorn": ("radar_service.stream.http", "radar_service.__main__"),
+    "fastapi": ("radar_service.ports",),
+    "starlette": ("radar_service.ports",),
+    "uvicorn": ("radar_service.ports.http", "radar_service.ports.running", "radar_service.__main__"),
     "pydantic": (
-        "radar_service.scene.environment_model",
-        "radar_service.scene.errors_model",
-        "radar_service.scene.fields",
-        "radar_service.scene.files",
-        "radar_service.scene.interference_model",
-        "radar_service.scene.manoeuvre_model",
-        "radar_service.scene.pulse_model",
-        "radar_service.scene.model",
-        "radar_service.scene.platform_model",
-        "radar_service.scene.presence_model",
-        "radar_service.scene.radar_model",
-        "radar_service.scene.sway_model",
-        "radar_service.scene.validation_messages",
-        "radar_service.stream",
-        "radar_service.tracking.scenario",
+        "radar_service.scene_file",
+        "radar_service.ports.rest",
+        "radar_service.bench.scenario",
     ),
-    "pydantic_core": ("radar_service.scene.validation_messages",),
-    "prometheus_client": ("radar_service.stream",),
-    "zstandard": ("radar_service.stream.codecs.native", "radar_service.recording.chunk_table"),
-    "msgpack": ("radar_service.stream.codecs.native",),
-    "websockets": ("clients.ppi", "radar_service.radar_feed", "radar_service.tracking.websocket_tracker"),
-    "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
-    "stonesoup": ("radar_service.tracking",),
+    "pydantic_core": ("radar_service.scene_file.validation_messages",),
+    "prometheus_client": ("radar_service.ports.rest",),
+    "zstandard": ("radar_service.wire", "radar_service.recording.chunk_table"),
+    "msgpack": ("radar_service.wire",),
+    "websockets": ("clients.ppi", "radar_service.radar_feed", "radar_service.bench.trackers.websocket_tracker"),
+    "PIL": ("radar_service.scene_file.readers", "radar_service.display", "radar_service.study"),
+    "stonesoup": ("radar_service.bench",),
     "matplotlib": (
-        "radar_service.tracking.report",
+        "radar_service.bench.report",
         "radar_service.plots.picture",
-        "radar_service.tracking.detection_report",
+        "radar_service.bench.detection.report",
         "radar_service.scans.scan",
         "radar_service.study",
     ),
@@ -120,25 +114,20 @@ def inner_fault(importer: str, imported: str) -> str | None:
         return None
     if here not in BELOW:
         return f"{importer}: the house has no place for it; the parts are {', '.join(BELOW)}"
-    if within(importer, "radar_service.scene") and within(imported, "radar_service.scene.files"):
-        if not within(importer, "radar_service.scene.files", "radar_service.scene.load"):
-            return f"{importer} imports {imported}: records of a scene do not read files"
-    if here == there == "stream":
-        return stream_fault(importer, imported)
+    if here == there and here in PARTS:
+        return part_fault(importer, imported)
     if there in (*BELOW[here], here):
         return None
     return f"{importer} imports {imported}: {here} may use {', '.join(BELOW[here])} and nothing above"
 
 
-def stream_fault(importer: str, imported: str) -> str | None:
-    """The same, between the parts of radar_service.stream. Modules beside the parts are below all of them, but for `serve`."""
-    parts = [module.split(".")[2] if module.count(".") > 2 else "" for module in (importer, imported)]
-    if importer.endswith(".serve") or not parts[1]:
+def part_fault(importer: str, imported: str) -> str | None:
+    """The same, between the parts of a room."""
+    parts = PARTS[room(importer)]
+    here, there = (next((part for part in module.split(".")[2:3] if part in parts), "") for module in (importer, imported))
+    if parts.index(there) <= parts.index(here):
         return None
-    if parts[0] and STREAM_PARTS.index(parts[1]) <= STREAM_PARTS.index(parts[0]):
-        return None
-    here = parts[0] or importer
-    return f"{importer} imports {imported}: in stream, {here} may use no part above it ({' < '.join(STREAM_PARTS)})"
+    return f"{importer} imports {imported}: in {room(importer)} it may use no part above its own ({' < '.join(parts)})"
 
 
 def modules(*packages: str) -> dict[str, Path]:
@@ -173,42 +162,43 @@ def test_imports_point_one_way() -> None:
 
 
 def test_the_whole_house_is_checked() -> None:
-    for name in ROOMS:
+    for name in PHYSICS:
         assert f"radar_service.{name}" in HOUSE, f"radar_service/{name}: a room of the house has no folder"
-    assert {"radar_service.__main__", "radar_service.stream.codecs.native.wire", "clients.ppi.client"} <= set(HOUSE)
+    assert {"radar_service.__main__", "radar_service.wire.format", "clients.ppi.client"} <= set(HOUSE)
 
 
 @pytest.mark.parametrize(
     ("importer", "imported", "rule"),
     [
-        ("radar_service.scene.world", "radar_service.trace.embree", "nothing above"),
-        ("radar_service.scene.world", "radar_service.scene.files.mesh_file", "do not read files"),
-        ("radar_service.radar.antenna", "radar_service.scene.world", "nothing above"),
+        ("radar_service.world.scene", "radar_service.trace.embree", "nothing above"),
+        ("radar_service.world.scene", "radar_service.scene_file.readers.mesh", "nothing above"),
+        ("radar_service.radar.antenna", "radar_service.world.scene", "nothing above"),
         ("radar_service.echo.moving", "radar_service.receive.beam", "nothing above"),
-        ("radar_service.display.ppi", "radar_service.stream.codecs.native.wire", "nothing above"),
+        ("radar_service.display.ppi", "radar_service.service.spokes", "nothing above"),
         ("radar_service.receive.beam", "radar_service.simulator", "nothing above"),
         ("radar_service.engine.pipeline", "radar_service.plan.culling", "nothing above"),
         ("radar_service.plan.realtime", "radar_service.simulator", "nothing above"),
-        ("radar_service.stream.http.app", "radar_service.simulator", "nothing above"),
-        ("radar_service.stream.http.app", "radar_service", "nothing above"),
-        ("radar_service.stream.fanout.hub", "radar_service.stream.http.app", "no part above"),
-        ("radar_service.stream.spokes", "radar_service.stream.fanout.hub", "no part above"),
-        ("radar_service.records.spokes", "radar_service.scene.world", "nothing above"),
-        ("radar_service.simulator", "radar_service.stream.fanout.hub", "nothing above"),
+        ("radar_service.ports.app", "radar_service.simulator", "nothing above"),
+        ("radar_service.ports.app", "radar_service", "nothing above"),
+        ("radar_service.service.fanout.hub", "radar_service.ports.app", "nothing above"),
+        ("radar_service.service.spokes", "radar_service.service.fanout.hub", "no part above"),
+        ("radar_service.ports.http.server", "radar_service.ports.rest.api", "no part above"),
+        ("radar_service.records.spokes", "radar_service.world.scene", "nothing above"),
+        ("radar_service.simulator", "radar_service.service.fanout.hub", "nothing above"),
         ("radar_service.simulator", "radar_service.__main__", "nothing above"),
-        ("radar_service.study.chart", "radar_service.stream.fanout.hub", "nothing above"),
-        ("radar_service", "radar_service.stream", "nothing above"),
+        ("radar_service.study.chart", "radar_service.service.fanout.hub", "nothing above"),
+        ("radar_service", "radar_service.service", "nothing above"),
         ("radar_service.glue", "radar_service.numerics.frames", "no place"),
-        ("radar_service.stream.http.app", "clients.ppi", "does not know its clients"),
-        ("radar_service.stream.radio.station", "radar_service.recording.recording", "nothing above"),
+        ("radar_service.ports.app", "clients.ppi", "does not know its clients"),
+        ("radar_service.service.radio.station", "radar_service.recording.recording", "nothing above"),
         ("radar_service.recording.recording", "mcap.reader", "mcap lives in"),
-        ("clients.ppi.client", "radar_service.stream.fanout.hub", "clients use"),
+        ("clients.ppi.client", "radar_service.service.fanout.hub", "clients use"),
         ("clients.ppi.client", "radar_service.records.spokes", "clients use"),
         ("clients.ppi.client", "radar_service.displays", "clients use"),
         ("radar_service.scattering.rays", "trimesh", "trimesh lives in"),
         ("radar_service.trace.ray_sampling", "embreex.rtcore_scene", "embreex lives in"),
-        ("radar_service.scene.world", "pydantic", "pydantic lives in"),
-        ("radar_service.scene.body", "radar_service.scene.files.mesh", "do not read files"),
+        ("radar_service.world.scene", "pydantic", "pydantic lives in"),
+        ("radar_service.scene_file.model.scene", "radar_service.scene_file.readers.mesh", "no part above"),
         ("radar_service.simulator", "uvicorn", "uvicorn lives in"),
         ("clients.ppi.client", "fastapi", "fastapi lives in"),
     ],
@@ -221,12 +211,12 @@ def test_rules_can_be_broken(importer: str, imported: str, rule: str) -> None:
 @pytest.mark.parametrize(
     ("importer", "imported"),
     [
-        ("radar_service.echo.moving", "radar_service.scene.world"),
+        ("radar_service.echo.moving", "radar_service.world.scene"),
         ("radar_service.echo.moving", "radar_service.propagation.multipath"),
-        ("radar_service.scene.load", "radar_service.scene.files.scene_file"),
+        ("radar_service.scene_file.load", "radar_service.scene_file.document"),
         ("radar_service.simulator", "radar_service.engine.pipeline"),
-        ("radar_service.__main__", "radar_service.stream.http.app"),
-        ("clients.ppi.client", "radar_service.stream.codecs.native.wire"),
+        ("radar_service.__main__", "radar_service.ports.app"),
+        ("clients.ppi.client", "radar_service.wire.format"),
         ("clients.ppi.scans", "radar_service.display.ppi"),
         ("radar_service.trace.embree", "embreex.rtcore_scene"),
         ("radar_service.radar.antenna", "scipy.special"),
@@ -236,15 +226,11 @@ def test_rules_allow_the_rest(importer: str, imported: str) -> None:
     assert fault(importer, imported) is None
 
 
-def test_the_table_of_rooms_has_each_once_below_all_that_it_imports() -> None:
-    text = (ROOT / "docs/code-map.md").read_text()
-    table = re.findall(r"^\| `([a-z_]+)(?:/|\.py)` \|", text, re.MULTILINE)
-    assert sorted(table) == sorted({*BELOW, "__main__"})
-    inner = {importer: file for importer, file in HOUSE.items() if within(importer, "radar_service")}
-    for importer, file in inner.items():
-        for imported in imports(importer, file.read_text(), file.name == "__init__.py"):
-            if within(imported, "radar_service"):
-                assert table.index(room(imported)) <= table.index(room(importer)), f"{importer} imports {imported}"
+def test_each_room_may_use_only_those_before_it() -> None:
+    order = list(BELOW)
+    assert sorted(order) == sorted({room(module) for module in HOUSE if within(module, "radar_service")} - {"__main__"})
+    for name, below in BELOW.items():
+        assert all(order.index(other) < order.index(name) for other in below if other not in GROUND), name
 
 
 def test_imports_are_found_in_every_form() -> None:
@@ -253,13 +239,13 @@ import numpy as np, trimesh.util
 from radar_service.radar import antenna
 from radar_service.numerics.frames import direction
 from . import embree
-from ..scene.world import Scene
+from ..world.scene import Scene
 def late():
     import embreex
 """
     result = list(imports("radar_service.trace.ray_sampling", source, is_package=False))
     assert result == [
         "numpy", "trimesh.util", "radar_service.radar.antenna", "radar_service.numerics.frames", "radar_service.trace.embree",
-        "radar_service.scene.world", "embreex",
+        "radar_service.world.scene", "embreex",
     ]  # fmt: skip
     assert list(imports("radar_service.trace", "from . import embree", is_package=True)) == ["radar_service.trace.embree"]

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import radar_service as rs
-from radar_service.scene.error import SceneError
+from radar_service.world.error import SceneError
 from tests.scenes import scene
 
 PLACES = st.one_of(st.sampled_from([0.0, 1e-9, -1.0, 1.0, 30.0]), st.floats(-3000.0, 3000.0))

@@ -21,10 +21,10 @@ from jsonschema import Draft202012Validator
 from websockets.asyncio.client import connect
 
 import radar_service as rs
+from radar_service import wire
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.stream.codecs.native import wire
 from tests.scenes import ONE_TARGET, TWO_RADARS
 
 
@@ -43,7 +43,9 @@ def test_threads_reach_the_engine_and_change_no_byte(
     files = [tmp_path / f"{name}.npz" for name in ("1", "3", "auto")]
     for out in files:
         assert main(["scan", str(one_target), "-o", str(out), "--threads", out.stem]) == 0
-    monkeypatch.setattr("radar_service.stream.serve.serve", lambda options, make, ports: requested.append(make.threads) or 0)
+    monkeypatch.setattr(
+        "radar_service.commands.serve.serve", lambda options, make, ports: requested.append(make.threads) or 0
+    )
     assert main(["serve", str(one_target), "--threads", "2"]) == 0
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()

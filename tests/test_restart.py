@@ -133,7 +133,7 @@ def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path)
     broken = """
 import sys
 import radar_service.__main__ as command
-from tests.stream.fake import dying
+from tests.service.fake import dying
 command.simulator_options = lambda *_: dying
 sys.exit(command.main(sys.argv[1:]))
 """

@@ -14,8 +14,8 @@ import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.numerics.frames import map_from_body
 from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scene.body import Body
-from radar_service.scene.poses import pose_at
+from radar_service.world.body import Body
+from radar_service.world.poses import pose_at
 from tests.reference import make_scenes
 from tests.scattering.physical_optics.meshes import cross_section, decibels
 

@@ -10,9 +10,9 @@ import pytest
 import radar_service as rs
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.motion import Motion
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.motion import Motion
+from radar_service.world.poses import BodyPose
 from tests.occlusion import occluded
 from tests.scenes import point
 from tests.trace.test_occluder import EARTH, bent, depths, hills

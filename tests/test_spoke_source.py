@@ -8,12 +8,12 @@ import pytest
 
 from radar_service.radar.parameters import Origin
 from radar_service.recording.recording import Recording
+from radar_service.service.radio.world import WorldSource
+from radar_service.service.source import Spared
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import Commanded, Continuing, SpokeSource, TellsSources
-from radar_service.stream.radio.world import WorldSource
-from radar_service.stream.source import Spared
 from tests.recording.scenes import recorded, simulator
-from tests.stream.fake import FakeEngine, scene
+from tests.service.fake import FakeEngine, scene
 
 MEMBERS = {"info", "blocks", "skip_to", "truth", "truth_lines", "close"}
 CAPABILITIES = (Commanded, TellsSources, Continuing, Spared)

@@ -16,9 +16,9 @@ from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.records.fidelity import fidelity_from_name
 from radar_service.scattering.rays import RayCaster
-from radar_service.scene.body import Mesh
-from radar_service.scene.motion import Motion
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
+from radar_service.world.body import Mesh
+from radar_service.world.motion import Motion
 from tests.scenes import point, scene
 
 Floats = NDArray[np.float64]

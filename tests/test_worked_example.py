@@ -9,7 +9,7 @@ from radar_service.propagation.multipath import wavelength
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import printed_phase, sample_delay
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.load import load_scene
+from radar_service.scene_file.load import load_scene
 
 RANGE, RATE, FREQUENCY = 200.0, 200e6, 9.41e9
 DEGREE, BEAM = np.deg2rad(1.0), np.deg2rad(3.9)

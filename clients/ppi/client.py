@@ -4,7 +4,7 @@
         async for spoke in radar.spokes(): ...
     for spoke in spokes("ws://127.0.0.1:8000"): ...  # the same without asyncio
 
-`radar_service.stream.codecs.native.wire` defines the messages.
+`radar_service.wire` defines the messages.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ from typing import Any, Literal, Self, TypedDict, Unpack
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 
-from radar_service.stream.codecs.native import wire
+from radar_service import wire
 
 from .address import feed_url
 from .errors import FeedError, closed_error, refused_error

@@ -5,12 +5,12 @@ import math
 from pathlib import Path
 from typing import Any
 
+from radar_service import wire
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.display.units import add_unit
 from radar_service.scans.file import SUFFIX
-from radar_service.stream.codecs.native import wire
 from radar_service.terminal.output_files import add_overwrite, prepare
 
 from .client import TIMEOUT

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service import wire
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import Ppi
-from radar_service.stream.codecs.native import wire
-from radar_service.stream.codecs.native.spoke_rows import SpokeRows
+from radar_service.wire import SpokeRows
 
 from .client import FeedClient
 from .errors import FeedError

@@ -10,7 +10,7 @@ from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.picture import HEADING, RING, UNSEEN
 from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
-from radar_service.stream.codecs.native.spoke_rows import SpokeRows
+from radar_service.wire import SpokeRows
 
 from .film import faded
 from .scans import bright_cells, empty_ppi

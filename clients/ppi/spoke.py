@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.stream.codecs.native.spoke_rows import SpokeRows
+from radar_service.wire import SpokeRows
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from radar_service.clutter.sea_clutter import Sea, prepare_sea, sea_power
 from radar_service.clutter.texture import SpeckleRows
 from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.receive.compression import Compression, receiver_noise_power
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.scene import Scene
 
 ROWS_PER_BEAM = 1.506  # rows in the width of two-way power: 2 in the half-power width of a sinc^2 beam, above its band
 BEAM_EXTENT = 4.0  # two-way widths each side: for a sinc^2 beam to its fourth null, beyond which lies 1e-4 of the power

@@ -8,7 +8,7 @@ from radar_service.numerics.types import Floats, Gain, Indices, Profiles
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.receive.compression import Compression
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 MIN_CLUTTER_TO_NOISE = 10.0**-1.5  # weaker clutter is not added: it would raise the noise by less than 0.14 dB
 

@@ -10,8 +10,8 @@ from radar_service.clutter.sea import wind_factor
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats, Singles
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene, Shadow
+from radar_service.world.scene import Scene
 
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken

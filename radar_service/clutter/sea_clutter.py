@@ -15,8 +15,8 @@ from radar_service.clutter.texture_rows import TextureGrid, TextureRows
 from radar_service.numerics.types import Floats, Gain, Indices, Singles
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import Radar
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.scene import Scene
 
 TEXTURE_BLOCK = 64  # rows of texture computed together
 TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond

@@ -4,11 +4,11 @@ import argparse
 from collections.abc import Iterable
 from functools import partial
 
+from radar_service.bench.detection.report import criterion, summary, write_detection
+from radar_service.bench.detection.study import Counts, detection_study
+from radar_service.bench.scenario import load_scenario
 from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
-from radar_service.tracking.detection_report import criterion, summary, write_detection
-from radar_service.tracking.detection_study import Counts, detection_study
-from radar_service.tracking.scenario import load_scenario
 
 
 def bench_detection(options: argparse.Namespace) -> int:

@@ -5,11 +5,11 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from radar_service.bench.bench import bench, runs_of
+from radar_service.bench.report import comparison, verdict_table, write_report
+from radar_service.bench.scenario import load_scenario, load_scenarios, scenarios
+from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.terminal.progress import progress
-from radar_service.tracking.bench import bench, runs_of
-from radar_service.tracking.json_lines import TrackerError
-from radar_service.tracking.report import comparison, verdict_table, write_report
-from radar_service.tracking.scenario import load_scenario, load_scenarios, scenarios
 
 
 def bench_tracker(options: argparse.Namespace) -> int:

@@ -6,15 +6,14 @@ from functools import partial
 from pathlib import Path
 
 from radar_service import __version__
+from radar_service.commands.bench_arguments import add_bench_detection, add_bench_tracker, add_plots
+from radar_service.commands.recording_arguments import add_commands as add_recording_commands
 from radar_service.display.units import add_unit
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.ports.registry import packages
-from radar_service.recording.arguments import add_commands as add_recording_commands
-from radar_service.recording.arguments import add_sources
 from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import file_ending, pace, thread_count, whole
+from radar_service.terminal.arguments import add_sources, file_ending, pace, thread_count, whole
 from radar_service.terminal.output_files import add_overwrite
-from radar_service.tracking.arguments import add_bench_detection, add_bench_tracker, add_plots
 
 DEFAULT_SCENE = "harbour"
 SERVE_GROUPS = ("what", "where", "how exact", "how fast", "who may", "records")

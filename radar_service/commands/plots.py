@@ -5,17 +5,17 @@ import json
 from collections.abc import Callable, Iterable
 from functools import partial
 
+from radar_service.bench.run import threshold_of
+from radar_service.bench.scenario import PlotSettings
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.labelled_plots import PlotReport, labelled_plots
 from radar_service.plots.picture import write_picture
 from radar_service.scans.scan import Scan
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
+from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.output_files import prepare
 from radar_service.terminal.progress import progress
-from radar_service.tracking.run import threshold_of
-from radar_service.tracking.scenario import PlotSettings
+from radar_service.world.scene import Scene
 
 NEVER = "-"
 

@@ -17,11 +17,11 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.scans.dataset import exporter
 from radar_service.scans.file import SUFFIX
 from radar_service.scans.scan import Scan, save_scans, scan_of
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
+from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.output_files import prepare
 from radar_service.truth.truth_file import TruthFile
+from radar_service.world.scene import Scene
 
 PICTURE_SIZE = 900  # pixels
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from radar_service.plan.budget import ErrorBudget
 
 if TYPE_CHECKING:
-    from radar_service.scene.world import Scene
     from radar_service.simulator import Simulator
+    from radar_service.world.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""What a display shows: video, scan conversion, pictures, films."""

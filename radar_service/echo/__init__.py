@@ -1,0 +1,1 @@
+"""Echoes, resting and moving: visibility, range histories, passages of the beam, second time around."""

@@ -12,8 +12,8 @@ import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
 JUMP_PHASE = 0.02  # rad: jumps of the phase at the ends of an echo below it are no corners

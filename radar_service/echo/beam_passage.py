@@ -30,10 +30,10 @@ from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPoses
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Body
+from radar_service.world.poses import BodyPoses
+from radar_service.world.scene import Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held

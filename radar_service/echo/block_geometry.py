@@ -11,7 +11,7 @@ from radar_service.echo.range_history import Parabola, apparent_position, elevat
 from radar_service.numerics.frames import Polar, polar_from_map
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.scattering.model import BodyEchoes
-from radar_service.scene.poses import PoseArrays
+from radar_service.world.poses import PoseArrays
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,8 @@ from radar_service.propagation.radar_equation import (
     received_amplitude,
 )
 from radar_service.scattering.swerling import Fluctuation
-from radar_service.scene.poses import BodyPoses, PoseArrays
-from radar_service.scene.world import Scene
+from radar_service.world.poses import BodyPoses, PoseArrays
+from radar_service.world.scene import Scene
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
 FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths

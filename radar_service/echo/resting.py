@@ -13,10 +13,10 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.model import Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.shadow_sectors import ShadowSectors
+from radar_service.world.poses import BodyPoses, map_from_ordered_bodies
+from radar_service.world.scene import Scene
 
 ROUNDING = 1e-9  # rad, by which azimuths may differ that are computed in two ways
 STEPS = 4  # kept: threads may be this many visibility steps apart before one is computed again

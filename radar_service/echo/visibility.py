@@ -10,9 +10,9 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.model import BodyEchoes, Instant, Sector
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.poses import BodyPoses
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.poses import BodyPoses
+from radar_service.world.scene import Scene
 
 MAX_BEARING_DRIFT = 0.05  # rad that echoes which are not near may leave their bearing of the middle of a step
 PER_PERIOD = 32  # visibility steps in the shortest period of a body's sway

@@ -1,0 +1,1 @@
+"""The engine: preparation, the pipeline, several pulses, and the specification as printed."""

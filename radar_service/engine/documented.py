@@ -21,13 +21,13 @@ from radar_service.radar.patterns import printed_two_way
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
 from radar_service.receive.detection import beam_spread, detect
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.motion import Motion
-from radar_service.scene.poses import BodyPoses
-from radar_service.scene.presence import Presence, Presences
-from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
+from radar_service.world.motion import Motion
+from radar_service.world.poses import BodyPoses
+from radar_service.world.presence import Presence, Presences
+from radar_service.world.scene import Scene
 
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
 ON_SURFACE = 1e-9  # of the range: a surface does not occlude a point that lies on it

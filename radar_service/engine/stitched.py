@@ -22,7 +22,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 Tiles = Iterator[tuple[int, Profiles, Singles]]
 

@@ -20,7 +20,7 @@ from radar_service.radar.parameters import Radar, in_sector
 from radar_service.records.cell_sources import UNKNOWN, Powers
 from radar_service.records.reports import FeedErrorCounts
 from radar_service.records.spokes import SpokeBlock, joined
-from radar_service.scene.error_settings import FeedErrors
+from radar_service.world.error_settings import FeedErrors
 
 MAX_LATE = 4096  # spokes; where more are late, the first ones come sooner
 DROP, BURST, REPEAT, LATE, SWAP = range(5)  # columns of the random numbers of a spoke

@@ -18,7 +18,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import OwnShipTruth
-from radar_service.scene.error_settings import ErrorSettings
+from radar_service.world.error_settings import ErrorSettings
 
 MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
 ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key

@@ -17,7 +17,7 @@ from radar_service.numerics.random import name_key
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.reports import Readings
-from radar_service.scene.error_settings import AntennaErrors, ErrorSettings
+from radar_service.world.error_settings import AntennaErrors, ErrorSettings
 
 GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
 Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of these numbers (K,)

@@ -9,8 +9,8 @@ from radar_service.plan.statistics import EngineStatistics
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
 

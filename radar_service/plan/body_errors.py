@@ -21,8 +21,8 @@ from radar_service.scattering.physical_optics.mesh_quality import CURVES_DB, MAX
 from radar_service.scattering.physical_optics.model import FACETS_DB, PhysicalOptics
 from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
 from radar_service.scattering.surface_sampling import density_db
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 NODES = 0.1  # of MAX_PHASE squared: the field between nodes so far apart, measured (tests/plan/test_body_errors.py)
 HELD = 0.2  # of the field, at HELD_PHASE: that of one node, by its square; 95 % of 73 passing plates err less

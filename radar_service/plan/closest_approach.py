@@ -6,10 +6,10 @@ A motion's path is its legs on the map; the last leg continues to FAR. Paths are
 import numpy as np
 
 from radar_service.numerics.types import Floats
-from radar_service.scene.body import Body
-from radar_service.scene.motion import Motion
-from radar_service.scene.steered_motion import SteeredMotion
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.motion import Motion
+from radar_service.world.scene import Scene
+from radar_service.world.steered_motion import SteeredMotion
 
 FAR = 1e8  # m along the last leg: beyond any range that a radar may have
 MAX_PAIRS = 2_000_000  # of legs; paths with more pairs are compared by their bounding boxes

@@ -18,8 +18,8 @@ from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 DISTANCES = 1024  # at which sea reflection is evaluated

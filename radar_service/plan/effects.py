@@ -11,11 +11,11 @@ from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
+from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.checks.validity import pulse_doppler_shift
-from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
+from radar_service.world.scene import Scene
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"

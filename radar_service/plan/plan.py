@@ -24,7 +24,7 @@ from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realt
 from radar_service.radar.folding import remedies
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
 ASPECTS = "of aspects, moving"

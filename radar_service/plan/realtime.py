@@ -10,7 +10,7 @@ from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.plan import Plan
 from radar_service.plan.settings_search import fidelity_for, relative_cost
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 WORTH_TRYING = 0.8  # of the pace: a budget whose estimate reaches this share of it is planned and measured
 

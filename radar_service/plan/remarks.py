@@ -6,8 +6,8 @@ from radar_service.plan.body_errors import body_error
 from radar_service.plan.run import HORIZON, BodyRun, body_run, ends_at_horizon, is_steered
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 
 def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:

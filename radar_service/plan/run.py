@@ -13,10 +13,10 @@ import numpy as np
 from radar_service.echo.aspect_rates import NEAREST
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.types import Floats
-from radar_service.scene.body import Body
-from radar_service.scene.motion import Motion
-from radar_service.scene.steered_motion import SteeredMotion
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.motion import Motion
+from radar_service.world.scene import Scene
+from radar_service.world.steered_motion import SteeredMotion
 
 HORIZON = 3600.0  # s: length of a run of loops that do not repeat together
 PER_ARC = 16  # pieces of an arc

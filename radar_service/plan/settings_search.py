@@ -25,12 +25,12 @@ from radar_service.records.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, surface_db
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 BEAM_KERNEL_WIDTHS = (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side
 BLOCK_SIZES = (16, 1)  # azimuths per block: where range histories are interpolated at all, a block may be long
-INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
+INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/measurements/accuracy_table.py), and `reference` under way
 MULTIPATH_DB = -62.0  # gains held over blocks where they hardly change, phases less (echo.sea_paths)
 MULTIPATH_PEAK_DB = 4.3  # |F|^4 is 16 at its peaks and 6 on average over all phases
 BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, and 18 dB less for 8 times as many entries

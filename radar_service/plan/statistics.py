@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from radar_service.numerics.types import Indices
 from radar_service.plan.culling import Culling
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Plots: thresholds and CFAR, clusters, sidelobes, and of which source each plot is."""

@@ -19,10 +19,10 @@ from radar_service.plots.flood import Flood, FloodWarning, flood_remark
 from radar_service.plots.plot import Plot
 from radar_service.records.truth import Crossing
 from radar_service.scans.scan import Scan
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.sources.numbers import BODY, INTERFERENCE, LAND, NOISE, RAIN, SEA, SECOND_TIME_AROUND
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -1,1 +1,1 @@
-"""The protocols of a service, each in a folder of its own: see `stream.ports.port`."""
+"""The protocols of a service, a folder each; what a port declares (`port`), who runs them, and the list of all (`registry`)."""

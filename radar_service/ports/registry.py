@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Protocol, cast
 
 if TYPE_CHECKING:
-    from radar_service.stream.ports.port import Port
+    from radar_service.ports.port import Port
 
 PORTS = (
     "radar_service.ports.rest",

@@ -1,0 +1,1 @@
+"""From antenna to target: radar equation, multipath, diffraction, sea surface, attenuation."""

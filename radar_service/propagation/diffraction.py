@@ -19,7 +19,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.multipath import Site, TwoRays
 from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.radar.parameters import Radar
-from radar_service.scene.environment import Environment
+from radar_service.world.environment import Environment
 
 MIXED = (1.5, 2.0)  # m sin(grazing): below, the series alone (two rays err by 5 %); above, two rays alone (2.5 %)
 NEAR = (0.05, 0.1)  # x: nearer, two rays alone, as the series needs ever more modes; only antennas below a metre have this

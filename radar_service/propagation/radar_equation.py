@@ -12,7 +12,7 @@ from radar_service.propagation.multipath import TwoRays, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
-from radar_service.scene.environment import Environment
+from radar_service.world.environment import Environment
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:

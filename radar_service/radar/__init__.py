@@ -1,0 +1,1 @@
+"""The radar: parameters, antenna patterns, waveform."""

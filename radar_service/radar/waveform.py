@@ -156,3 +156,11 @@ def noise_power(pulse: float, window: str, noise_factor: float) -> float:
     a = window_coefficients(window)
     mean_square = a[0] ** 2 + np.sum(a[1:] ** 2) / 2.0
     return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * mean_square / a[0] ** 2 / pulse)
+
+
+def pulse_doppler_shift(speed: float, pulse: float, wavelength: float, coupling: float = 1.0) -> float:
+    """Returns the range-Doppler shift of a chirp's echo in range cells c / 2B: f_d T = 2 v T / lambda (Skolnik 2001).
+
+    speed: closing speed [m/s]. pulse: length [s]. wavelength [m]. coupling: `Chirp.doppler_coupling`.
+    """
+    return coupling * 2.0 * speed * pulse / wavelength

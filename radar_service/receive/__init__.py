@@ -1,0 +1,1 @@
+"""The receiver: gridding, beam filter, compression, noise, eclipsing, interference, detection."""

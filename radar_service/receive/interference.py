@@ -17,8 +17,8 @@ from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.scene.environment import Interferer
-from radar_service.scene.world import Scene
+from radar_service.world.environment import Interferer
+from radar_service.world.scene import Scene
 
 MIN_PULSE_TO_NOISE = 1e-3  # weaker pulses are not added
 

@@ -22,23 +22,24 @@ from typing import Any
 
 import numpy as np
 
+from radar_service import wire
 from radar_service.display.video import Controls, peaks, strongest
 from radar_service.receive.detection import square_law
 from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene_schema, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.scene.error import SceneError
-from radar_service.scene.files.scene_file import model_and_folder
+from radar_service.scene_file.document import model_and_folder
+from radar_service.service.codecs.native import messages
+from radar_service.service.codecs.native.source_fields import source_fields
+from radar_service.service.feed_request import View
+from radar_service.service.logs import log_event
+from radar_service.service.radio.last_scan import LastScan, draw
+from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.source import SceneOrder
+from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
-from radar_service.stream.codecs.native import messages, wire
-from radar_service.stream.codecs.native.source_fields import source_fields
-from radar_service.stream.feed_request import View
-from radar_service.stream.logs import log_event
-from radar_service.stream.radio.last_scan import LastScan, draw
-from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import SceneOrder
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.world.error import SceneError
 
 FILE_KEYS = ("mesh", "heightmap", "track")  # of a scene, that name a file
 FORMAT = 1  # version of these channels

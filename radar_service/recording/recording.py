@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service import wire
 from radar_service.numerics.types import Floats
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
@@ -19,12 +20,11 @@ from radar_service.records.cell_sources import SourceList
 from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
 from radar_service.records.truth import Truth
 from radar_service.scans.scan import Scan, scan_of
-from radar_service.scene.commands import command_from
-from radar_service.scene.outline import SceneOutline
+from radar_service.service.radio.prefetch import EngineFault
 from radar_service.spoke_source import SourceInfo, TruthLine
-from radar_service.stream.codecs.native import wire
-from radar_service.stream.codecs.native.spoke_rows import SpokeRows
-from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.wire import SpokeRows
+from radar_service.world.commands import command_from
+from radar_service.world.outline import SceneOutline
 
 NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"

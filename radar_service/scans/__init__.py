@@ -1,0 +1,1 @@
+"""Scans, their files and datasets, sectors of a scan."""

@@ -1,0 +1,1 @@
+"""Scattering models: fixed scatterers, sampled rays, physical optics of metal, Swerling fluctuation."""

@@ -11,9 +11,9 @@ from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cel
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
-from radar_service.scene.body import Body
-from radar_service.scene.poses import PoseArrays
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.poses import PoseArrays
+from radar_service.world.scene import Scene
 
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 

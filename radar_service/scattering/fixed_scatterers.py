@@ -25,16 +25,16 @@ from radar_service.scattering.surface_sampling import (
     surface_db,
     triangle_frames,
 )
-from radar_service.scene.body import Body
-from radar_service.scene.poses import (
+from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.world.body import Body
+from radar_service.world.poses import (
     BodyPoses,
     PoseArrays,
     map_from_ordered_bodies,
     pose_at,
     rotated_from_bodies,
 )
-from radar_service.scene.world import Scene
-from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.world.scene import Scene
 
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 

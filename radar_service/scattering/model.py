@@ -1,7 +1,7 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
 To add a model: write a class like `ScatteringModel` in a file of this package, list it in `scattering.models`, and add its name
-to `scene.body.Scattering`: scene files then know it.
+to `world.body.Scattering`: scene files then know it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,11 +13,11 @@ import numpy as np
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.body import Body
-from radar_service.scene.environment import Environment
-from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Body
+from radar_service.world.environment import Environment
+from radar_service.world.scene import Scene
 
 ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
 

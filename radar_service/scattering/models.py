@@ -6,8 +6,8 @@ from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import ScatteringModel
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 SCATTERING_MODELS: dict[str, type[ScatteringModel]] = {
     "rcs": DeclaredScattering,

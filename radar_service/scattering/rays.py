@@ -18,12 +18,12 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
-from radar_service.scene.body import Body
-from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
-from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
+from radar_service.world.body import Body
+from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
+from radar_service.world.scene import Scene
 
 SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 

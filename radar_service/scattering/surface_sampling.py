@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.records.fidelity import MIN_SCATTERERS
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread
 MAX_STRATA = 512  # more points than that stand for so little that strata do not pay: they are sampled along the mesh

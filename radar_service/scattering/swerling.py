@@ -7,7 +7,7 @@ import numpy as np
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.random import FLUCTUATION, generator, name_key
 from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.scene.body import Body
+from radar_service.world.body import Body
 
 DRAWS_PER_BLOCK = 16  # azimuths whose factors are drawn together: setting up a generator costs as much as some 30 draws
 

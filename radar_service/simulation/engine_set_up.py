@@ -18,10 +18,10 @@ from radar_service.plan.culling import Culling, cull
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.cell_sources import Labels
 from radar_service.records.fidelity import Fidelity, fidelity_from_name
-from radar_service.scene.world import Scene
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.scene import Scene
 
 
 def check_arguments(scene: Any, seed: int, threads: int, sector: tuple[float, float] | None) -> None:

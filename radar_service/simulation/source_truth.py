@@ -7,11 +7,11 @@ from radar_service.engine.preparation import Prepared
 from radar_service.numerics.types import Singles
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.truth import Crossing
-from radar_service.scene.steering import Steering
 from radar_service.simulation.engine_set_up import pipeline_set_up, prepared_pulses
 from radar_service.sources.numbers import source_numbers
 from radar_service.sources.power_window import pulse_powers, scan_powers
 from radar_service.sources.radiometric import RadiometricTruth
+from radar_service.world.steering import Steering
 
 
 class SourceTruth:

@@ -17,9 +17,9 @@ from radar_service.records.reports import Readings
 from radar_service.records.spokes import SpokeBlock, regrouped
 from radar_service.records.truth import OwnShipTruth
 from radar_service.scans.sector import Sector
-from radar_service.scene.commands import Command
-from radar_service.scene.steering import Steering
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.world.commands import Command
+from radar_service.world.steering import Steering
 
 
 class SpokeStream:

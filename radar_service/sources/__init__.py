@@ -1,0 +1,1 @@
+"""Who made a cell: numbers of sources, labels, powers, radiometric truth."""

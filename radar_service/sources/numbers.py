@@ -8,9 +8,9 @@ import numpy as np
 
 from radar_service.echo.echoes import SECOND_TIME
 from radar_service.numerics.types import Indices
-from radar_service.scene.body import Body
-from radar_service.scene.materials import MATERIALS, VESSEL_MATERIALS
-from radar_service.scene.world import Scene
+from radar_service.world.body import Body
+from radar_service.world.materials import MATERIALS, VESSEL_MATERIALS
+from radar_service.world.scene import Scene
 
 NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
 LAND = 16  # of the first material of MATERIALS; the others follow in their order

@@ -6,6 +6,8 @@ import math
 import os
 from pathlib import Path
 
+from radar_service.records.cell_sources import PowersOf, powers_from_text
+
 MAX_THREADS = 64  # one tile each: a scan has few more
 
 
@@ -41,3 +43,22 @@ def file_ending(text: str, suffix: str | tuple[str, ...]) -> Path:
     if Path(text).suffix.lower() not in suffixes:
         raise argparse.ArgumentTypeError(f'"{text}" does not end in {" or ".join(suffixes)}, the format that is written')
     return Path(text)
+
+
+def add_sources(command: "argparse._ActionsContainer", verb: str, remark: str) -> None:
+    """Adds the options for labels and powers of sources. verb: what is done with them; remark: follows the help."""
+    command.add_argument(
+        "--labels", action="store_true", help=f"{verb} the number of the strongest source of each cell{remark}"
+    )
+    command.add_argument(
+        "--powers", type=_power_numbers, default=(), metavar="NUMBERS",
+        help=f"{verb} the power of these sources in each cell{remark}: all, or numbers of labels, as 1,257",
+    )  # fmt: skip
+
+
+def _power_numbers(text: str) -> PowersOf:
+    """Raises argparse.ArgumentTypeError."""
+    try:
+        return powers_from_text(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

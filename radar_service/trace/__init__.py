@@ -1,0 +1,1 @@
+"""What rays hit and what hides what: Embree, Moeller-Trumbore, line of sight, ray sampling."""

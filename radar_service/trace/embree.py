@@ -24,7 +24,7 @@ try:
 except ImportError:  # no wheel for this platform: pyproject.toml names those that have one
     EmbreeScene = None
 
-MAX_TREES = 32_768  # a scene may have 10,000 bodies; 70,000 trees of boxes took 5 KB each and worked (tests/bench)
+MAX_TREES = 32_768  # a scene may have 10,000 bodies; 70,000 trees of boxes took 5 KB each and worked (tests/measurements)
 LAZY_FACES = 1024  # larger meshes take more than some ms, so their trees are built with the scene and not under the beam
 
 

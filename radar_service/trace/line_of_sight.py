@@ -12,14 +12,14 @@ from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import Polar, distances_from_map
 from radar_service.numerics.revision import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scene.body import Body
-from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
-from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
 from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
+from radar_service.world.body import Body
+from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
+from radar_service.world.presence import Presences
 
 
 class SurfacePoints(NamedTuple):

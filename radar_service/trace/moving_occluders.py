@@ -9,12 +9,12 @@ import numpy as np
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.revision import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays
-from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
 from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors
+from radar_service.world.body import Body
+from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
+from radar_service.world.presence import Presences
 
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import horizon
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.embree import RayCount, TriangleScene
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
 NO_TRIANGLE = -1

@@ -12,10 +12,10 @@ along it stay the same. So a unit ray's distance in the body's frame is the slan
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import curved_vertices
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 
 
 class RayTarget:

@@ -6,8 +6,8 @@ import numpy as np
 
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scene.body import Body, Mesh
 from radar_service.trace.box_tree import Boxes, curve_order
+from radar_service.world.body import Body, Mesh
 
 CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 3 MB
 Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the body's frame may concern a question

@@ -1,0 +1,1 @@
+"""The ground truth: at an instant, at beam crossings, and its files."""

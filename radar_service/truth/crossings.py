@@ -10,12 +10,12 @@ from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
-from radar_service.scene.geo import geographic_from_map
-from radar_service.scene.motion import Pose
-from radar_service.scene.steered_motion import PastMotion
-from radar_service.scene.world import Scene
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
 from radar_service.truth.ground_truth import GroundTruth, observed_offset
+from radar_service.world.geo import geographic_from_map
+from radar_service.world.motion import Pose
+from radar_service.world.scene import Scene
+from radar_service.world.steered_motion import PastMotion
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
 STEPS_PER_SWAY = 16  # search steps in the shortest period of the antenna's sway: a sine turns by 0.4 rad in one

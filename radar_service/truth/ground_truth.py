@@ -15,13 +15,13 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import horizon
 from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
-from radar_service.scene.geo import geographic_from_map
-from radar_service.scene.motion import Pose
-from radar_service.scene.poses import pose_at
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.truth.surface_search import SurfaceSearch
+from radar_service.world.geo import geographic_from_map
+from radar_service.world.motion import Pose
+from radar_service.world.poses import pose_at
+from radar_service.world.scene import Scene
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes

@@ -14,7 +14,7 @@ import numpy as np
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.surface_sampling import R2, triangle_frames
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 OUTWARD = np.array(
     [[0, 0, 8], [1, 1, 2], [1, -1, 2], [-1, 1, 2], [-1, -1, 2], [1, 0, 0.1], [-1, 0, 0.1], [0, 1, 0.1], [0, -1, 0.1]]

@@ -9,8 +9,6 @@ import numpy as np
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.legs import reflection_points
-from radar_service.scene.poses import pose_at
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.truth.surface_points import (
     MAX_EDGES,
@@ -25,6 +23,8 @@ from radar_service.truth.surface_points import (
     outline,
     viewed,
 )
+from radar_service.world.poses import pose_at
+from radar_service.world.scene import Scene
 
 Candidates = tuple[
     Floats, Callable[[Indices], Flags]

@@ -19,7 +19,7 @@ import numpy as np
 
 from radar_service.radar.parameters import Origin
 from radar_service.records.truth import Crossing, Snapshot
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 
 SCHEMA = 1  # version of these keys
 

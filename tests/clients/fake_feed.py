@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
 
-from radar_service.stream.codecs.native import wire
+from radar_service import wire
 
 TARGETS = ((30.0, 600.0), (120.0, 1100.0), (250.0, 1700.0))  # bearing in degrees, range in metres
 

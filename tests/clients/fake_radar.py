@@ -16,9 +16,9 @@ from fastapi.staticfiles import StaticFiles
 from numpy.typing import NDArray
 from starlette.datastructures import UploadFile
 
-from radar_service.stream.codecs.native import wire
-from radar_service.stream.controls import control_definitions
-from tests.stream.fake import scene as fake_scene
+from radar_service import wire
+from radar_service.service.controls import control_definitions
+from tests.service.fake import scene as fake_scene
 
 WEB = Path(__file__).parents[2] / "clients" / "web"
 POLICY = "default-src 'self'"

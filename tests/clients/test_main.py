@@ -16,9 +16,9 @@ from PIL import Image
 
 import radar_service as rs
 from clients.ppi.__main__ import main
+from radar_service import wire
 from radar_service.display.palettes import colour_map
 from radar_service.display.picture import UNSEEN
-from radar_service.stream.codecs.native import wire
 from tests.clients import fake_feed
 from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, gap, hello, running
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from radar_service.stream import controls
-from radar_service.stream.controls import CONTROLS, Control
+from radar_service.service import controls
+from radar_service.service.controls import CONTROLS, Control
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import WEB, FakeRadar
 from tests.clients.screen import BARE, BROWSER

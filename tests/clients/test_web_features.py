@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scene.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map
 from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar, Picture

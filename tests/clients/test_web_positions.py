@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.scene.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map
 from tests.clients.chromium import Page
 from tests.clients.screen import BROWSER
 

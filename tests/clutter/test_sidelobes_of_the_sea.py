@@ -18,7 +18,7 @@ from radar_service.numerics.frames import effective_earth_radius
 from radar_service.radar.waveform import window_coefficients
 from radar_service.receive.compression import compression_for, receiver_noise_power
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.world import Scene
+from radar_service.world.scene import Scene
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import scene
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.tracking.scenario import scenarios
-from tests.tracking.test_bench import FILE
+from radar_service.bench.scenario import scenarios
+from tests.bench.test_bench import FILE
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
 

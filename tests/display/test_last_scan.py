@@ -8,7 +8,7 @@ from PIL import Image
 
 from radar_service.display.last_scan import last_scan_png
 from radar_service.display.video import Controls, layout
-from radar_service.scene.load import load_scene
+from radar_service.scene_file.load import load_scene
 
 SCENE = load_scene({"radar": {"azimuths": 24, "beamwidth_deg": 20, "range_max_m": 200}, "own_ship": {"heading_deg": 90}})
 NOISE = 1e-15  # W

@@ -8,7 +8,7 @@ import pytest
 from radar_service.display.scan_correlation import SPEED, ScanMemory, excess_db
 from radar_service.display.video import Controls, display_video, layout, noise_threshold_db
 from radar_service.records.spokes import SpokeBlock
-from radar_service.scene.load import load_scene
+from radar_service.scene_file.load import load_scene
 
 NOISE = 1e-15  # W
 RADAR = load_scene({"radar": {"azimuths": 64, "beamwidth_deg": 15, "rpm": 24}}).radar

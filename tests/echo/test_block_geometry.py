@@ -7,7 +7,7 @@ from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, Par
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import parabola
 from radar_service.scattering.model import BodyEchoes
-from radar_service.scene.poses import BodyPoses
+from radar_service.world.poses import BodyPoses
 from tests.scenes import point, scene
 from tests.test_motion import SWAY
 

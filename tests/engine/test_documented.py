@@ -9,8 +9,8 @@ from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
 from radar_service.receive.detection import predicted_psf
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
+from radar_service.scene_file.load import load_scene
+from radar_service.world.scene import Scene
 
 EMBREE = Fidelity("documented", engine="documented")
 ONE_BY_ONE = Fidelity("documented", engine="documented", tracer="moller_trumbore")

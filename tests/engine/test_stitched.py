@@ -12,8 +12,8 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import StitchedEngine, own_noise, pulse_gain, pulse_scenes
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.materials import MATERIALS
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
+from radar_service.world.materials import MATERIALS
 from tests.scenes import point, scene
 
 SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}

@@ -12,9 +12,9 @@ from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.numerics.types import Flags
 from radar_service.records.cell_sources import UNKNOWN
 from radar_service.records.spokes import SpokeBlock
-from tests.scene.test_error_settings import settings
 from tests.scenes import radar
 from tests.spoke_blocks import block_of
+from tests.world.test_error_settings import settings
 
 AZIMUTHS = 64
 RADAR = radar(azimuths=AZIMUTHS, beamwidth_deg=8, range_max_m=256, rpm=60)

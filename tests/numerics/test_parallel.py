@@ -100,7 +100,7 @@ def test_the_engine_loads_no_library_after_the_limit_is_first_held() -> None:
     fresh("""
 import radar_service as rs
 from radar_service.numerics.parallel import BLAS_LIMIT
-from tests.bench.test_memory import everything
+from tests.measurements.test_memory import everything
 made = everything()
 with BLAS_LIMIT.held():
     limited = {library.filepath for library in BLAS_LIMIT.libraries}

@@ -9,7 +9,7 @@ import pytest
 from radar_service.echo.aspect_rates import NEAREST
 from radar_service.numerics.constants import KNOT
 from radar_service.plan.run import HORIZON, body_run, ends_at_horizon
-from radar_service.scene.steering import Steering
+from radar_service.world.steering import Steering
 from tests.scenes import point, scene
 
 

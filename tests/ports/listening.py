@@ -8,17 +8,17 @@ from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
-from radar_service.stream.access import Access
-from radar_service.stream.http.app import create_app
-from radar_service.stream.http.feed import FeedPort
-from radar_service.stream.http.rest_port import RestPort
-from radar_service.stream.ports.port import Port
-from radar_service.stream.ports.port_host import PortHost
-from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.radio.station import Station
-from radar_service.stream.settings import Pace, Settings
-from tests.stream.asgi import Server, running
-from tests.stream.fake import FakeEngine, factory, steerable_scene
+from radar_service.ports.app import create_app
+from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.port import Port
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.processes.fork_server import ForkServer
+from radar_service.service.access import Access
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from tests.ports.asgi import Server, running
+from tests.service.fake import FakeEngine, factory, steerable_scene
 
 FLAT_OUT = Settings(pace=Pace("run", float("inf")))
 PAUSED = Settings(pace=Pace("pause"))

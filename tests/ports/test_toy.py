@@ -10,16 +10,15 @@ import pytest
 from fastapi import APIRouter
 
 from radar_service.commands.command_line import parser
-from radar_service.ports import registry
-from radar_service.stream.access import Access
-from radar_service.stream.ports import port_thread
-from radar_service.stream.ports.port import Service
-from radar_service.stream.settings import Pace, Settings
+from radar_service.ports import port_thread, registry
+from radar_service.ports.port import Service
+from radar_service.service.access import Access
+from radar_service.service.settings import Pace, Settings
 from radar_service.terminal.arguments import UsageError
+from tests.ports.asgi import Closed, Server
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
 from tests.ports.toy import ToyPort
-from tests.stream.asgi import Closed, Server
-from tests.stream.fake import AZIMUTHS
+from tests.service.fake import AZIMUTHS
 
 TOKEN = "command-" * 3
 
@@ -138,7 +137,7 @@ def test_a_port_that_raises_blocks_or_floods_harms_nobody(
 ) -> None:
     """A lossless client gets each spoke, and another port each or the news of its loss, while the queue of this one overflows."""
     monkeypatch.setattr(port_thread, "MAX_BYTES", 4096)
-    monkeypatch.setattr("radar_service.stream.ports.port_host.STOP_SECONDS", 0.1)
+    monkeypatch.setattr("radar_service.ports.port_host.STOP_SECONDS", 0.1)
     nowhere = Ear()
 
     async def test(server: Server) -> None:

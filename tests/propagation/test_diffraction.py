@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.bench.detection.detection import Target, signal_to_noise
 from radar_service.echo.sea_paths import Paths, sea_paths
 from radar_service.plan.culling import negligible_effects
 from radar_service.propagation.diffraction import diffraction_height, series_field
@@ -16,9 +17,8 @@ from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scattering.model import ALL_PATHS
 from radar_service.scattering.models import height_over_horizon
-from radar_service.scene.error import SceneError
-from radar_service.tracking.detection import Target, signal_to_noise
 from radar_service.truth.truth_file import scene_hash
+from radar_service.world.error import SceneError
 from tests.reference.smooth_sea import EARTH, LIGHT, contour_field, recommended_loss_db
 from tests.scenes import point, scene
 

@@ -7,9 +7,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.display.video import Controls
-from radar_service.stream.codecs.native import messages
-from radar_service.stream.feed_request import View
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.service.codecs.native import messages
+from radar_service.service.feed_request import View
+from radar_service.service.spokes import Epoch, SpokeBatch
 from tests.scenes import radar
 
 DEGREE = math.pi / 180

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import radar_service as rs
+from radar_service import wire
+from radar_service.commands.record import record_scans
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
-from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.stream.codecs.native import wire
 
 AZIMUTHS, SEED = 64, 5
 MOVING: dict[str, Any] = {

@@ -12,16 +12,16 @@ from mcap.reader import make_reader
 from PIL import Image
 
 import radar_service as rs
+from radar_service import wire
 from radar_service.recording.radar_recording import RadarRecording, scene_document
 from radar_service.recording.recording_file import RecordingFile
+from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.source import SceneOrder
+from radar_service.service.spokes import Epoch, RadarInfo
 from radar_service.spoke_source import TruthLine
-from radar_service.stream.codecs.native import wire
-from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import SceneOrder
-from radar_service.stream.spokes import Epoch, RadarInfo
 from radar_service.truth.truth_file import scene_hash
 from tests.recording.scenes import AZIMUTHS, MOVING, simulator
-from tests.stream.fake import FakeEngine, scene
+from tests.service.fake import FakeEngine, scene
 
 
 def messages(path: Path, topic: str) -> list[bytes]:

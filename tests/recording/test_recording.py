@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service import wire
+from radar_service.commands.record import record_scans
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
-from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import Spoke
-from radar_service.scene.commands import CommandLog
-from radar_service.stream.codecs.native import wire
-from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.world.commands import CommandLog
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
-from tests.stream.fake import FakeEngine, labels_of, scene
+from tests.service.fake import FakeEngine, labels_of, scene
 
 
 def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> None:

@@ -3,6 +3,7 @@
 Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies between the two lines is replaced.
 """
 
+import ast
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -10,11 +11,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from radar_service.ports.app import create_app
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.materials import MATERIALS, power_reflectivity
-from radar_service.scene.model import SceneModel
-from radar_service.stream.http.app import create_app
-from radar_service.stream.radio.transmitter_state import TRANSITIONS, State
+from radar_service.scene_file.model.scene import SceneModel
+from radar_service.service.radio.transmitter_state import TRANSITIONS, State
+from radar_service.world.materials import MATERIALS, power_reflectivity
+from tests.test_house import BELOW, HOUSE, room, within
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
@@ -145,6 +147,17 @@ def transitions() -> str:
     return table(("from", "event", "to", "which means"), rows)
 
 
+def rooms() -> str:
+    """The rooms of the package, upward, and what each says that it holds."""
+    files = {room(module): file for module, file in reversed(HOUSE.items()) if within(module, "radar_service")}
+    rows = []
+    for name in [*BELOW, "__main__"]:
+        path = files[name].relative_to(DOCS.parent / "radar_service")
+        text = ast.get_docstring(ast.parse(files[name].read_text(encoding="utf-8"))) or ""
+        rows.append((f"`{path.parent}/`" if len(path.parts) > 1 else f"`{path}`", text.split("\n\n")[0].replace("\n", " ")))
+    return table(("folder or file", "holds"), rows)
+
+
 def db(ratio: float) -> str:
     """A power ratio in dB, to a tenth."""
     return f"{10.0 * math.log10(ratio) + 0.0:.3g}"
@@ -174,6 +187,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "materials": materials,
     "presets": presets,
     "rest": rest,
+    "rooms": rooms,
     "transmitter-states": transmitter_states,
     "transitions": transitions,
 }

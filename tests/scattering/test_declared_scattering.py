@@ -9,7 +9,7 @@ from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import Sector
-from radar_service.scene.poses import map_from_bodies
+from radar_service.world.poses import map_from_bodies
 from tests.scattering.test_fixed_scatterers import FLAT, build, instant
 from tests.scenes import scene
 

@@ -11,7 +11,7 @@ from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.models import SCATTERING_MODELS, scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces
-from radar_service.scene.body import Scattering
+from radar_service.world.body import Scattering
 from tests.scenes import point, scene
 
 BOX = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, 300, 0]}

@@ -19,9 +19,9 @@ from radar_service.scattering.surface_sampling import (
     surface_db,
     triangle_frames,
 )
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import map_from_bodies
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Mesh
+from radar_service.world.poses import map_from_bodies
 from tests.scenes import scene
 
 SLIVERS = Mesh(

@@ -5,13 +5,13 @@ import pytest
 
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.world import Scene
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulator import Simulator
 from radar_service.sources import labels
 from radar_service.sources import powers as source_powers
 from radar_service.sources.numbers import source_names
+from radar_service.world.scene import Scene
 from tests.scenes import point, scene
 
 RADAR = {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}

@@ -11,14 +11,14 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scans.sector import Sector
-from radar_service.scene.error_settings import ErrorSettings
-from radar_service.scene.load import load_scene
-from radar_service.scene.rotation import scene_at_rpm
-from radar_service.scene.steering import Steering
+from radar_service.scene_file.load import load_scene
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulator import Simulator
+from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.rotation import scene_at_rpm
+from radar_service.world.steering import Steering
 from tests.scenes import point
 
 SCENE = {

@@ -1,7 +1,7 @@
 """Numbers and names of sources."""
 
-from radar_service.scene.materials import MATERIALS
 from radar_service.sources.numbers import BODY, is_land, source_names, source_numbers
+from radar_service.world.materials import MATERIALS
 from tests.scenes import point, scene
 
 BOX = {"shape": "box", "length_m": 20, "width_m": 30, "height_m": 8}

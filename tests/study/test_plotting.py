@@ -9,7 +9,7 @@ import pytest
 from radar_service.study.plotting import duration, new_figure, number, percent, png_bytes, rate, style
 
 
-@pytest.mark.parametrize("module", ["radar_service", "radar_service.__main__", "radar_service.stream.http.app"])
+@pytest.mark.parametrize("module", ["radar_service", "radar_service.__main__", "radar_service.ports.app"])
 def test_neither_the_library_nor_the_service_loads_matplotlib(module: str) -> None:
     code = f"import sys, {module}; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], timeout=120).returncode == 0

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene.body import Mesh
 from radar_service.trace import box_tree
 from radar_service.trace.box_tree import BoxTree
 from radar_service.trace.embree import EmbreeTree
 from radar_service.trace.moller_trumbore import watertight_crossings
+from radar_service.world.body import Mesh
 from tests.trace.test_occluder import hills
 
 RAYS = 1000

@@ -8,11 +8,11 @@ import pytest
 
 from radar_service.numerics.frames import polar_from_map
 from radar_service.propagation.legs import reflection_points
-from radar_service.scene.body import Body
-from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import Occluder
+from radar_service.world.body import Body
+from radar_service.world.poses import pose_at
 from tests.occlusion import occluded
 from tests.scenes import point, scene
 

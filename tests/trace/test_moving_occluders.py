@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.numerics.revision import Revision
-from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.trace.moving_occluders import MovingOccluders
+from radar_service.world.steered_motion import SteeredMotion
 from tests.scenes import scene
 
 FLAT = np.inf

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import map_from_body
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import Occluder, beyond_horizon
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 
 EARTH = 4 / 3 * 6_371_000.0
 Floats = np.ndarray[Any, np.dtype[np.float64]]

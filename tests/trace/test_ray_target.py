@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import direction, map_from_body, polar_from_map
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.ray_target import RayTarget, sea_range
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 from tests.trace.test_occluder import EARTH, bent, hills
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.scene.body import Mesh
 from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.world.body import Mesh
 
 
 def soup(count: int, seed: int) -> Mesh:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene.describe import describe
+from radar_service.scene_file.describe import describe
 from tests.scenes import point, scene
 
 WEST = -1e-15  # m; a body this far west of north has an azimuth of -1e-18 rad, whose remainder rounds to 2 pi

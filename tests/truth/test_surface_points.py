@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from radar_service.scene.body import Mesh
-from radar_service.scene.shapes import shape_mesh
 from radar_service.truth.surface_points import (
     FACE_POINTS,
     MAX_CORNERS,
@@ -19,6 +17,8 @@ from radar_service.truth.surface_points import (
     outline,
     viewed,
 )
+from radar_service.world.body import Mesh
+from radar_service.world.shapes import shape_mesh
 
 FLAT = np.inf  # radius of the earth [m]
 ANTENNA = np.array([0.0, 0.0, 15.0])

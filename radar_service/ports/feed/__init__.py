@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from radar_service.stream.ports.port import Port
+    from radar_service.ports.port import Port
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -14,6 +14,6 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 def opened(options: argparse.Namespace) -> "Port":
     """As PortPackage.opened."""
-    from radar_service.stream.http.feed import FeedPort
+    from radar_service.ports.feed.feed_socket import FeedPort
 
     return FeedPort()

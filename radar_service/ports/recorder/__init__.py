@@ -5,12 +5,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.recording.arguments import add_sources
-from radar_service.terminal.arguments import UsageError, file_ending
+from radar_service.terminal.arguments import UsageError, add_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 
 if TYPE_CHECKING:
-    from radar_service.stream.ports.port import Port
+    from radar_service.ports.port import Port
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -33,7 +32,7 @@ def opened(options: argparse.Namespace) -> "Port | None":
                     f"--{name}: goes with --record FILE.mcap; a client asks for its own by ?{name}=... where --truth allows it"
                 )
         return None
-    from radar_service.recording.recorder_port import RecorderPort
+    from radar_service.ports.recorder.recorder_port import RecorderPort
     from radar_service.records.cell_sources import SourceRequest
 
     prepare([options.record], options.overwrite)

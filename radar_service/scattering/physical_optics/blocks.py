@@ -6,7 +6,7 @@ import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.facets import cut_triangles
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 BLOCK = 32.0  # m; a body that fits into one has no other
 

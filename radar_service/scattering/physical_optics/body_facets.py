@@ -11,7 +11,7 @@ from radar_service.scattering.physical_optics.blocks import Block
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples, renumbered
 from radar_service.scattering.physical_optics.facets import cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import Surface
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 SHADOW_EDGE = 4.0  # m; shadows are sampled at a pitch of 2 m at least
 HASH = np.uint64(0x9E3779B97F4A7C15)  # odd, its bits look drawn: two of 1e5 points share a hash with a chance of 3e-10

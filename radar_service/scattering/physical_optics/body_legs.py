@@ -11,7 +11,7 @@ from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_dive
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
-from radar_service.scene.poses import BodyPose
+from radar_service.world.poses import BodyPose
 
 
 class LegRays(NamedTuple):

@@ -16,8 +16,8 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.triangle_cuts import cut
 from radar_service.scattering.physical_optics.waterline import above_water
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.world.poses import BodyPose
 
 MAX_TRIANGLES = 400  # that cast shadows exactly on a body
 MAX_TESTS = 2_000_000  # of triangles against those of the body: more shadows are sampled

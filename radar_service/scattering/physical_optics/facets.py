@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this

@@ -23,7 +23,7 @@ from radar_service.scattering.physical_optics.shadow_edges import (
     visible_share,
 )
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter in m, count as one
 

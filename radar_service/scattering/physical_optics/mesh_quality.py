@@ -15,10 +15,10 @@ from radar_service.scattering.physical_optics.facets import MAX_FACETS, centroid
 from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.scene.body import Body, Mesh
-from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import TOLERANCE
+from radar_service.world.body import Body, Mesh
+from radar_service.world.scene import Scene
 
 PARALLEL = 0.999  # cosine between normals: 2.6 degrees
 APART = 2e-4  # m, at most, by which layers in one place are told apart: a tenth of TOLERANCE
@@ -29,7 +29,7 @@ MIN_DOUBLED = 1e-3  # of the area: doubled layers of less add under 0.01 dB to a
 MAX_SAG, CURVES_DB = (
     1.0 / 200.0,
     0.2,
-)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (scene/shapes.py)
+)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (world/shapes.py)
 
 
 class Layers(NamedTuple):

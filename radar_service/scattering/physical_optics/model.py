@@ -30,12 +30,12 @@ from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, pose_at
-from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.tree_cache import content_key
+from radar_service.world.body import Body
+from radar_service.world.poses import BodyPose, pose_at
+from radar_service.world.scene import Scene
 
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)

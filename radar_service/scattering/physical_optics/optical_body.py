@@ -31,9 +31,9 @@ from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.scene.body import Body, Mesh
-from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
+from radar_service.world.body import Body, Mesh
+from radar_service.world.materials import power_reflectivity
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area

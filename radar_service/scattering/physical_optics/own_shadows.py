@@ -8,8 +8,8 @@ from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.multipath import reflection_distance
 from radar_service.scattering.physical_optics.ray_tubes import by_axis, cross, dot
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import NO_TRIANGLE, Occluder
+from radar_service.world.poses import BodyPose
 
 MARGIN = 1.0  # m by which a reflection point must lie before the body, so that it needs no search
 BEFORE_THE_SEA = -2  # in place of a triangle: the body occludes the way from the antenna to the sea

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from radar_service.scene.body import Mesh
+from radar_service.world.body import Mesh
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

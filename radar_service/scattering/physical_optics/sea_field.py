@@ -17,7 +17,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.diffraction import MAX_HEIGHT, diffraction_height
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar
-from radar_service.scene.environment import Environment
+from radar_service.world.environment import Environment
 
 HEIGHTS = 40.0  # in a natural height (4.8 m in X band): linear in between, the field errs by 0.1 % of the direct one
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way

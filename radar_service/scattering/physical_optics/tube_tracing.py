@@ -16,8 +16,8 @@ from radar_service.scattering.physical_optics.facet_integral import specular_ref
 from radar_service.scattering.physical_optics.facets import areas, line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, cross, dot, halved, moved
-from radar_service.scene.body import Mesh
 from radar_service.trace.embree import TriangleScene
+from radar_service.world.body import Mesh
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.types import Floats
-from radar_service.scene.body import Mesh
-from radar_service.scene.shapes import SHAPES, shape_mesh
+from radar_service.world.body import Mesh
+from radar_service.world.shapes import SHAPES, shape_mesh
 
 SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where edges and near fields matter little
 RADIUS = 4.0  # wavelengths

@@ -10,8 +10,6 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.numerics.types import Floats
-from radar_service.scene.error import SceneError
-from radar_service.scene.world import Scene
 from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
@@ -25,6 +23,8 @@ from radar_service.study.chart.scattering_panel import MODELS, scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
+from radar_service.world.error import SceneError
+from radar_service.world.scene import Scene
 
 Result = TypeVar("Result")
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB

@@ -11,10 +11,10 @@ from radar_service.numerics.frames import effective_earth_radius
 from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
-from radar_service.scene.body import Body
-from radar_service.scene.motion import Motion
-from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Body
+from radar_service.world.motion import Motion
+from radar_service.world.scene import Scene
 
 
 def frozen(scene: Scene) -> Scene:

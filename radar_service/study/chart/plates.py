@@ -13,8 +13,8 @@ from scipy.special import fresnel
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.sea_surface import sea_water_permittivity
-from radar_service.scene.shapes import SHAPES
 from radar_service.study.chart.canonical_targets import DISTANCE, SIDE, CanonicalTarget, lowered
+from radar_service.world.shapes import SHAPES
 
 LONG = 100.0  # wavelengths: 3.2 m at X band, three lobes of multipath at 1 km
 NEAR, NEAREST = 3000.0, 50.0  # wavelengths, and m: a long plate's near field reaches to 20 000 wavelengths

@@ -8,12 +8,12 @@ from radar_service.echo.echoes import Echoes
 from radar_service.numerics.constants import EARTH_RADIUS, SPEED_OF_LIGHT
 from radar_service.numerics.frames import polar_from_map, wrap_angle
 from radar_service.numerics.types import Floats
-from radar_service.scene.body import Body
-from radar_service.scene.world import Scene
 from radar_service.study.chart.frozen_scene import is_diffuse
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.reference_surface import Window
 from radar_service.study.chart.samplers import Sampler
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
 
 DEPTH = 20  # range bins of a patch of an extended surface; it is one beamwidth wide
 MIN_STRENGTH = 1e-3  # of the strongest patch, after removal of 1/R^4; weaker ones are no targets

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scene.world import Scene
 from radar_service.study.chart.closed_form import beam
+from radar_service.world.scene import Scene
 
 LIGHT = 299_792_458.0
 EARTH = 6_371_000.0

@@ -18,12 +18,12 @@ from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.rays import RayCaster, RaySampledSurfaces
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.world import Scene
 from radar_service.study.chart.frozen_scene import all_scatterers, echoes_of
 from radar_service.study.chart.reference_surface import Window
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
+from radar_service.world.scene import Scene
 
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # rays in a box of 3 x 3 beamwidths: number of draws
 DOCUMENTED_DRAWS = 512  # of the documented rays, for all windows together

@@ -7,13 +7,13 @@ import numpy as np
 
 from radar_service.numerics.types import Floats
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.body import Scattering
-from radar_service.scene.world import Scene
 from radar_service.study.chart.canonical_targets import CanonicalTarget, canonical_targets
 from radar_service.study.chart.plates import plates
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread
 from radar_service.study.chart.turntables import Turntables, random_turns, turntables
+from radar_service.world.body import Scattering
+from radar_service.world.scene import Scene
 
 BOUNCES = (1, 2, 3)
 MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics

@@ -16,15 +16,15 @@ from radar_service.radar.patterns import Sinc2
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.body import Body, Mesh, Scattering
-from radar_service.scene.materials import material_from_name
-from radar_service.scene.motion import Motion
-from radar_service.scene.poses import BodyPoses, map_from_bodies
-from radar_service.scene.world import Scene
 from radar_service.study.chart.canonical_targets import DISTANCE, CanonicalTarget
 from radar_service.study.chart.frozen_scene import all_scatterers
 from radar_service.study.chart.plates import ANTENNA_HEIGHT
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Body, Mesh, Scattering
+from radar_service.world.materials import material_from_name
+from radar_service.world.motion import Motion
+from radar_service.world.poses import BodyPoses, map_from_bodies
+from radar_service.world.scene import Scene
 
 STEADY = 20.0  # s before and after an observation in which a target turns at its own rate, a quarter of a scan at most
 MAX_RANGE = 2.0 * DISTANCE

@@ -6,9 +6,9 @@ import numpy as np
 
 from radar_service.numerics.types import Complexes, Floats, Profiles
 from radar_service.radar.parameters import Radar
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
+from radar_service.scene_file.load import load_scene
 from radar_service.study.compressed_pulse import compressed_chirp
+from radar_service.world.scene import Scene
 
 WAVELENGTH = 299_792_458.0 / 9.41e9  # m, of the default radar
 SMALL = {"range_max_m": 600, "pulse_s": 2e-6, "azimuths": 24, "beamwidth_deg": 40}  # every effect, little work

@@ -9,11 +9,11 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.websockets import WebSocket
 
-from radar_service.stream.http.schemas import ControlsChange
-from radar_service.stream.ports.port import Port, Service
-from radar_service.stream.ports.roles import needs
-from radar_service.stream.ports.state_changes import StateChange
-from radar_service.stream.spokes import RadarInfo, SpokeBatch, SpokeSink
+from radar_service.ports.port import Port, Service
+from radar_service.ports.rest.schemas import ControlsChange
+from radar_service.ports.roles import needs
+from radar_service.service.radio.state_changes import StateChange
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 from radar_service.terminal.arguments import UsageError
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_body
-from radar_service.scene.poses import MAP_POSE, pose_at
+from radar_service.world.poses import MAP_POSE, pose_at
 
 Floats = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 9.41e9

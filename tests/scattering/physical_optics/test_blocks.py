@@ -9,7 +9,7 @@ from scipy.special import fresnel
 
 from radar_service.scattering.physical_optics.blocks import BLOCK, blocks
 from radar_service.scattering.physical_optics.facets import areas
-from radar_service.scene.shapes import box
+from radar_service.world.shapes import box
 from tests.scattering.physical_optics.meshes import WAVELENGTH, echoes_toward, loaded, optical, plate
 
 K = 2 * np.pi / WAVELENGTH

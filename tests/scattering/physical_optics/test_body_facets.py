@@ -6,7 +6,7 @@ import pytest
 from radar_service.scattering.physical_optics.blocks import blocks
 from radar_service.scattering.physical_optics.body_facets import SHADOW_EDGE, BodyFacets, body_facets, welded
 from radar_service.scattering.physical_optics.facets import areas
-from radar_service.scene.shapes import box
+from radar_service.world.shapes import box
 from tests.scattering.physical_optics.test_facets import longest_edges
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scene.poses import BodyPose
+from radar_service.world.poses import BodyPose
 
 ANTENNA = np.array([0.0, 0.0, 15.0])
 POINTS = np.array([[0.5, 3.0, 2.0], [-1.0, 0.0, 7.0]])

@@ -6,9 +6,9 @@ import pytest
 from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, CastShadows, Onlooker, silhouettes
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import MAP_POSE
 from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.world.body import Mesh
+from radar_service.world.poses import MAP_POSE
 from tests.reference.cast_shadows import picture_of
 from tests.reference.metal_on_water import EARTH, Setting
 

@@ -7,7 +7,7 @@ from radar_service.scattering.physical_optics.blocks import blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.corner_samples import MAX_INSET, renumbered
 from radar_service.scattering.physical_optics.shadow_edges import sampled
-from radar_service.scene.shapes import box
+from radar_service.world.shapes import box
 
 CORNERS_AND_CENTROID = np.concatenate([np.eye(3), np.full((1, 3), 1 / 3)])
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from radar_service.plan.plan import plan_for
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves, line_through
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
-from radar_service.scene.shapes import box, sphere
+from radar_service.world.shapes import box, sphere
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]

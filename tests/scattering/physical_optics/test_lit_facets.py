@@ -8,8 +8,8 @@ from radar_service.numerics.frames import map_from_deck
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 from tests.scenes import scene
 
 BOX = {

@@ -17,9 +17,9 @@ from radar_service.scattering.physical_optics.mesh_quality import (
     mesh_quality,
 )
 from radar_service.scattering.physical_optics.patches import outward_side
-from radar_service.scene.body import Mesh
-from radar_service.scene.files.mesh import mesh_from_bytes
-from radar_service.scene.shapes import box, cylinder, dihedral, plate, sphere
+from radar_service.scene_file.readers.mesh import mesh_from_bytes
+from radar_service.world.body import Mesh
+from radar_service.world.shapes import box, cylinder, dihedral, plate, sphere
 from tests.reference.make_ships import coaster
 from tests.scattering.physical_optics.meshes import ODD, cross_section, decibels, loaded, optical, toward
 from tests.scattering.physical_optics.meshes import plate as plate_triangles

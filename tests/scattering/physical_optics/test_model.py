@@ -18,9 +18,9 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics, optical_bodies
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.poses import pose_at
 from tests.scattering.physical_optics.meshes import WAVELENGTH, decibels
 from tests.scenes import scene
 

@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scene.poses import pose_at
+from radar_service.world.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (
     WAVELENGTH,
@@ -150,7 +150,7 @@ def test_built_in_corner_by_optics_is_as_bright_as_declared() -> None:
 
 @pytest.mark.parametrize(("shape", "radius"), [("sphere", 0.5), ("sphere", 1.0), ("cylinder", 0.2), ("cylinder", 5.0)])
 def test_built_in_curves_by_optics_return_what_theory_says(shape: str, radius: float) -> None:
-    """pi r^2, and k r h^2 side on, at several aspects: 0.5 dB, the sag of their facets (scene/shapes.py)."""
+    """pi r^2, and k r h^2 side on, at several aspects: 0.5 dB, the sag of their facets (world/shapes.py)."""
     size = {"sphere": {"radius_m": radius}, "cylinder": {"radius_m": radius, "height_m": 1.0}}[shape]
     made = scene([{"name": "b", "shape": shape, "scattering": "optics", "position_m": [0, 900, 0], **size}], radar=RADAR)
     body = optical(made)

@@ -6,9 +6,9 @@ import pytest
 from radar_service.numerics.frames import map_from_body, map_from_deck
 from radar_service.propagation.legs import reflection_points
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scene.body import Mesh
-from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import Occluder
+from radar_service.world.body import Mesh
+from radar_service.world.poses import BodyPose
 from tests.scattering.physical_optics.meshes import sheet
 
 EARTH = 4 / 3 * 6_371_000.0

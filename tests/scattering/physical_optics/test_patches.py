@@ -3,8 +3,8 @@
 import numpy as np
 
 from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_sizes
-from radar_service.scene.body import Mesh
-from radar_service.scene.shapes import box, dihedral, plate, sphere
+from radar_service.world.body import Mesh
+from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
 from tests.scattering.physical_optics.test_facets import longest_edges
 from tests.scattering.physical_optics.test_mesh_quality import united

@@ -5,7 +5,7 @@ import pytest
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.path_fields import facet_fields, facet_phases
-from radar_service.scene.poses import MAP_POSE
+from radar_service.world.poses import MAP_POSE
 from tests.scattering.physical_optics.meshes import WAVELENGTH, optical
 from tests.scenes import scene
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene.describe import describe, far_field
+from radar_service.scene_file.describe import describe, far_field
 from radar_service.trace.ray_sampling import missed_area_range
 from tests.scenes import point, radar, scene
 

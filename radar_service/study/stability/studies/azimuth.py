@@ -4,10 +4,10 @@ import numpy as np
 
 from radar_service.display.ppi import image_position
 from radar_service.numerics.frames import wrap_angle
-from radar_service.scene.motion import Motion
 from radar_service.simulator import Simulator
 from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decibels, plain
+from radar_service.world.motion import Motion
 
 MAX_ERROR_DB = -50.0  # 5 dB above the -55 dB of the engine's design
 

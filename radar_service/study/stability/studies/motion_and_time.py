@@ -10,9 +10,8 @@ from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.numerics.random import NOISE, generator
+from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.records.fidelity import PRESETS
-from radar_service.scene.checks.validity import pulse_doppler_shift
-from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.study.stability.closed_form import WAVELENGTH, error_db, point, point_fields, scene_of
@@ -26,6 +25,7 @@ from radar_service.study.stability.finding import (
     decades,
     plain,
 )
+from radar_service.world.scene import Scene
 
 MAX_ERROR_DB = -50.0  # the accuracy that the engine promises for moving points
 DAY = 86_400.0

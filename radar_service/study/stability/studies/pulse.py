@@ -8,7 +8,7 @@ import numpy as np
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Floats
 from radar_service.receive.compression import compression_for
-from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
+from radar_service.scene_file.model.radar import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.study.stability.closed_form import (

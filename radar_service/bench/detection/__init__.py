@@ -1,0 +1,1 @@
+"""Detection by range against the radar equation."""

@@ -1,0 +1,113 @@
+"""The report of a detection study as one HTML page: the criterion, a table of targets, and Pd by range as a figure."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radar_service.bench.report import STYLE
+from radar_service.bench.scores.scoring import NAUTICAL_MILE
+from radar_service.terminal.output_files import make_folder
+
+COLUMNS = (
+    "target", "first lost, predicted (measured)", "last held, predicted (measured)", "range of the standard", "p",
+    "mean SNR, measured less predicted", "verdict",
+)  # fmt: skip
+
+
+def write_detection(study: Mapping[str, Any], folder: Path) -> None:
+    """Writes detection.json and detection.html into a folder, which is made. Raises OSError."""
+    make_folder(folder)
+    (folder / "detection.json").write_text(json.dumps(study, indent=1, allow_nan=False), encoding="utf-8")
+    (folder / "detection.html").write_text(page(study), encoding="utf-8")
+
+
+def page(study: Mapping[str, Any]) -> str:
+    """Returns the page."""
+    title = f"Detection by range: {html.escape(study['scenario'])}"
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style><h1>{title}</h1>'
+        f"<p>{html.escape(criterion(study))} Source of the targets: {html.escape(study['source'])}</p>"
+        f"{''.join(map(_section, study['series']))}</html>\n"
+    )
+
+
+def criterion(study: Mapping[str, Any]) -> str:
+    """Returns what the words of the report mean, as sentences."""
+    return (
+        f"A target is held where its Pd per scan is {study['criterion']:g} or more, at a Pfa of {study['pfa']:g}. Then 8 of 10 "
+        f"scans detect it with a chance of {study['eight_of_ten']:.2f}. First lost is the nearest range with a lower Pd, last "
+        f"held the farthest one without: nulls of the two rays lie between. Each range was measured over {study['scans']} scans. "
+        "The range of a standard is shown and decides nothing."
+    )
+
+
+def summary(study: Mapping[str, Any]) -> str:
+    """Returns a table of the targets as text."""
+    lines = [
+        f"{'environment':14} {'target':32} {'first lost':>16} {'last held':>16} {'standard':>9} {'p':>6} {'SNR':>17}  verdict"
+    ]
+    for series in study["series"]:
+        for one in series["targets"]:
+            target, lost, held, standard, p, snr, word = _row(one)
+            lines.append(
+                f"{series['environment'][:14]:14} {target[:32]:32} {lost:>16} {held:>16} {standard:>9} {p:>6} {snr:>17}  {word}"
+            )
+    lines += ["ranges: predicted (measured); SNR: mean of the measured less the predicted one"]
+    return "\n".join(lines) + "\n"
+
+
+def _section(series: Mapping[str, Any]) -> str:
+    heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    rows = "".join(_table_row(one) for one in series["targets"])
+    return (
+        f"<h2>{html.escape(series['environment'])}</h2><table><tr>{heads}</tr>{rows}</table>"
+        f'<img alt="probability of detection by range" src="data:image/png;base64,{_figure(series)}">'
+    )
+
+
+def _table_row(one: Mapping[str, Any]) -> str:
+    *cells, word = _row(one)
+    values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+    return f'<tr>{values}<td class="{word.split(",")[0].split()[0]}">{word}</td></tr>'
+
+
+def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
+    """The cells of COLUMNS of a target."""
+    lost, held = (_both(one[key]) for key in ("first_lost_m", "last_held_m"))
+    standard = "none" if one["standard_nm"] is None else f"{one['standard_nm']:g} NM"
+    p = "none" if one["p"] is None else f"{one['p']:.2g}"
+    snr = "none" if one["snr_difference_db"] is None else f"{one['snr_difference_db']:+.2f} +- {one['snr_error_db']:.2f} dB"
+    return one["target"], lost, held, standard, p, snr, one["word"]
+
+
+def _both(values: Mapping[str, float | None]) -> str:
+    """A predicted and a measured range in nautical miles."""
+    predicted, measured = ("none" if value is None else f"{value / NAUTICAL_MILE:.2f}" for value in values.values())
+    return f"{predicted} NM ({measured})"
+
+
+def _figure(series: Mapping[str, Any]) -> str:
+    """Pd by range of each target, predicted and measured, with the range of the standard, as a PNG in base 64."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    chart = figure.subplots()
+    for one in series["targets"]:
+        rows = np.array([(r["range_m"] / NAUTICAL_MILE, r["predicted"], r["detected"]) for r in one["ranges"]]).reshape(
+            -1, 3
+        )
+        (line,) = chart.plot(one["curve"]["range_nm"], one["curve"]["predicted"], linewidth=1.0, label=one["target"])
+        chart.plot(rows[:, 0], rows[:, 2], "o", markersize=3, color=line.get_color())
+        if one["standard_nm"] is not None:
+            chart.axvline(one["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
+    chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
+    chart.legend(fontsize="small")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    return base64.b64encode(buffer.getvalue()).decode()

@@ -1,0 +1,104 @@
+"""One run of the test bench: a scenario, a seed and a tracker."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.bench.scenario import PlotSettings, Scenario
+from radar_service.bench.scores.scoring import ScanResult, TargetTruth
+from radar_service.bench.trackers.tracker import Tracker, TrackerInput
+from radar_service.plots.clusters import ClusterRule
+from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.plot import Plot
+from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
+from radar_service.radar.parameters import Radar
+from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
+from radar_service.scans.scan import Scan
+from radar_service.scene_file.load import load_scene
+from radar_service.simulator import Simulator
+
+
+def run(
+    scenario: Scenario, seed: int, tracker: Tracker, watch: Callable[[Scan], object] = lambda scan: None
+) -> Iterator[ScanResult]:
+    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError.
+
+    watch: gets each scan.
+    """
+    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder)
+    simulator = Simulator(scene, scenario.fidelity, seed)
+    extractor = PlotExtractor(
+        scene.radar,
+        threshold_of(scenario.plots, scene.radar),
+        rule=rule_of(scenario.plots),
+        max_plots=scenario.plots.max_plots,
+        nearest=scenario.plots.nearest_m,
+    )
+    for _ in range(scenario.scans):
+        scan = simulator.scan()
+        watch(scan)
+        ended = extractor.add(scan)
+        given = tracker_input(scan, ended.plots, scene.radar.rotation_period)
+        truths = truths_of(simulator, scan.number, scenario.tracked)
+        yield ScanResult(given, tuple(tracker.update(given)), truths, ended.flood)
+
+
+def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
+    """Returns the threshold that a scenario asks for."""
+    if settings.threshold == "known":
+        return KnownThreshold(radar, settings.pfa)
+    detector = CellAveraging if settings.threshold == "ca" else OrderedStatistic
+    return detector(radar, settings.pfa, settings.guard_m, settings.window_m)
+
+
+def rule_of(settings: PlotSettings) -> ClusterRule:
+    """Returns the rule of clusters that a scenario asks for."""
+    return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db)
+
+
+def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
+    """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
+    end = (scan.number + 1) * rotation_period
+    later = end - float(scan.time[-1])
+    course, speed = float(scan.course[-1]), float(scan.speed[-1])
+    east, north = scan.position[-1] + later * speed * np.array([np.sin(course), np.cos(course)])
+    return TrackerInput(
+        scan=scan.number, time=end, east=float(east), north=float(north), heading=float(scan.heading[-1]), course=course,
+        speed=speed, plots=tuple(plots),
+    )  # fmt: skip
+
+
+def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:
+    """Returns each target at its last crossing in a scan, or at the end of the scan where it has none.
+
+    Where a target is no point, its power is measured, as far as the simulation can.
+    """
+    snapshot = simulator.snapshot(scan)
+    bodies = [body for body in snapshot.bodies if body.body in targets]
+    measured = any(body.length for body in bodies) and _measures_power(simulator)
+    latest: Mapping[str, Crossing] = {one.body: one for one in simulator.crossings(scan, radiometric=measured)}
+    return tuple(
+        _crossed(crossing) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship) for body in bodies
+    )
+
+
+def _measures_power(simulator: Simulator) -> bool:
+    """Whether the simulator has radiometric truth."""
+    return simulator.fidelity.name != "documented"
+
+
+def _crossed(crossing: Crossing) -> TargetTruth:
+    """A target at its crossing, with where its power lies: of a point at the point itself."""
+    truth = _truth(crossing, crossing.own_ship)
+    if not crossing.length or crossing.centroid_range is None or crossing.centroid_bearing is None:
+        return replace(truth, echo=(crossing.range, crossing.boresight))
+    along, across = crossing.centroid_along or 0.0, crossing.centroid_across or 0.0
+    return replace(truth, echo=(crossing.centroid_range, crossing.centroid_bearing), centroid=(along, across))
+
+
+def _truth(body: Kinematics, own: OwnShipTruth) -> TargetTruth:
+    return TargetTruth(
+        body=body.body, time=body.time, position=body.position[:2], velocity=body.velocity[:2], own_position=own.position[:2],
+        own_velocity=own.velocity[:2], visible=body.visible, heading=body.heading, length=body.length,
+    )  # fmt: skip

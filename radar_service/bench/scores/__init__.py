@@ -1,0 +1,1 @@
+"""How good tracks are: truth, assignment, scores, verdicts."""

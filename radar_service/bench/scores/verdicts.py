@@ -1,0 +1,65 @@
+"""Whether a limit holds for 95 % of runs, with 95 % confidence, from the runs that were made."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.stats import beta
+
+from radar_service.bench.scenario import Limit
+
+SHARE = 0.05  # of runs that may miss a limit: standards state 95 % figures
+CONFIDENCE = 0.95  # one-sided
+ROUNDING = 1e-9  # one failure of one run has a lower bound of 5 %
+
+Word = Literal["pass", "fail", "undecided, more seeds", "shown"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the runs of a scenario say about one limit.
+
+    metric, minimum, maximum, source, decides: as in Limit.
+    runs, failures: numbers.
+    value_95: 95th percentile of the metric, or the 5th for a minimum; None where any run has no value.
+    lower, upper: one-sided 95 % bounds of the share that fails.
+    word: the verdict.
+    """
+
+    metric: str
+    minimum: float | None
+    maximum: float | None
+    source: str
+    decides: bool
+    runs: int
+    failures: int
+    value_95: float | None
+    lower: float
+    upper: float
+    word: Word
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+
+def failure_bounds(failures: int, runs: int) -> tuple[float, float]:
+    """Returns the one-sided 95 % lower and upper bounds of the share of failures (Clopper and Pearson 1934)."""
+    lower = float(beta.ppf(1.0 - CONFIDENCE, failures, runs - failures + 1)) if failures else 0.0
+    upper = float(beta.ppf(CONFIDENCE, failures + 1, runs - failures)) if failures < runs else 1.0
+    return lower, upper
+
+
+def verdict(limit: Limit, values: Sequence[float | None]) -> Verdict:
+    """Returns the verdict on a limit from the metric's value in each run."""
+    failures = sum(not limit.is_met(value) for value in values)
+    lower, upper = failure_bounds(failures, len(values))
+    word: Word = "pass" if upper <= SHARE else "fail" if lower > SHARE + ROUNDING else "undecided, more seeds"
+    numbers = [value for value in values if value is not None]
+    share = 100.0 * (1.0 - SHARE if limit.maximum is not None else SHARE)
+    value = float(np.percentile(numbers, share)) if len(numbers) == len(values) and numbers else None
+    return Verdict(
+        limit.metric, limit.minimum, limit.maximum, limit.source, limit.decides, len(values), failures, value, lower, upper,
+        word if limit.decides else "shown",
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Trackers, how they are reached, and readers for Stone Soup."""

@@ -1,0 +1,129 @@
+"""Trackers of any language: they take plots and give tracks as JSON Lines, whichever way the lines go (docs/bench.md)."""
+
+import json
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from threading import Thread
+from typing import Any
+
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+
+ANSWER_SECONDS = 60.0  # that a tracker may take for one scan
+MAX_LINE = 2**24  # characters of an answer
+MAX_TRACKS = 1000  # of an answer: metrics compare each with each target
+MAX_NAME = 100  # characters of a track's name
+MAX_VALUE = 1e9  # m, m/s and s: the square of a larger one may overflow
+KEYS = ("time", "east", "north", "velocity_east", "velocity_north")
+
+
+class TrackerError(Exception):
+    """A tracker that ended, did not answer in time or answered rubbish. Its text says which."""
+
+
+class LineTracker(ABC):
+    """A tracker.Tracker behind lines of JSON. `close` ends it.
+
+    It gets one line with `type` "header", then one with `type` "scan" for each scan (TrackerInput.as_dict). To each scan it
+    answers with one line: {"type": "tracks", "scan": its number, "tracks": [{"track", "time", "east", "north",
+    "velocity_east", "velocity_north"}]}.
+    """
+
+    def __init__(self, name: str, timeout: float) -> None:
+        """name: for messages; timeout: for each line, there and back [s]."""
+        self.name, self.timeout = name, timeout
+        self.end = "has ended"  # what has become of it, where it takes or gives no more
+        self._sending: Thread | None = None
+        self._fault: Exception | None = None
+
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Sends the header; ends the tracker where it does not take it. Raises TrackerError."""
+        try:
+            self.send({"type": "header", **header})
+        except BaseException:
+            self.close()
+            raise
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        """Returns the tracks after a scan, as Tracker.update. Raises TrackerError."""
+        self.send(scan.as_dict())
+        return tracks_from_line(self.answer(scan.scan), scan.scan)
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Sends one line, from a thread of its own: a tracker that reads nothing would block this one for ever. Raises
+        TrackerError."""
+        line = json.dumps(message, allow_nan=False)
+        self._sending = Thread(target=self._write, args=(line,), name="plots for a tracker", daemon=True)
+        self._sending.start()
+        self._sending.join(self.timeout)
+        if self.is_stuck:
+            raise TrackerError(f"tracker: {self.name!r} read no plots for {self.timeout:g} s")
+        if self._fault is not None:
+            raise TrackerError(f"tracker: {self.name!r} {self.end} and takes no more plots") from self._fault
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether a line is still not taken."""
+        return self._sending is not None and self._sending.is_alive()
+
+    def _write(self, line: str) -> None:
+        try:
+            self.write(line)
+        except Exception as error:  # raised by `send`, in the caller's thread
+            self._fault = error
+
+    @abstractmethod
+    def write(self, line: str) -> None:
+        """Writes one line without its end; raises any error where the tracker has gone."""
+
+    @abstractmethod
+    def answer(self, scan: int) -> str:
+        """Returns the next line of the tracker, which answers a scan. Raises TrackerError."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Ends the tracker, or the connection to it."""
+
+    def silent(self, scan: int) -> TrackerError:
+        """Returns the error of a tracker that does not answer in time."""
+        return TrackerError(f"tracker: no answer to scan {scan} within {self.timeout:g} s")
+
+
+def tracks_from_line(line: str, scan: int) -> tuple[TrackState, ...]:
+    """Returns the tracks of one answer. Raises TrackerError where it is none, or that to another scan."""
+    try:
+        answer = json.loads(line)
+        if answer["type"] != "tracks" or answer["scan"] != scan:
+            raise TrackerError(
+                f"tracker: the answer to scan {scan} has type {_shown(answer['type'])}, scan {_shown(answer['scan'])}"
+            )
+        if len(answer["tracks"]) > MAX_TRACKS:
+            raise TrackerError(
+                f"tracker: the answer to scan {scan} has {len(answer['tracks'])} tracks; at most {MAX_TRACKS}"
+            )
+        tracks = tuple(_state(track) for track in answer["tracks"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise TrackerError(
+            f"tracker: the answer to scan {scan} is not understood ({_shown(error)}): {line[:80]!r}"
+        ) from None
+    if len({track.track for track in tracks}) < len(tracks):
+        raise TrackerError(f"tracker: the answer to scan {scan} names a track twice")
+    return tracks
+
+
+def _shown(value: object) -> str:
+    """A value of a stranger in a message, which stays one line of fair length."""
+    return repr(value)[:200]
+
+
+def _state(track: Mapping[str, Any]) -> TrackState:
+    name = track["track"]
+    if not isinstance(name, str | int) or len(str(name)) > MAX_NAME:
+        raise ValueError(f"track is {_shown(name)}; a name of at most {MAX_NAME} characters, or a whole number, is needed")
+    values = {key: float(track[key]) for key in KEYS}
+    for key, value in values.items():
+        if not math.isfinite(value):
+            raise ValueError(f"{key} is {value}; a finite number is needed")
+        if abs(value) > MAX_VALUE:
+            raise ValueError(f"{key} is {value:g}; at most {MAX_VALUE:g} is needed")
+    return TrackState(track=str(name), **values)

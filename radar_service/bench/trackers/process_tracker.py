@@ -1,0 +1,72 @@
+"""Trackers that are programs: JSON Lines on their standard input and output."""
+
+import shlex
+import subprocess
+from collections.abc import Mapping
+from contextlib import suppress
+from queue import Empty, Queue
+from threading import Thread
+from typing import Any
+
+from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError
+
+MAX_WAITING = 4  # answers that nobody has asked for yet
+
+
+class ProcessTracker(LineTracker):
+    """A LineTracker that another program is. `close` ends the program."""
+
+    def __init__(self, command: str, header: Mapping[str, Any], timeout: float = ANSWER_SECONDS) -> None:
+        """command: as a shell splits it, but without a shell; timeout: for each answer [s]. Raises TrackerError."""
+        super().__init__(command, timeout)
+        try:
+            self._process = subprocess.Popen(
+                shlex.split(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", errors="replace"
+            )
+        except (OSError, ValueError, IndexError) as error:
+            raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
+        self._answers: Queue[str] = Queue()
+        Thread(target=self._read, name="tracker's answers", daemon=True).start()
+        self.begin(header)
+
+    def write(self, line: str) -> None:
+        """As LineTracker.write."""
+        assert self._process.stdin
+        self._process.stdin.write(line + "\n")
+        self._process.stdin.flush()
+
+    def answer(self, scan: int) -> str:
+        """As LineTracker.answer."""
+        try:
+            line = self._answers.get(timeout=self.timeout)
+        except Empty:
+            raise self.silent(scan) from None
+        if not line:
+            raise TrackerError(f"tracker: {self.name!r} {self.end} before it answered scan {scan}")
+        if len(line) == MAX_LINE:
+            raise TrackerError(f"tracker: the answer to scan {scan} is not understood: it has {MAX_LINE} characters or more")
+        return line
+
+    def close(self) -> None:
+        """Ends the program."""
+        if self.is_stuck:
+            self._process.kill()
+        with suppress(OSError):
+            if self._process.stdin:
+                self._process.stdin.close()
+        try:
+            self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _read(self) -> None:
+        """Keeps the answers. A program that answers what it was not asked is read no further, so that they stay few."""
+        assert self._process.stdout
+        with self._process.stdout as output:
+            while line := output.readline(MAX_LINE):
+                if self._answers.qsize() >= MAX_WAITING:
+                    self.end = "wrote more lines than it got scans"
+                    break
+                self._answers.put(line)
+        self._answers.put("")

@@ -1,0 +1,114 @@
+"""Trackers by name: the reference tracker, a callable in Python, a program, or a server. And what stands behind a name."""
+
+import hashlib
+import importlib
+import importlib.metadata
+import importlib.util
+import os
+import shlex
+import shutil
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radar_service.bench.scenario import Scenario
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.process_tracker import ProcessTracker
+from radar_service.bench.trackers.stone_soup import StoneSoupTracker, Tuning
+from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
+from radar_service.numerics.constants import KNOT
+
+REFERENCE = ("gnn", "jpda")  # names of the reference tracker's associations
+
+
+def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tracker:
+    """Returns a new tracker by name.
+
+    "gnn" or "jpda": the reference. "ws://..." or "wss://...": a server. "module:callable": what the callable returns.
+    Anything else: a command, which gets plots and answers tracks as JSON Lines. header: what a server or command gets first.
+    Raises TrackerError and ImportError.
+    """
+    if name in REFERENCE:
+        return StoneSoupTracker(tuning_of(scenario, name))
+    if name.startswith(SCHEMES):
+        return WebsocketTracker(name, header)
+    if not _is_callable(name):
+        return ProcessTracker(name, header)
+    module, _, attribute = name.partition(":")
+    _import_from_here()
+    try:
+        made: Tracker = getattr(importlib.import_module(module), attribute)()
+    except (ImportError, AttributeError) as error:
+        raise TrackerError(f"tracker: {name} could not be imported: {error}") from None
+    return made
+
+
+def tuning_of(scenario: Scenario, association: str) -> Tuning:
+    """Returns the tuning that a scenario gives the reference tracker."""
+    settings = scenario.tracker
+    return Tuning(
+        association="jpda" if association == "jpda" else "gnn", range_error=settings.range_error_m,
+        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
+        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
+    )  # fmt: skip
+
+
+def program_digest(name: str) -> str:
+    """Returns a hash of what stands behind a tracker's name: runs of another program are not mixed with its own.
+
+    The files that a command names, the file of a Python module, the version of Stone Soup. What these import or call is not
+    looked at, and nothing is known of a server. Raises OSError.
+    """
+    if name in REFERENCE:
+        return _installed("stonesoup")
+    if name.startswith(SCHEMES):
+        return ""
+    files = [_source(name.partition(":")[0])] if _is_callable(name) else _files(name)
+    return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
+
+
+def _is_callable(name: str) -> bool:
+    return name.count(":") == 1 and " " not in name and "/" not in name
+
+
+def _import_from_here() -> None:
+    """Lets modules of the working folder be imported, as `python -m` does."""
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+
+
+def _installed(package: str) -> str:
+    try:
+        return f"{package} {importlib.metadata.version(package)}"
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+def _source(module: str) -> Path | None:
+    """The file of a module; None where there is none, which `tracker_for` then says."""
+    _import_from_here()
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, ValueError, AttributeError):
+        return None
+    return Path(spec.origin) if spec and spec.origin and Path(spec.origin).is_file() else None
+
+
+def _files(command: str) -> list[Path]:
+    """The files that a command names: its program, scripts, settings."""
+    try:
+        program, *rest = shlex.split(command)
+    except ValueError:
+        return []
+    its_file = shutil.which(program)
+    named = [Path(word.partition("=")[2] or word) for word in rest]  # --settings=file names a file too
+    return [*([Path(its_file)] if its_file else []), *(path for path in named if os.path.isfile(path))]
+
+
+def _file_digest(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "blake2b").digest()

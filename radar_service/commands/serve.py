@@ -1,0 +1,164 @@
+"""The command `serve`: starts the worlds of its radars in processes of their own, and meanwhile the server.
+
+What takes long to import is imported while those processes start and prepare.
+"""
+
+import argparse
+import contextlib
+import gc
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from radar_service.processes.fork_server import ForkServer
+from radar_service.processes.stop_signals import ended_by_signals
+from radar_service.service import logs
+from radar_service.service.access import Access, checked_token, is_loopback
+
+if TYPE_CHECKING:
+    from radar_service.ports.port import Port
+    from radar_service.service.radio.world import WorldSource
+    from radar_service.service.source import MakeEngine, SceneOrder
+
+WORLDS_NEED = ("radar_service.simulator", "radar_service.service.radio.world_process")
+OTHERS_NEED = (
+    "radar_service.service.radio.last_scan", "radar_service.display.last_scan",
+    "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
+)  # fmt: skip
+
+OpenPorts = Callable[[argparse.Namespace], contextlib.AbstractContextManager["Sequence[Port]"]]
+
+
+class StartError(ValueError):
+    """The server cannot start. The text says why."""
+
+
+class AccessError(StartError):
+    """Options that would leave a server unprotected. The text says what to do."""
+
+
+def serve(options: argparse.Namespace, make_engine: "MakeEngine", open_ports: OpenPorts) -> int:
+    """Serves the scenes of the options until stopped; returns the exit status.
+
+    make_engine: makes the engine of a scene, in the scene's own process; open_ports: opens the ports that options ask for.
+    Raises StartError, SceneError, OSError, and what a port raises that cannot open.
+    """
+    access = access_for(options)
+    logs.configure(options.log)
+    gc.disable()  # until the service runs: a tenth of the time of imports
+    with contextlib.ExitStack() as on_end:
+        on_end.callback(gc.enable)
+        on_end.enter_context(ended_by_signals())
+        worlds: list[Future[list[WorldSource]]] = []
+        start = Start()
+        fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
+        for close in (partial(_close, worlds), fork_server.close, start.close):  # the last one comes first
+            on_end.callback(close)
+        fork_server.start()
+        from radar_service.service.radio.prefetch import EngineFault
+        from radar_service.service.radio.world import WorldMaker  # here and below: meanwhile the other process starts
+        from radar_service.service.source import SceneOrder
+
+        make = WorldMaker(fork_server, make_engine)
+        orders = [SceneOrder(source, options.sandbox_all) for source in options.scenes]
+        worlds += _started(partial(make, progress=start), orders)
+        from radar_service.ports.running import run
+
+        ports = on_end.enter_context(open_ports(options))
+        try:
+            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, ports)
+        except EngineFault as error:
+            raise StartError(f"scene: {error}") from None
+
+
+class Start:
+    """The preparation of the first scenes: a source.Progress. `close` ends it early."""
+
+    in_background = False
+
+    def __init__(self) -> None:
+        self._closes: list[Callable[[], None]] = []
+        self._closed = False
+        self._lock = threading.Lock()
+
+    def stage(self, text: str) -> None:
+        """Ignores it."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Notes what ends a preparation early."""
+        with self._lock:
+            self._closes.append(close)
+        if self._closed:
+            close()
+
+    def close(self) -> None:
+        """Ends all preparations, those to come too."""
+        self._closed = True
+        with self._lock:
+            closes = list(self._closes)
+        for close in closes:
+            close()
+
+
+def _started(
+    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]"
+) -> "list[Future[list[WorldSource]]]":
+    """Returns the radars of each scene; scenes are prepared side by side."""
+    threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
+    worlds = [threads.submit(_radars, make, order) for order in orders]
+    threads.shutdown(wait=False)
+    return worlds
+
+
+def _close(worlds: "Sequence[Future[list[WorldSource]]]") -> None:
+    for world in worlds:
+        if not world.exception():
+            for radar in world.result():
+                radar.close()
+
+
+def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
+    """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
+    first = make(order)
+    others = [replace(order, radar=radar_id) for radar_id in first.info.scene.radar_ids[1:]]
+    with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
+        made = [threads.submit(make, other) for other in others]
+    with contextlib.ExitStack() as on_failure:
+        for radar in (first, *(each.result() for each in made if not each.exception())):
+            on_failure.callback(radar.close)
+        radars = [first, *(each.result() for each in made)]
+        on_failure.pop_all()
+    return radars
+
+
+def access_for(options: argparse.Namespace) -> Access:
+    """Returns who may do what. Raises AccessError where other machines reach the server and no option protects it."""
+    command, read = token(options.token, options.token_file), token(options.read_token, options.read_token_file)
+    if command is None and not is_loopback(options.host) and not options.insecure:
+        raise AccessError(
+            f"--host: {options.host} is open to other machines, and anybody there could command the radar; give "
+            "--token-file FILE (`openssl rand -hex 16 > FILE`), or --insecure where everybody may"
+        )
+    if command is None and read is not None:
+        raise AccessError(
+            "--token-for-reading: protects nothing where everybody may command; give --token-file FILE as well"
+        )
+    return Access(command, read, frozenset(name.lower() for name in (options.host, *options.allow_host)))
+
+
+def token(text: str | None, path: Path | None) -> str | None:
+    """Returns a token from the command line or from the first line of a file.
+
+    Raises AccessError, which does not repeat the token.
+    """
+    if path is not None:
+        lines = path.read_text(errors="replace").splitlines()
+        text = lines[0].strip() if lines else ""
+    try:
+        return None if text is None else checked_token(text)
+    except ValueError as error:
+        raise AccessError(f"{path or '--token'}: {error}") from None

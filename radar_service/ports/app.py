@@ -1,0 +1,94 @@
+"""The application: the routes of all ports, the documentation and the page, behind the security checks."""
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from importlib import metadata
+
+from fastapi import FastAPI
+from starlette.routing import Route
+from starlette.staticfiles import StaticFiles
+
+from radar_service.packaged import packaged_folder
+from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.http.docs import add_docs
+from radar_service.ports.http.requests import Requests, RequestsMiddleware
+from radar_service.ports.http.security import SecurityMiddleware
+from radar_service.ports.port import Service
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest.answers import add_exception_handlers
+from radar_service.ports.rest.body_limits import BodyLimitMiddleware
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.ports.roles import Roles, needs
+from radar_service.processes.fork_server import ForkServer
+from radar_service.service.access import Access, Tickets
+from radar_service.service.logs import Refusals
+from radar_service.service.radio.preparation import Preparations
+from radar_service.service.radio.station import Station
+
+OPENAPI = "/api/openapi.json"
+
+
+def create_app(
+    stations: Sequence[Station], ports: PortHost | None = None, *, fork_server: ForkServer | None = None,
+    access: Access | None = None, refused: Refusals | None = None, requests: Requests | None = None,
+) -> FastAPI:  # fmt: skip
+    """Returns the application; it starts the radars when it starts and stops them when it stops.
+
+    stations: the radars, all of them by the time that the application starts;
+    ports: by default REST and the feed;
+    fork_server: starts the processes that read big bodies and draw pictures; the application closes it;
+    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere;
+    requests: follows the requests in progress, which the server ends when it stops.
+
+    Raises UndeclaredRoleError for a route of a port that does not say which role it needs.
+    """
+    ports, requests, by_identity = ports or PortHost((RestPort(), FeedPort())), requests or Requests(), dict[str, Station]()
+    service = Service(
+        by_identity, access or Access(), Tickets(), refused or Refusals(), fork_server or ForkServer(), Preparations(),
+        requests.cancel_jobs, tuple(ports.threads.values()),
+    )  # fmt: skip
+    requests.cancel_jobs.append(service.preparations.close)
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        by_identity.update((station.identity, station) for station in stations)
+        try:
+            await ports.start(service)
+            roles.read(app.routes)  # which a port may have added to
+            for station in stations:
+                station.preparations = service.preparations
+                await station.start()
+            ports.watch(stations)
+            yield
+        finally:
+            service.preparations.close()
+            await asyncio.gather(*(station.stop() for station in stations))
+            await ports.stop()
+            service.fork_server.close()
+
+    app = FastAPI(
+        title="radar-service",
+        version=metadata.version("radar-service"),
+        description="A simulated marine radar: scenes in, the live feed of a rotating radar out.",
+        lifespan=lifespan,
+        openapi_url=OPENAPI,
+        docs_url=None,  # the framework's pages load scripts from other servers; see http.docs
+        redoc_url=None,
+    )
+    for router in ports.routes(service):
+        app.include_router(router)
+    for route in app.routes:
+        if isinstance(route, Route) and route.path == OPENAPI:
+            needs("read")(route.endpoint)  # the framework has made it
+    add_docs(app)
+    page = StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False)
+    app.mount("/", needs("nothing")(page))
+    roles = Roles(app.routes)
+    add_exception_handlers(app)
+    app.add_middleware(BodyLimitMiddleware)
+    app.add_middleware(RequestsMiddleware, requests=requests)
+    app.add_middleware(
+        SecurityMiddleware, access=service.access, tickets=service.tickets, roles=roles, refused=service.refused
+    )
+    return app

@@ -1,0 +1,1 @@
+"""The server that all HTTP and websocket protocols share: roles, limits, documentation."""

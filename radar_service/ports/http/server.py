@@ -1,0 +1,144 @@
+"""The server: where it listens, how it is configured, and how it stops."""
+
+import asyncio
+import errno
+import logging
+import socket
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from radar_service.ports.http.connection_limits import LimitedProtocol
+from radar_service.ports.http.requests import Requests
+from radar_service.ports.http.websocket import FramedWebSocket
+from radar_service.service.logs import log_event
+from radar_service.service.radio.station import Station
+
+if sys.platform != "win32":
+    import resource
+
+INBOUND_LIMIT = 4096  # bytes of a websocket message: the feed ignores what clients send
+CUT_SECONDS = 0.3  # that connections may take to close when the server has stopped, before they are cut
+SHUTDOWN_SECONDS = 1  # for their requests to end then
+SEND_BUFFER = 128 * 2**10  # bytes: what a stalled client later receives as stale spokes (docs/reference-values.md#fan-out)
+BACKLOG = 2048  # connections that wait to be taken
+MAX_CONNECTIONS = 600  # all together: the clients of a full radar and some for REST
+RESERVED, MIN_CONNECTIONS = 40, 8  # descriptors: a service of one radar holds 16, a swap and two jobs take 20 more
+MAX_PER_ADDRESS = 40  # from one other machine; this machine has no such limit
+REQUEST_SECONDS = 5.0  # from a connection to the end of its first request's head
+KEEP_ALIVE = 5  # s, as uvicorn has it
+
+
+class Server(uvicorn.Server):
+    """A server that ends the feeds and answers all requests before it closes their sockets."""
+
+    def __init__(
+        self, config: uvicorn.Config, stations: Sequence[Station], started: Callable[[], None], requests: Requests
+    ) -> None:
+        """started: is called when clients can connect; requests: those of the application."""
+        super().__init__(config)
+        self._stations, self._started, self._requests = stations, started, requests
+        self.gave_up = False
+
+    def stop(self) -> None:
+        """Stops the server, also while it starts. May be called from any thread."""
+        self.should_exit = True
+
+    def give_up(self) -> None:
+        """Stops the server because a radar has failed. May be called from any thread."""
+        self.gave_up = self.should_exit = True
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Starts to listen, and prints the address."""
+        asyncio.get_running_loop().set_exception_handler(note_fault)
+        await super().startup(sockets)
+        for listener in sockets or []:
+            host, port = listener.getsockname()[:2]
+            log_event("started", host=host, port=port)
+            print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
+        self._started()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Takes no more connections, cancels all jobs, answers all requests, sends `bye` to every client, then closes all
+        connections. Clients that do not read are cut."""
+        log_event("stopping")
+        for server in self.servers:
+            server.close()  # otherwise a client that has received its bye reconnects at once and is cut off
+        await asyncio.gather(self._requests.end(), *(station.stop() for station in self._stations))
+        asyncio.get_running_loop().call_later(CUT_SECONDS, self._cut)
+        await super().shutdown(sockets)
+
+    def _cut(self) -> None:
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+
+
+def note_fault(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Logs a fault of the event loop. Where no descriptors are left for a connection, which then waits, this is one line."""
+    error = context.get("exception")
+    if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+        log_event("no file descriptors are left for connections", logging.WARNING)
+    else:
+        loop.default_exception_handler(context)
+
+
+def possible_connections(connections: int) -> int:
+    """Returns how many connections can be taken: descriptors stay free for the processes of a swap and of other jobs."""
+    if sys.platform == "win32":
+        return connections
+    descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    if descriptors == resource.RLIM_INFINITY:
+        return connections
+    return min(connections, max(MIN_CONNECTIONS, descriptors - RESERVED))
+
+
+def configuration(
+    app: ASGIApp, *, connections: int = MAX_CONNECTIONS, per_address: int = MAX_PER_ADDRESS,
+    seconds: float = REQUEST_SECONDS, keep_alive: int = KEEP_ALIVE, refused: Callable[[str], None] = lambda _: None,
+) -> uvicorn.Config:  # fmt: skip
+    """Returns how the application is served. refused: is called with the reason of each refusal.
+
+    connections, per_address: maximum at a time, of connections as far as descriptors allow; seconds: until a request's head
+    is complete; keep_alive: until a connection without a further request is closed [s].
+    """
+    http: Any = partial(
+        LimitedProtocol,
+        connections=possible_connections(connections),
+        per_address=per_address,
+        seconds=seconds,
+        refused=refused,
+    )
+    return uvicorn.Config(
+        app,
+        loop="asyncio",  # uvloop reads up to 8 MB of one connection while all others wait
+        http=http,
+        ws=FramedWebSocket,
+        log_level="warning",
+        access_log=False,
+        log_config=None,  # see stream.logs
+        server_header=False,
+        proxy_headers=False,  # a connection's address is the one that it comes from
+        ws_max_size=INBOUND_LIMIT,
+        ws_max_queue=4,
+        ws_per_message_deflate=False,
+        timeout_keep_alive=keep_alive,
+        timeout_graceful_shutdown=SHUTDOWN_SECONDS,
+        backlog=BACKLOG,
+    )
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """Returns a socket that listens there. Raises OSError that names host and port."""
+    try:
+        listener = socket.create_server(
+            (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET, backlog=BACKLOG
+        )
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, f"{host}:{port}") from None
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # every connection inherits both
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # asyncio leaves it out for such a listener
+    return listener

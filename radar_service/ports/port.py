@@ -1,0 +1,87 @@
+"""The interface of ports. A port is one protocol in or out of a service: its options, routes, sinks and clock.
+
+To add one, write a class like `Port` in a folder of its own below `radar_service.ports`, and a line in `ports.registry`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from fastapi import APIRouter
+
+from radar_service.ports.port_thread import PortThread
+from radar_service.processes.fork_server import ForkServer
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.service.access import Access, Tickets
+from radar_service.service.logs import Refusals
+from radar_service.service.radio.preparation import Preparations
+from radar_service.service.radio.state_changes import StateChange
+from radar_service.service.radio.station import Station
+from radar_service.service.spokes import SpokeSink
+
+
+@dataclass(frozen=True)
+class Service:
+    """What a service has for its ports.
+
+    stations: its radars by their id; all of them are there when the ports start.
+    access: who may do what; tickets: of browsers for websockets; refused: counts refusals by a word.
+    fork_server: starts processes; preparations: where scenes are prepared.
+    cancel_jobs: what cancels the jobs that requests wait for, when the service stops.
+    threads: of the ports, with what each has lost.
+    """
+
+    stations: Mapping[str, Station]
+    access: Access
+    tickets: Tickets
+    refused: Refusals
+    fork_server: ForkServer
+    preparations: Preparations
+    cancel_jobs: list[Callable[[], None]] = field(default_factory=list)
+    threads: Sequence[PortThread] = ()
+
+
+class Port:
+    """One protocol of a service. A port overrides what its protocol has; here every method does nothing.
+
+    name: for logs and metrics.
+    delays: whether radars wait for its sinks, which are then called by the threads of the radars and must not fail. Otherwise
+    these are called by a thread of the port, as `tick` and `changed` always are, one at a time; what is too much for them is
+    dropped and counted.
+    period: of `tick` [s].
+    sources: what its sinks need of the sources of cells.
+
+    What a port is handed it shares with others: it copies what it changes.
+    """
+
+    name: ClassVar[str]
+    delays: ClassVar[bool] = False
+    period: float | None = None
+    sources: SourceRequest = SourceRequest()
+
+    def routes(self, service: Service) -> Sequence[APIRouter]:
+        """Returns its routes, each with its role (`ports.roles.needs`)."""
+        return ()
+
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns its sinks for the spokes of the radar of that id."""
+        return ()
+
+    async def start(self, service: Service) -> None:
+        """Begins, before the radars do. What it raises ends the service."""
+
+    async def stop(self) -> None:
+        """Ends, when the radars have ended, within a second."""
+
+    def tick(self, radar: str, time: float) -> None:
+        """Is called for each radar once in `period` of the world's time, also in standby and, by the wall clock, in a pause.
+
+        At most 50 times a second, so less often at a high pace. time: of simulation [s]; another scene begins anew.
+        """
+
+    def changed(self, change: StateChange) -> None:
+        """Takes a change of a radar's state. The first ones, when a service starts, tell all of its state. None is dropped: of
+        those that wait one stands for all of its kind."""
+
+    def close(self) -> None:
+        """Closes what was open before the service started; the last call."""

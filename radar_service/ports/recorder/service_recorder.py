@@ -1,0 +1,136 @@
+"""Records the radars of a running service, in a thread of its own, so that a disk neither stops a feed nor ends it."""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import IO, NamedTuple, Self
+
+from radar_service.recording.radar_recording import NOTHING, RadarRecording
+from radar_service.recording.recording_file import RecordingFile, created
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.service.logs import log_event
+from radar_service.service.spokes import RadarInfo, SpokeBatch
+
+MAX_WAITING = 64 * 2**20  # bytes of spokes that wait for the disk; beyond it the radars wait too
+PATIENCE = 20.0  # s that the radars wait for the disk: twice the time that a truth may take
+
+
+class Work(NamedTuple):
+    """A piece of work of the recorder's thread. size: of the spokes that it holds [bytes]; ends_scan: whether they end one."""
+
+    do: Callable[[], None]
+    size: int = 0
+    ends_scan: bool = False
+
+
+class ServiceRecorder:
+    """A recording of all radars of a service, as a context manager. Raises OSError where the file cannot be created.
+
+    A disk that is full, or takes longer than `patience` [s], ends the recording with a line on standard error. The feed goes on,
+    and what is in the file can be read.
+
+    recorded: what spokes tell of their sources.
+    """
+
+    def __init__(
+        self, path: Path, with_truth: bool, patience: float = PATIENCE, create: Callable[[Path], IO[bytes]] = created,
+        recorded: SourceRequest = NOTHING,
+    ) -> None:  # fmt: skip
+        """create: returns the empty file; recorded: what spokes tell of their sources."""
+        self.fault: str | None = None
+        self._path, self._with_truth, self._patience, self.recorded = path, with_truth, patience, recorded
+        self._file = RecordingFile(path, create)
+        self._work: deque[Work] = deque()
+        self._waiting = self._scan_ends = 0
+        self._changed, self._closing = threading.Condition(), False
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+
+    def sink(self, radar: str) -> "RecordingSink":
+        """Returns the sink for the spokes of the radar of that id."""
+        return RecordingSink(RadarRecording(self._file, radar, self._with_truth, self.recorded), self.put)
+
+    def put(self, work: Work) -> None:
+        """Has `work` done by the thread, in order. Waits where too much waits already, or the end of another scan."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.fault or self._has_room(work), self._patience):
+                self._end(f"{self._path}: the disk took more than {self._patience:g} s")
+            if self.fault is None:
+                self._work.append(work)
+                self._waiting += work.size
+                self._scan_ends += work.ends_scan
+                self._changed.notify_all()
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join(self._patience)
+
+    def _run(self) -> None:
+        try:
+            while work := self._next():
+                work.do()
+                with self._changed:
+                    self._waiting -= work.size
+                    self._scan_ends -= work.ends_scan
+                    self._changed.notify_all()
+        except OSError as error:
+            self._report(f"{error.filename}: {error.strerror}")
+        except Exception as error:  # of any kind: the feed must go on
+            self._report(f"{self._path}: {type(error).__name__}: {error}")
+        try:
+            self._file.close()
+        except OSError as error:
+            self._report(f"{error.filename}: {error.strerror}")
+
+    def _next(self) -> Work | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._work or self._closing or self.fault)
+            return self._work.popleft() if self._work else None
+
+    def _has_room(self, work: Work) -> bool:
+        return self._waiting < MAX_WAITING and not (work.ends_scan and self._scan_ends)
+
+    def _report(self, reason: str) -> None:
+        with self._changed:
+            self._end(reason)
+
+    def _end(self, reason: str) -> None:
+        """Ends the recording, where it has not ended. The lock is held."""
+        if self.fault is None:
+            self.fault = reason
+            self._work.clear()
+            self._changed.notify_all()
+            log_event("recording failed, the feed goes on", logging.ERROR, reason=reason)
+
+
+class RecordingSink:
+    """Hands what a radar sends to the recorder's thread."""
+
+    def __init__(self, recording: RadarRecording, put: Callable[[Work], None]) -> None:
+        self._recording, self._put = recording, put
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an epoch."""
+        self._put(Work(partial(self._recording.open_epoch, radar)))
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Takes spokes."""
+        block = batch.block
+        ends_scan = block.index + len(block) == batch.epoch.info.radar.azimuths
+        self._put(Work(partial(self._recording.send, batch), block.nbytes, ends_scan))
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Takes the notice of spokes that never come."""
+        self._put(Work(partial(self._recording.skip, epoch, first, count, reason)))
+
+    def close(self, reason: str) -> None:
+        """Does nothing: the recording goes on with the next epoch."""

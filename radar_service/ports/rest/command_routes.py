@@ -1,0 +1,124 @@
+"""REST: commands to own ship and to bodies while the radar runs."""
+
+import math
+from collections.abc import Mapping
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from radar_service.numerics.constants import KNOT
+from radar_service.ports.rest.answers import (
+    BUSY,
+    CONFLICT,
+    FORBIDDEN,
+    REFUSED,
+    UNKNOWN,
+    UNREADABLE,
+    check_knows_truth,
+    station_of,
+)
+from radar_service.ports.rest.json_bodies import StrictRoute
+from radar_service.ports.rest.schemas import Body
+from radar_service.ports.roles import needs
+from radar_service.scene_file.model.fields import Flag, Number
+from radar_service.service.radio.station import Station
+
+READ = {**UNKNOWN, **CONFLICT, **REFUSED}
+CHANGE = {**READ, **UNREADABLE, **BUSY}
+
+
+class CommandChange(Body):
+    """A command to own ship or a body, from the first spoke that is not sent yet; what is left out does not change.
+
+    Limits of speed and turn rate are those of the scene.
+    """
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"course_deg": 90, "speed_kn": 12}, {"position_m": [500, 800], "present": True}]}
+    )
+
+    course_deg: Number | None = Field(
+        None, ge=-360, le=360, description="reached at turn_rate_deg_s, or at the highest rate"
+    )
+    speed_kn: Number | None = Field(None, ge=0, description="over the ground, at once")
+    turn_rate_deg_s: Number | None = Field(None, description="positive to starboard; without course_deg it goes on")
+    heading_deg: Number | None = Field(
+        None, ge=-360, le=360, description="of the bow, at once; keeps its angle to the course"
+    )
+    position_m: tuple[Number, Number] | None = Field(None, description="east, north, at once")
+    present: Flag | None = Field(None, description="of a body: whether it is there")
+    at_once: Flag | None = Field(None, description="the course jumps to course_deg, and turn_rate_deg_s goes on from there")
+
+
+class CommandState(BaseModel):
+    """A command as it is carried out. body: null for own ship; spoke: the first one that shows it; time: of that spoke [s]."""
+
+    body: str | None
+    spoke: int
+    time: float
+    course_deg: float | None = None
+    speed_kn: float | None = None
+    turn_rate_deg_s: float | None = None
+    heading_deg: float | None = None
+    position_m: tuple[float, float] | None = None
+    present: bool | None = None
+    at_once: bool | None = None
+
+
+class SteerableState(BaseModel):
+    """What may be commanded, and the latest command; null before the first one."""
+
+    body: str | None
+    max_speed_kn: float
+    max_turn_rate_deg_s: float
+    latest: CommandState | None
+
+
+def command_routes(stations: Mapping[str, Station]) -> APIRouter:
+    """Returns the routes of what may be steered."""
+    router = APIRouter(tags=["commands"], route_class=StrictRoute)
+
+    @router.get("/radars/{radar}/own-ship", responses={**READ, **FORBIDDEN})
+    @needs("read")
+    async def get_own_ship(radar: str, request: Request) -> SteerableState:
+        """Returns the limits of commands to own ship, and the latest one, to clients that may know them."""
+        check_knows_truth(request, station_of(stations, radar), "own-ship")
+        return _state(station_of(stations, radar), None)
+
+    @router.patch("/radars/{radar}/own-ship", responses=CHANGE)
+    @needs("command")
+    async def command_own_ship(radar: str, command: CommandChange) -> CommandState:
+        """Commands own ship from the first spoke that is not sent yet."""
+        return await _commanded(station_of(stations, radar), None, command)
+
+    @router.get("/radars/{radar}/bodies/{name:path}", responses={**READ, **FORBIDDEN})
+    @needs("read")
+    async def get_body(radar: str, name: str, request: Request) -> SteerableState:
+        """Returns the limits of commands to a body, and the latest one, to clients that may know them."""
+        check_knows_truth(request, station_of(stations, radar), "bodies")
+        return _state(station_of(stations, radar), name)
+
+    @router.patch("/radars/{radar}/bodies/{name:path}", responses=CHANGE)
+    @needs("command")
+    async def command_body(radar: str, name: str, command: CommandChange) -> CommandState:
+        """Commands a body from the first spoke that is not sent yet."""
+        return await _commanded(station_of(stations, radar), name, command)
+
+    return router
+
+
+def _state(station: Station, body: str | None) -> SteerableState:
+    limits = station.epoch.info.scene.steerable.limits_of(body)
+    latest = station.epoch.commands.latest(body)
+    return SteerableState(
+        body=body,
+        max_speed_kn=limits.max_speed / KNOT,
+        max_turn_rate_deg_s=math.degrees(limits.max_turn_rate),
+        latest=None if latest is None else CommandState.model_validate(latest.as_dict()),
+    )
+
+
+async def _commanded(station: Station, body: str | None, change: CommandChange) -> CommandState:
+    values = change.model_dump(exclude_none=True)
+    command = await station.commands.command(body, lambda time: values)
+    return CommandState.model_validate(command.as_dict())

@@ -1,0 +1,153 @@
+"""The service's metrics for Prometheus, read from the stations on request. No label names a client."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from prometheus_client import CollectorRegistry, ProcessCollector
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric, SummaryMetricFamily
+from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client.registry import Collector
+
+from radar_service.ports.port_thread import PortThread
+from radar_service.ports.rest.vitals import Vitals
+from radar_service.service import logs
+from radar_service.service.radio.station import Station
+from radar_service.service.radio.status import STATES, state
+from radar_service.service.source import Spared
+
+CONTENT_TYPE = CONTENT_TYPE_LATEST
+Read = Callable[[Station], float | None]  # None: not known yet
+
+
+def _trees(station: Station) -> int:
+    source = station.epoch.source
+    return source.trees if isinstance(source, Spared) else 0
+
+
+COUNTERS: dict[str, tuple[str, Read]] = {
+    "radar_azimuths": ("Spokes sent since the start", lambda s: s.transmitter.sent),
+    "radar_spokes_lost": ("Spokes that slow clients lost, all together", lambda s: s.hub.totals().lost),
+    "radar_gaps": ("Gaps announced to slow clients", lambda s: s.hub.totals().gaps),
+    "radar_bytes": ("Bytes handed to sockets", lambda s: s.hub.totals().bytes),
+    "radar_slips": (
+        "Times that the engine was so late that the schedule started anew",
+        lambda s: s.transmitter.pacer.schedule.slips,
+    ),
+    "radar_restarts": (
+        "Times that the engine failed and was started again", lambda s: s.transmitter.engines.restarts,
+    ),
+}  # fmt: skip
+GAUGES: dict[str, tuple[str, Read]] = {
+    "radar_lag_seconds": ("How late the newest spokes were sent", lambda s: s.transmitter.pacer.schedule.lag),
+    "radar_real_time_factor": (
+        "Simulated seconds per second over the last seconds", lambda s: s.transmitter.pacer.reached(),
+    ),
+    "radar_factor_asked": (
+        "Simulated seconds per second that are requested; infinite for as fast as possible",
+        lambda s: s.settings.pace.factor,
+    ),
+    "radar_queued_messages": (
+        "Messages that clients have not taken, all together", lambda s: sum(c.queued for c in list(s.hub.clients)),
+    ),
+    "radar_views": ("Different views that are encoded", lambda s: len(s.hub.views)),
+    "radar_trees": ("Trees for ray tests that its world process holds", _trees),
+}  # fmt: skip
+
+
+class StationMetrics(Collector):
+    """All metrics of some stations. refused: number of refusals by reason."""
+
+    def __init__(self, stations: Sequence[Station], refused: Mapping[str, int]) -> None:
+        self._stations, self._refused = stations, refused
+
+    def collect(self) -> Iterator[Metric]:
+        """Yields each family of metrics with its present values."""
+        for families, kind in ((COUNTERS, CounterMetricFamily), (GAUGES, GaugeMetricFamily)):
+            for name, (text, read) in families.items():
+                family = kind(name, text, labels=["radar"])
+                for station in self._stations:
+                    if (value := read(station)) is not None:
+                        family.add_metric([station.identity], value)
+                yield family
+        yield self._clients()
+        yield self._states()
+        yield self._encoding()
+        refusals = CounterMetricFamily("radar_refused", "Connections and requests that were refused", labels=["reason"])
+        for reason, count in list(self._refused.items()):
+            refusals.add_metric([reason], count)
+        yield refusals
+
+    def _clients(self) -> Metric:
+        family = GaugeMetricFamily("radar_clients", "Clients of the feed", labels=["radar", "mode"])
+        for station in self._stations:
+            modes = [client.mode for client in list(station.hub.clients)]
+            for mode in ("live", "lossless"):
+                family.add_metric([station.identity, mode], modes.count(mode))
+        return family
+
+    def _states(self) -> Metric:
+        family = GaugeMetricFamily("radar_state", "1 for the state that the radar is in", labels=["radar", "state"])
+        for station in self._stations:
+            now = state(station)
+            for name in STATES:
+                family.add_metric([station.identity, name], float(name == now))
+        return family
+
+    def _encoding(self) -> Metric:
+        family = SummaryMetricFamily("radar_encode_seconds", "Encoding a batch for a view", labels=["radar", "encoding"])
+        for station in self._stations:
+            for encoding, (count, seconds) in sorted(station.feed.timings.items()):
+                family.add_metric([station.identity, encoding], count, seconds)
+        return family
+
+
+class ServiceMetrics(Collector):
+    """Reads the figures of the serving process itself."""
+
+    def __init__(self, vitals: Vitals) -> None:
+        self._vitals = vitals
+
+    def collect(self) -> Iterator[Metric]:
+        """Yields each family of metrics with its present values."""
+        yield GaugeMetricFamily(
+            "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=self._vitals.lag
+        )
+        yield GaugeMetricFamily("radar_tasks", "Tasks on the event loop", value=self._vitals.tasks)
+        jobs = GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"])
+        for job_state, count in self._vitals.job_states.items():
+            jobs.add_metric([job_state], count)
+        yield jobs
+        lines = CounterMetricFamily("radar_log_lines_dropped", "Log lines that were not written", labels=["reason"])
+        for reason, count in logs.dropped().items():
+            lines.add_metric([reason], count)
+        yield lines
+
+
+class PortMetrics(Collector):
+    """What the ports have lost."""
+
+    def __init__(self, threads: Sequence[PortThread]) -> None:
+        self._threads = threads
+
+    def collect(self) -> Iterator[Metric]:
+        """Yields each family of metrics with its present values."""
+        faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
+        dropped = CounterMetricFamily(
+            "radar_port_dropped", "Spokes and other calls that a port was too slow for", labels=["port"]
+        )
+        for thread in self._threads:
+            faults.add_metric([thread.name], thread.faults)
+            dropped.add_metric([thread.name], thread.dropped)
+        yield faults
+        yield dropped
+
+
+def exposition(
+    stations: Sequence[Station], refused: Mapping[str, int], vitals: Vitals, threads: Sequence[PortThread] = ()
+) -> bytes:
+    """Returns all metrics, those of the process too, in the format of Prometheus. threads: of the ports."""
+    registry = CollectorRegistry()
+    registry.register(StationMetrics(stations, refused))
+    registry.register(PortMetrics(threads))
+    registry.register(ServiceMetrics(vitals))
+    ProcessCollector(registry=registry)
+    return generate_latest(registry)

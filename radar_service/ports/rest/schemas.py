@@ -1,0 +1,289 @@
+"""The bodies and answers of REST: names, units, ranges, examples. OpenAPI is derived from them.
+
+The models of the controls are derived from `service.controls.CONTROLS`.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, create_model
+
+from radar_service.scene_file.model.errors import (
+    AntennaErrorsModel,
+    FeedErrorsModel,
+    GyroErrorsModel,
+    LogErrorsModel,
+    PositionErrorsModel,
+)
+from radar_service.scene_file.model.fields import Flag, Number, Whole
+from radar_service.service.controls import CONTROLS, Control
+
+
+def problem_lines(errors: Sequence[Any]) -> list[str]:
+    """Returns one line for each of pydantic's errors: the key, the value where it is short, the problem."""
+    lines = []
+    for error in errors[:20]:
+        key = ".".join(str(step) for step in error["loc"] if step not in ("body", "query", "path")) or "body"
+        value = repr(error.get("input"))
+        shown = f" {value};" if len(value) <= 80 else ""
+        lines.append(f"{key}:{shown} {error['msg']}")
+    return lines
+
+
+class Body(BaseModel):
+    """Something that a client sends: unknown keys, non-finite numbers and values of another type are refused."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class PaceChange(Body):
+    """run, pause, or step: pause after `steps` more spokes; factor: simulated seconds per second, or as fast as possible."""
+
+    state: Literal["run", "pause", "step"] | None = None
+    steps: Whole = Field(1, ge=1, le=1_000_000, description="spokes to send, with state = step")
+    factor: Annotated[Number, Field(gt=0, le=1e6)] | Literal["max"] | None = None
+
+
+class PaceState(BaseModel):
+    """The pace that is requested of the radar."""
+
+    state: Literal["run", "pause"]
+    factor: float | Literal["max"]
+
+
+CHANGE_TYPES: dict[str, Any] = {"switch": Flag, "number": Number, "pace": PaceChange}  # by kind of control
+STATE_TYPES: dict[str, Any] = {"switch": bool, "number": float, "pace": PaceState}
+
+
+def _change_field(control: Control) -> Any:
+    """Returns type and field of a control in a change: optional, within its limits."""
+    optional = CHANGE_TYPES[control.kind] | None
+    return optional, Field(None, ge=control.minimum, le=control.maximum, description=control.description)
+
+
+def _state_field(control: Control) -> Any:
+    """Returns type and field of a control in the state."""
+    return STATE_TYPES[control.kind], ...
+
+
+def _example(control: Control) -> Any:
+    return {"switch": True, "pace": {"state": "run", "factor": 1}}.get(control.kind, control.example)
+
+
+_ChangeFields: Any = create_model("_ChangeFields", __base__=Body, **{c.name: _change_field(c) for c in CONTROLS})
+_StateFields: Any = create_model("_StateFields", **{c.name: _state_field(c) for c in CONTROLS})
+
+
+class ControlsChange(_ChangeFields):  # its fields are those of CONTROLS
+    """Changes the given controls and no others. Controls of the display (see `control_definitions`) act on u8 only."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"gain": 60, "sea": 25}, {"range_m": 3000}]})
+
+
+class ControlsState(_StateFields):  # its fields are those of CONTROLS
+    """The state of all controls of a radar."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{c.name: _example(c) for c in CONTROLS}]})
+
+
+class ControlDefinition(BaseModel):
+    """A control that can be changed. acts_on: display (u8 only), transmitter, or engine (the scene is restarted)."""
+
+    name: str = Field(description="its key in `controls`")
+    kind: Literal["switch", "number", "pace"]
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    step: float | None = Field(description="of a slider; null for a number that is typed")
+    acts_on: Literal["display", "transmitter", "engine"]
+    label: str = Field(description="its name for people")
+    label_off: str = Field(description="of a switch that is off; empty where it is the same")
+    description: str
+
+
+class ErrorsState(BaseModel):
+    """The errors on purpose in force, as `[errors]` of a scene file; null where a part has none."""
+
+    gyro: GyroErrorsModel | None
+    log: LogErrorsModel | None
+    position: PositionErrorsModel | None
+    antenna: AntennaErrorsModel | None
+    feed: FeedErrorsModel | None
+
+
+class SceneChoice(Body):
+    """The scene that a radar is to run: the name of a listed scene, or a whole scene (without files)."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"scene": "harbour"}]})
+
+    scene: str | dict[str, Any]
+
+
+class SceneUpload(Body):
+    """A scene to keep under a name; a scene with meshes is sent as multipart/form-data instead."""
+
+    name: str
+    scene: dict[str, Any]
+
+
+class SceneAnswer(BaseModel):
+    """A scene that was accepted. epoch: of the feed once it runs, null where it is only kept; plan: what is modelled of it.
+
+    warnings: of the scene; for an upload also notes on its files.
+    """
+
+    name: str
+    bodies: int
+    warnings: list[str]
+    epoch: str | None = None
+    plan: dict[str, Any]
+
+
+class JobState(BaseModel):
+    """Work that takes long: a scene that is prepared, an upload that is checked, a body that is read."""
+
+    id: str
+    kind: Literal["scene", "upload", "body"]
+    state: Literal["waiting", "running", "done", "failed", "cancelled"]
+    doing: str = Field(description="the present stage; empty after the end")
+    seconds: float = Field(description="since the request, until the end")
+
+
+class SceneListing(BaseModel):
+    """A scene that can be run by name; problems: why it cannot be read."""
+
+    name: str
+    title: str
+    summary: str
+    origin: Literal["packaged", "folder", "uploaded"]
+    problems: list[str]
+
+
+class GeographicOrigin(BaseModel):
+    """The position of east = north = 0 (WGS 84)."""
+
+    latitude_deg: float
+    longitude_deg: float
+
+
+class RunningScene(BaseModel):
+    """The scene that a radar runs."""
+
+    name: str
+    origin: GeographicOrigin | None
+    bodies: int
+    warnings: list[str]
+
+
+class RadarState(BaseModel):
+    """One radar: its parameters, its scene, its controls and its state."""
+
+    id: str
+    name: str
+    azimuths: int
+    rpm: float
+    bins: int
+    range_step_m: float
+    range_max_m: float
+    beamwidth_deg: float
+    beamwidth_el_deg: float
+    frequency_hz: float
+    modulation: Literal["lfm", "nlfm", "none"] = Field(
+        description="lfm, nlfm: a linear, a nonlinear chirp; none: a plain pulse"
+    )
+    bandwidth_hz: float = Field(description="of the chirp, or of the receiver of a plain pulse")
+    pulse_s: float
+    prf_hz: float | None = Field(description="pulses per second; null where it has no effect")
+    power_w: float
+    height_m: float
+    blind_sectors_deg: list[tuple[float, float]]
+    scene: RunningScene
+    seed: int
+    fidelity: str
+    plan: dict[str, Any]
+    controls: ControlsState
+    control_definitions: list[ControlDefinition]
+    state: Literal["running", "behind", "paused", "standby", "waiting", "restarting", "failed"]
+    epoch: str
+    feed: str = Field(description="address of the native feed, relative to the server")
+    encodings: list[str]
+
+
+class RadarHealth(BaseModel):
+    """The health of one radar. slips: times that the engine was so late that the schedule started anew."""
+
+    id: str
+    state: Literal["running", "behind", "paused", "standby", "waiting", "restarting", "failed"]
+    fault: str | None
+    pace: PaceState
+    factor_reached: float | None = Field(description="simulated seconds per second over the last seconds")
+    restarts: int = Field(description="times that the engine failed and was started again")
+    lag_s: float = Field(description="how late the newest spokes were sent")
+    slips: int
+    simulated_s: float
+    epoch: str
+    next: int = Field(description="sequence number of the next spoke")
+    spokes_sent: int
+    spokes_lost: int = Field(description="by slow clients, all together")
+    clients: int
+    views: int
+
+
+class Health(BaseModel):
+    """The health of the server: failed or restarting when any radar is (status 503), behind when any cannot keep its pace."""
+
+    status: Literal["ok", "behind", "restarting", "failed"]
+    version: str
+    radars: list[RadarHealth]
+
+
+class ReadyState(BaseModel):
+    """The answer to a probe; `problems` of the server only where there are some."""
+
+    yes: bool
+    problems: list[str] = []
+
+
+class BodyState(BaseModel):
+    """True state of a body, SI and radians; see records.BodyTruth."""
+
+    name: str
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    heading: float
+    course: float
+    speed: float
+    range: float
+    azimuth: float
+    elevation: float
+    visible: bool
+    reason: str
+    latitude_deg: float | None
+    longitude_deg: float | None
+    mmsi: int | None
+    extent: float
+
+
+class TruthState(BaseModel):
+    """The true state of everything at `time` [s of simulation]."""
+
+    time: float
+    own_ship: BodyState
+    bodies: list[BodyState]
+
+
+class Ticket(BaseModel):
+    """A one-time text that opens one websocket (its parameter `ticket`), within `seconds`."""
+
+    ticket: str
+    seconds: float
+
+
+class Problem(BaseModel):
+    """Why a request was refused: one line for each problem, with the key, the value and what is allowed."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"detail": ["gain: 140; less than or equal to 100 is allowed"]}]}
+    )
+
+    detail: list[str]

@@ -1,0 +1,83 @@
+"""Puts radars, application and server together, and runs them until they are stopped."""
+
+import argparse
+import asyncio
+import gc
+import signal
+from collections.abc import Callable, Iterable, Sequence
+
+from radar_service.ports.app import create_app
+from radar_service.ports.http.requests import Requests
+from radar_service.ports.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
+from radar_service.ports.port import Port
+from radar_service.ports.port_host import PortHost
+from radar_service.processes.fork_server import ForkServer
+from radar_service.processes.stop_signals import STOP_SIGNALS
+from radar_service.radar.parameters import FIRST_ID
+from radar_service.service.access import Access
+from radar_service.service.logs import Refusals
+from radar_service.service.radio.station import Station
+from radar_service.service.radio.station_world import StationWorld
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.source import MakeSource, OrderedSource
+from radar_service.world.error import SceneError
+
+
+def run(
+    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[OrderedSource]]], make: MakeSource,
+    fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
+) -> int:  # fmt: skip
+    """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen,
+    UndeclaredRoleError for a route of a port, and SceneError where two radars have the same id.
+
+    options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
+    together; make, fork_server: start further worlds and other processes.
+    """
+    refused, requests, stations, host = Refusals(), Requests(), list[Station](), PortHost(ports)
+    app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
+    config = configuration(
+        app, connections=options.connections or MAX_CONNECTIONS,
+        per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
+    )  # fmt: skip
+    server = Server(config, stations, lambda: None, requests)
+    settings = Settings(pace=Pace("run", options.pace))
+    for number, radars in enumerate(worlds()):
+        world = StationWorld()
+        for radar in radars:
+            identity = _identity(radar, number)
+            station = station_type(
+                identity, radar, make, settings=settings, allow_truth=options.truth, world=world,
+                wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
+            )  # fmt: skip
+            stations.append(station)
+    _check_identities([station.identity for station in stations])
+    return _run(server, stations, options)
+
+
+def _identity(radar: OrderedSource, number: int) -> str:
+    """Returns the id of a radar in addresses: its own, and for the only one of a scene without an id the scene's number."""
+    scene = radar.info.scene
+    return str(number) if scene.radar_ids == (FIRST_ID,) else scene.radar_id
+
+
+def _check_identities(identities: Sequence[str]) -> None:
+    for identity in identities:
+        if identities.count(identity) > 1:
+            raise SceneError(
+                f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the scenes '
+                "apart"
+            )
+
+
+def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:
+    listener = listening_socket(options.host, options.port)
+    if options.exit_when_failed:
+        for station in stations:
+            station.failed = server.give_up
+    for signal_number in STOP_SIGNALS:  # uvicorn stops at either, and raises it again after its end
+        signal.signal(signal_number, lambda *_: server.stop())
+    gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
+    gc.enable()
+    with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
+        runner.run(server.serve(sockets=[listener]))
+    return 0 if server.started and not server.gave_up else 1

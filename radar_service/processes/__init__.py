@@ -1,0 +1,1 @@
+"""Child processes: who starts them, how they talk, what they may use."""

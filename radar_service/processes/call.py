@@ -1,0 +1,99 @@
+"""Calls one function in a process of its own, with limits, and returns its result; and how one follows what takes long."""
+
+import signal
+from collections.abc import Callable
+from typing import Any, NoReturn, Protocol
+
+from radar_service.processes.channel import Channel
+from radar_service.processes.fork_server import ForkServer
+from radar_service.processes.limits import limit_memory, lower_priority
+from radar_service.processes.processor_time import (
+    BACKSTOP,
+    MAX_PROCESSOR_TIME,
+    MachineBusyError,
+    limit_processor_time,
+    machine_busy,
+)
+
+MEMORY = 2**30  # bytes above what an idle process has
+
+
+class Progress(Protocol):
+    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
+
+    @property
+    def in_background(self) -> bool: ...
+
+    def stage(self, text: str) -> None:
+        """Notes what is being done now."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Notes what to call where the preparation is to end early."""
+
+
+class NoProgress:
+    """A preparation that nobody follows or ends, because a radar waits for it."""
+
+    in_background = False
+
+    def stage(self, text: str) -> None:
+        """Ignores it."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Ignores it."""
+
+
+UNFOLLOWED = NoProgress()
+
+
+class ProcessFault(Exception):
+    """The process did not return a result. The text says why."""
+
+
+def call_in_process(server: ForkServer, progress: Progress, function: Callable[..., Any], *arguments: object) -> Any:
+    """Returns function(*arguments), computed in a process within MEMORY and MAX_PROCESSOR_TIME.
+
+    Raises what the function raises, ProcessFault where the process ends without a result, and MachineBusyError where it has none
+    after BACKSTOP or cannot be started.
+    """
+    try:
+        child = server.child(run_call, function, arguments, MEMORY, MAX_PROCESSOR_TIME)
+    except OSError as error:
+        raise MachineBusyError(f"request: no process could be started for it: {error}; try again later") from None
+    progress.ends_with(child.close)
+    try:
+        succeeded, result = child.control.receive(BACKSTOP)
+    except TimeoutError:
+        raise machine_busy("request", BACKSTOP) from None
+    except EOFError:
+        raise ProcessFault(f"it took more than {MEMORY / 2**20:.0f} MiB, or crashed") from None
+    finally:
+        child.close()
+    if not succeeded:
+        raise result
+    return result
+
+
+def run_call(
+    control: Channel, _: Channel, function: Callable[..., Any], arguments: tuple[Any, ...], memory: int, seconds: float
+) -> None:
+    """Is the life of the process. It sends whether the function succeeded, and its result or exception.
+
+    memory: what it may use [bytes]; seconds: of processor time.
+    """
+
+    def refuse_more_time(*_: object) -> NoReturn:
+        signal.signal(signal.SIGXCPU, signal.SIG_IGN)  # which the system repeats each second
+        raise ProcessFault(f"it took more than {seconds:g} s of processor time")
+
+    limit_memory(memory)
+    lower_priority()
+    signal.signal(signal.SIGXCPU, refuse_more_time)
+    limit_processor_time(seconds)
+    try:
+        answer: tuple[bool, Any] = True, function(*arguments)
+    except MemoryError:
+        return  # which the service takes for the end that it is
+    except Exception as error:
+        answer = False, error
+    control.send(answer)

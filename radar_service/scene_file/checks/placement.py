@@ -1,0 +1,96 @@
+"""Warns of bodies in unusual positions: below the sea, under the ground, at the antenna or around it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.radar.parameters import Radar
+from radar_service.world.body import Body
+from radar_service.world.platform import Platform
+from radar_service.world.poses import pose_at
+from radar_service.world.scene import World
+
+Floats = NDArray[np.float64]
+TEST_POINTS = 16  # of a body, besides its highest: a body is under the ground if all of them are
+PLUMB_LINE_OFFSET = np.array([1.7e-6, 2.3e-6])  # m: a line through a shared corner counts each of its triangles
+
+
+def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: Sequence[int] = ()) -> tuple[str, ...]:
+    """Returns a warning for each body in an unusual position at the start, with the effect on its echo.
+
+    terrain: indices of the bodies that are height maps.
+    """
+    antenna = platform.antenna(0.0, radar.height)[0]
+    ground = [Ground(world.bodies[i]) for i in terrain if len(world.bodies) > len(terrain)]
+    return tuple(
+        warning
+        for i, body in enumerate(world.bodies)
+        if body.name != platform.body
+        and (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
+    )
+
+
+class Ground:
+    """A height map that may cover other bodies. Its triangles are sorted by their western edge."""
+
+    def __init__(self, body: Body) -> None:
+        assert body.mesh is not None
+        corners = _corners_on_map(body)[body.mesh.faces]
+        west = corners[:, :, 0].min(axis=1)
+        order = np.argsort(west)
+        self.name, self._corners, self._west = body.name, corners[order], west[order]
+        self._max_width = float(np.ptp(corners[:, :, 0], axis=1).max())
+
+    def covers(self, points: Floats) -> bool:
+        """Returns whether the map is above the highest of points (P, 3) [m] and above a sample of the others."""
+        sample = points[:: max(1, len(points) // TEST_POINTS)]
+        return all(self._covers(point) for point in (points[np.argmax(points[:, 2])], *sample))
+
+    def _covers(self, point: Floats) -> bool:
+        first, end = np.searchsorted(self._west, [point[0] - self._max_width - 1.0, point[0] + 1.0])
+        near = self._corners[first:end].reshape(-1, 3)
+        return len(near) > 0 and surfaces_above(near, np.arange(len(near)).reshape(-1, 3), point) > 0
+
+
+def _corners_on_map(body: Body) -> Floats:
+    """Returns the vertices (V, 3) [m] of a body at the start of the simulation, or the position (1, 3) of a point."""
+    pose = pose_at(body, max(float(body.motion.time[0]), 0.0))
+    points = np.zeros((1, 3)) if body.mesh is None else body.mesh.vertices
+    return pose.map_from_frame(points)
+
+
+def _placement_warning(body: Body, location: str, antenna: Floats, range_min: float, grounds: Sequence[Ground]) -> str:
+    corners = _corners_on_map(body)
+    if corners[:, 2].max() < 0.0:
+        return f"{location}: {body.name} is entirely below the sea, so it has no echo; raise it"
+    covering = [ground.name for ground in grounds if ground.covers(corners)]
+    if covering:
+        return f"{location}: {body.name} is under the ground of {covering[0]}, so it has no echo; raise it"
+    if body.mesh is None:
+        distance = float(np.linalg.norm(corners[0] - antenna))
+        if distance >= range_min:
+            return ""
+        return (
+            f"{location}: {body.name} is {distance:.3g} m from the antenna; its echo is computed at range_min_m, "
+            f"{range_min:g} m"
+        )
+    if surfaces_above(corners, body.mesh.faces, antenna) % 2 == 0:
+        return ""
+    return f"{location}: the antenna is inside or under {body.name}, which occludes all other bodies; move one of the two"
+
+
+def surfaces_above(vertices: Floats, faces: NDArray[np.int64], point: Floats) -> int:
+    """Returns how many triangles, faces (F, 3) of vertices (V, 3) [m], the plumb line crosses above `point` (3,) [m]."""
+    foot = point[:2] + PLUMB_LINE_OFFSET
+    if (vertices[:, :2].min(axis=0) > foot).any() or (vertices[:, :2].max(axis=0) < foot).any():
+        return 0
+    east, north = (vertices[:, axis][faces] - foot[axis] for axis in (0, 1))
+    candidates = (east.min(axis=1) <= 0) & (east.max(axis=1) >= 0) & (north.min(axis=1) <= 0) & (north.max(axis=1) >= 0)
+    near = np.flatnonzero(candidates)
+    e, n, up = east[near], north[near], vertices[:, 2][faces[near]]
+    # twice the signed areas into which the plumb line cuts the triangle: all of one sign inside
+    share = np.stack([e[:, i] * n[:, j] - e[:, j] * n[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+    inside = (share > 0).all(axis=1) | (share < 0).all(axis=1)
+    height = np.einsum("ij,ij->i", share[inside], up[inside]) / share[inside].sum(axis=1)
+    return int(np.count_nonzero(height > point[2]))

@@ -1,0 +1,106 @@
+"""Converts the radar, the environment and the presence of bodies of the scene model to SI units and radians."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.radar.parameters import NearPulse, Radar
+from radar_service.radar.patterns import PATTERNS
+from radar_service.scene_file.model.environment import EnvironmentModel
+from radar_service.scene_file.model.interference import InterferenceModel
+from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
+from radar_service.scene_file.model.scene import BodyModel
+from radar_service.world.atmosphere import gas_attenuation_db_per_km
+from radar_service.world.environment import Environment, Interferer
+from radar_service.world.presence import Fading, Presence
+
+
+def radar_from_model(model: RadarModel) -> Radar:
+    """Returns the radar in SI units: angles in radians, gains and losses as power ratios."""
+    *near, last = [_single_pulse(each) for each in model.of_each_pulse()]
+    fields = [{name: getattr(radar, name) for name in NearPulse.__dataclass_fields__} for radar in near]
+    return replace(last, near_pulses=tuple(NearPulse(**pulse) for pulse in fields))
+
+
+def _single_pulse(model: RadarModel) -> Radar:
+    """Returns the radar of a model with a single pulse."""
+    pattern = antenna_pattern(model.pattern, model)
+    default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
+    return Radar(
+        frequency=model.frequency_hz,
+        modulation=model.modulation,
+        bandwidth=model.band_hz,
+        pulse=model.pulse_s,
+        sample_rate=model.sampling_hz,
+        window="none" if model.modulation == "none" else model.window,
+        compression=model.compression,
+        prf=model.prf_hz,
+        second_time_around=model.second_time_around,
+        azimuths=model.azimuths,
+        rotation_period=60.0 / model.rpm,
+        bins=model.bins,
+        range_max=model.range_max_m,
+        range_min=model.range_min_m,
+        beamwidth=math.radians(model.beamwidth_deg),
+        beamwidth_el=math.radians(model.beamwidth_el_deg),
+        tilt=math.radians(model.tilt_deg),
+        pattern=pattern,
+        pattern_el=default_el if model.pattern_el is None else antenna_pattern(model.pattern_el, model),
+        height=model.height_m,
+        power=model.power_w,
+        gain=10.0 ** (model.gain_dbi / 10.0),
+        loss=10.0 ** (model.loss_db / 10.0),
+        noise_factor=10.0 ** (model.noise_figure_db / 10.0),
+        polarization=model.polarization,
+        eclipsing=model.eclipsing,
+        rays=model.rays,
+        blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
+    )
+
+
+def interferer_from_model(model: InterferenceModel) -> Interferer:
+    """Returns an interfering radar in SI units."""
+    return Interferer(
+        bearing=math.radians(model.bearing_deg or 0.0),
+        position=model.position_m,
+        level=10.0 ** (model.level_db / 10.0),
+        frequency_offset=model.frequency_offset_hz,
+        pulse=model.pulse_s,
+        prf=model.prf_hz,
+        rotation_period=60.0 / model.rpm,
+        beamwidth=math.radians(model.beamwidth_deg),
+    )
+
+
+def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
+    """Returns the environment in SI units, with "itu" gas at the radar's frequency. Raises SceneError above 54 GHz."""
+    factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
+    gas = model.gas_db_per_km
+    return Environment(
+        earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
+        noise=model.noise,
+        multipath=model.multipath,
+        gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
+        rain_mm_h=model.rain_mm_h,
+        sea_state=model.sea_state,
+        sea_texture_shape=model.sea_texture_shape,
+        wind_from=math.radians(model.wind_from_deg),
+        ground_plane=model.ground_plane,
+        diffraction=model.diffraction,
+    )
+
+
+def presence_from_model(model: BodyModel, rotation_period: float) -> Presence:
+    """Returns when a body is present; a unit of its fading is by default a scan of `rotation_period` [s]."""
+    fading = None
+    if model.fading is not None:
+        unit = rotation_period if model.fading.unit_s is None else model.fading.unit_s
+        fading = Fading(np.array(model.fading.pattern(), dtype=np.bool_), unit, model.fading.offset_s)
+    changes = [(0.0, model.start_s <= 0.0)]
+    changes += [(model.start_s, True)] if model.start_s > 0.0 else []
+    changes += [(model.end_s, False)] if model.end_s is not None else []
+    if len(changes) == 1 and fading is None:
+        return Presence.always
+    time, present = zip(*changes, strict=True)
+    return Presence(np.array(time), np.array(present, dtype=np.bool_), fading)

@@ -1,0 +1,138 @@
+"""Reads and validates the description of a scene: a TOML or JSON file, a packaged scene or a mapping."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from radar_service.packaged import packaged_folder
+from radar_service.scene_file.folder import FORWARD, read_limited
+from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.validation_messages import error_from_problems, plain_data, problems_from_validation
+from radar_service.strict_json import DuplicateKeyError, parsed
+from radar_service.world.error import SceneError
+
+Source = str | Path | Mapping[str, Any]
+
+MAX_SCENE_BYTES = 10 * 2**20
+MAX_BRACKETS = 1_000  # open at once: both parsers recurse
+MAX_KEY_PARTS = 200  # of a dotted key: the TOML parser is quadratic in their number
+_KEY_SEPARATORS = re.compile(r"[,={}\[\]]")  # a dotted key has none of them; a list has one after each number
+
+
+def model_and_folder(source: Source, folder: Path | None) -> tuple[SceneModel, Path | None]:
+    """Returns the validated model of `source` and the folder of its files. Raises SceneError."""
+    if isinstance(source, Mapping):
+        return validated(source), Path(folder) if folder is not None else None
+    if not isinstance(source, str | Path):
+        raise SceneError(
+            f"scene: a {type(source).__name__} is not a scene; give the path of a .toml or .json file, or a mapping"
+        )
+    path = scene_path(source)
+    return validated(_parse(path)), Path(folder) if folder is not None else path.parent
+
+
+def validated(data: Mapping[str, Any]) -> SceneModel:
+    """Returns the model of a mapping. Raises SceneError with one line for each problem."""
+    if not data:
+        raise SceneError(
+            f"scene: it is empty; give it a name, a radar or a body, or load one of {', '.join(packaged_scenes())}"
+        )
+    try:
+        return SceneModel.model_validate(plain_data(data))
+    except ValidationError as error:
+        raise error_from_problems(problems_from_validation(error)) from None
+
+
+def packaged_scenes() -> list[str]:
+    """Returns the sorted names of the scenes in the package."""
+    return sorted(file.stem for file in packaged_folder("scenes").glob("*.toml"))
+
+
+def scene_path(source: str | Path) -> Path:
+    """Returns the file of a path or of a packaged scene's name. Raises SceneError with the packaged names."""
+    if not str(source).strip():
+        raise SceneError(f'scene: "" names no scene; give a .toml or .json file, or one of {", ".join(packaged_scenes())}')
+    path = Path(source)
+    try:
+        if path.is_dir():
+            raise SceneError(f"{_printable(source)}: this is a folder; name a .toml or .json file in it")
+        if path.is_file():
+            return path
+        packaged = _packaged_path(str(source))
+        if packaged is not None and packaged.is_file():
+            return packaged
+    except (OSError, ValueError) as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(
+            f"{_printable(source)}: the path cannot be used ({error}); give the path of a .toml or .json file"
+        ) from None
+    names = ", ".join(packaged_scenes()) or "none"
+    raise SceneError(
+        f"{_printable(source)}: neither a file nor a packaged scene has this name; packaged scenes are {names}: correct "
+        "the path"
+    )
+
+
+def _printable(source: str | Path) -> str:
+    return str(source)[:300].encode("unicode_escape").decode()
+
+
+def _packaged_path(name: str) -> Path | None:
+    """Returns the path that a packaged scene of this name has; None if the name contains folders."""
+    bare = name.replace("\\", "/").removeprefix("./").removeprefix("scenes/")
+    if "/" in bare or bare in ("", ".", ".."):
+        return None
+    return packaged_folder("scenes") / (bare if bare.endswith((".toml", ".json")) else f"{bare}.toml")
+
+
+def _parse(path: Path) -> Mapping[str, Any]:
+    location = _printable(path)
+    kind = path.suffix.lower()
+    if kind not in (".toml", ".json"):
+        raise SceneError(
+            f'{location}: the ending "{kind[:20]}" is not known; a scene file ends in .toml or .json: rename it'
+        )
+    content = read_limited(path, location, MAX_SCENE_BYTES)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{location}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
+    _check_depth(text, kind, location)
+    try:
+        data = tomllib.loads(text) if kind == ".toml" else parsed(text)
+    except DuplicateKeyError as error:
+        raise SceneError(f"{location}: {error}") from None
+    except (ValueError, RecursionError, OverflowError) as error:
+        remedy = _backslash_remedy(text, str(error)) or "correct it there"
+        raise SceneError(f"{location}: the file is not valid {kind[1:].upper()}: {str(error)[:300]}; {remedy}") from None
+    if not isinstance(data, dict):
+        raise SceneError(
+            f'{location}: the file holds a {type(data).__name__}; a scene is a table of keys, as in {{"name": ...}}'
+        )
+    return data
+
+
+def _backslash_remedy(text: str, error: str) -> str:
+    """The remedy where an error of a parser is about a line with a backslash; empty otherwise."""
+    number = re.search(r"line (\d+)", error)
+    line = text.splitlines()[int(number[1]) - 1 :][:1] if number else []
+    return f"a backslash begins an escape; {FORWARD}" if line and "\\" in line[0] else ""
+
+
+def _check_depth(text: str, kind: str, location: str) -> None:
+    """Raises SceneError if brackets or dotted keys are nested too deep for the parsers."""
+    depth = 0
+    for mark in text if text.count("[") + text.count("{") > MAX_BRACKETS else "":
+        depth += (mark in "[{") - (mark in "]}")
+        if depth > MAX_BRACKETS:
+            raise SceneError(
+                f"{location}: brackets are nested more than {MAX_BRACKETS} deep; a scene needs six levels: flatten it"
+            )
+    for line in text.splitlines() if kind == ".toml" else ():
+        if line.count(".") > MAX_KEY_PARTS and any(part.count(".") > MAX_KEY_PARTS for part in _KEY_SEPARATORS.split(line)):
+            raise SceneError(f"{location}: a key has more than {MAX_KEY_PARTS} parts; a scene needs three: shorten it")

@@ -1,0 +1,130 @@
+"""Reads raster files as samples: grey PNG, .npy and TIFF. Sizes are checked before the data is unpacked."""
+
+import io
+import warnings
+from pathlib import PurePosixPath
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.world.error import SceneError
+
+MAX_SIDE = 4097
+MAX_FILE_BYTES = 200 * 2**20
+Corners = tuple[tuple[float, float], tuple[float, float]]
+
+TIFF = (b"II*\0", b"MM\0*")
+MAGIC = {".png": (b"\x89PNG\r\n\x1a\n",), ".npy": (b"\x93NUMPY",), ".tif": TIFF, ".tiff": TIFF}
+GREY_TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I": np.int32, "F": np.float32}
+# TIFF tags of GeoTIFF 1.1 (OGC 19-008r4, 2019)
+PIXEL_SCALE, TIEPOINT, GEO_KEYS, NO_DATA = 33550, 33922, 34735, 42113
+GT_MODEL_TYPE, GT_RASTER_TYPE, GEODETIC_CRS = 1024, 1025, 2048
+WGS84 = 4326
+
+
+class Raster(NamedTuple):
+    """The samples of a raster file, and what the file tells about them.
+
+    samples: (rows, columns), row 0 is north.
+    grey: whether samples are brightness; otherwise they are metres.
+    corners: (latitude, longitude) [degrees, WGS 84] of the south-west and north-east samples, None if not in the file.
+    findings: defects of the file in words without a subject, for warnings.
+    empty: (rows, columns) which samples have no data; None: none of them.
+    """
+
+    samples: NDArray[Any]
+    grey: bool
+    corners: Corners | None = None
+    findings: tuple[str, ...] = ()
+    empty: NDArray[np.bool_] | None = None
+
+
+def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
+    """Returns the samples of a raster file; the ending of `name` gives the format. Raises SceneError at `location`."""
+    kind = PurePosixPath(name).suffix.lower()
+    if kind not in MAGIC:
+        raise SceneError(f"{location}: the file name does not end in {', '.join(MAGIC)}; convert it to one of them")
+    if not content.startswith(MAGIC[kind]):
+        raise SceneError(
+            f"{location}: this is not a {kind[1:].upper()} file (it begins with {content[:8]!r}); export it again"
+        )
+    try:
+        raster = _npy(content, location) if kind == ".npy" else _image(content, kind, location)
+    except SceneError:
+        raise
+    except Exception as error:  # decoders of arbitrary bytes raise any exception
+        raise SceneError(
+            f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
+        ) from None
+    unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
+    if unknown.any():
+        count = int(unknown.sum())
+        raise SceneError(f"{location}: {count} samples are not finite numbers; fill them, with -1 for sea")
+    return raster
+
+
+def _check_size(shape: tuple[int, ...], location: str) -> None:
+    if len(shape) != 2 or not all(2 <= side <= MAX_SIDE for side in shape):
+        raise SceneError(
+            f"{location}: {' x '.join(map(str, shape))} samples; two sides of 2 to {MAX_SIDE} are allowed: crop or thin it"
+        )
+
+
+def _npy(content: bytes, location: str) -> Raster:
+    file = io.BytesIO(content)
+    version = np.lib.format.read_magic(file)
+    read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read_header(file)
+    _check_size(shape, location)
+    if dtype.hasobject or dtype.kind not in "iuf":
+        raise SceneError(
+            f"{location}: samples have the type {dtype}; integer or floating-point numbers are needed: convert them"
+        )
+    file.seek(0)
+    return Raster(np.load(file, allow_pickle=False), grey=False)
+
+
+def _image(content: bytes, kind: str, location: str) -> Raster:
+    from PIL import Image  # here: few scenes have pictures, and it would slow every start
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about sizes, which are checked here, and metadata, which is not used
+        with Image.open(io.BytesIO(content), formats=["PNG" if kind == ".png" else "TIFF"]) as image:
+            _check_size((image.height, image.width), location)
+            if image.mode not in GREY_TYPES:
+                raise SceneError(f'{location}: the pixels are "{image.mode}", not grey; convert it to 8 or 16 bit grey')
+            samples = np.array(image).astype(GREY_TYPES[image.mode])
+            if kind == ".png":
+                return Raster(samples.astype(np.uint16) if image.mode == "I" else samples, grey=True)
+            return _georeferenced(samples, dict(getattr(image, "tag_v2", {})), location)
+
+
+def _georeferenced(samples: NDArray[Any], tags: dict[int, Any], location: str) -> Raster:
+    """Returns the samples of a TIFF, which are metres, with its corners if its keys declare geographic WGS 84."""
+    corners = _corners(samples.shape, tags, location)
+    if NO_DATA not in tags:
+        return Raster(samples, False, corners)
+    mark = float(str(tags[NO_DATA]).strip("\0 "))
+    empty = np.isnan(samples) if np.isnan(mark) else samples == mark
+    findings = (f"{int(empty.sum())} samples without data become sea",) if empty.any() else ()
+    return Raster(samples, False, corners, findings, empty)
+
+
+def _corners(shape: tuple[int, ...], tags: dict[int, Any], location: str) -> Corners | None:
+    if not {PIXEL_SCALE, TIEPOINT, GEO_KEYS} <= tags.keys():
+        return None
+    entries = np.array(tags[GEO_KEYS], dtype=np.int64)
+    keys = {int(key): int(value) for key, tag, _, value in entries[4 : 4 * (len(entries) // 4)].reshape(-1, 4) if tag == 0}
+    if keys.get(GT_MODEL_TYPE) != 2 or keys.get(GEODETIC_CRS) != WGS84:
+        return None
+    column, row, _, longitude, latitude = (float(v) for v in tags[TIEPOINT][:5])
+    across, down = float(tags[PIXEL_SCALE][0]), float(tags[PIXEL_SCALE][1])
+    half = 0.0 if keys.get(GT_RASTER_TYPE) == 2 else 0.5  # PixelIsPoint; PixelIsArea ties the pixel's corner
+    west, north = longitude + (half - column) * across, latitude - (half - row) * down
+    east, south = west + across * (shape[1] - 1), north - down * (shape[0] - 1)
+    if not (-90 <= south < north <= 90 and -360 <= west < east <= 360):
+        raise SceneError(
+            f"{location}: the tags give latitude {south:g} to {north:g}, longitude {west:g} to {east:g}; correct them"
+        )
+    return (south, west), (north, east)

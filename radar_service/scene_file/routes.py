@@ -1,0 +1,133 @@
+"""Builds the motion of a body or of own ship from a constant course and speed, from waypoints or from a track."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.numerics.constants import KNOT
+from radar_service.scene_file.model.manoeuvre import ManoeuvreModel
+from radar_service.scene_file.model.scene import MovingSection, SteerableModel, WaypointModel
+from radar_service.scene_file.model.sway import AMPLITUDES, SwaySection
+from radar_service.world.error import SceneError
+from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
+from radar_service.world.motion import Motion, leg_headings
+from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
+from radar_service.world.sway import Sway
+from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
+
+Floats = NDArray[np.float64]
+TrackReader = Callable[[str, str, float | None], Motion]  # file name, location, heading_deg
+
+
+def motion_from_model(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
+    """Returns the motion of a body or of own ship that begins at `start` (3,) [m].
+
+    location: key path of the section, for messages. read_track: returns the motion in a file of the scene's folder.
+    Raises SceneError if a track or the corners of a route are not usable.
+    """
+    motion = _motion_without_sway(section, start, location, read_track)
+    motion = replace(motion, sway=sway_from_model(section))
+    return motion if section.steerable is None else SteeredMotion.under(motion, limits_from_model(section.steerable))
+
+
+def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
+    """Returns the limits of commands in SI units."""
+    return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
+
+
+def sway_from_model(section: SwaySection) -> Sway | None:
+    """Returns the sway, None if all amplitudes are 0."""
+    amplitude = np.array([*np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg]), section.heave_m])
+    period, phase = (
+        np.array([getattr(section, f"{name}_{ending}") for name in AMPLITUDES]) for ending in ("period_s", "phase_deg")
+    )
+    return Sway(amplitude, period, np.deg2rad(phase)) if amplitude.any() else None
+
+
+def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
+    motion = _motion_without_drift(section, start, location, read_track)
+    if not section.drift_deg:
+        return motion
+    if motion.turning:
+        raise SceneError(f"{location}.drift_deg: the track has a heading_deg of its own; remove drift_deg or that column")
+    return replace(motion, heading=motion.heading - math.radians(section.drift_deg))
+
+
+def _motion_without_drift(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
+    if section.track is not None:
+        return read_track(section.track, f"{location}.track", section.heading_deg)
+    if section.waypoints:
+        rate = None if section.turn_rate_deg_s is None else math.radians(section.turn_rate_deg_s)
+        return motion_from_waypoints(
+            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, location, rate
+        )
+    if section.turn_rate_deg_s or section.manoeuvre:
+        course, rate = math.radians(section.course_deg or 0.0), math.radians(section.turn_rate_deg_s or 0.0)
+        knot = Knot(0.0, start, course, section.speed_kn * KNOT, rate)
+        return motion_with_manoeuvres(knot, [_manoeuvre(each) for each in section.manoeuvre])
+    return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
+
+
+def _manoeuvre(model: ManoeuvreModel) -> Manoeuvre:
+    course, rate = (None if deg is None else math.radians(deg) for deg in (model.course_deg, model.turn_rate_deg_s))
+    return Manoeuvre(model.time_s, course, None if model.speed_kn is None else model.speed_kn * KNOT, rate)
+
+
+def constant_motion(start: Floats, heading_deg: float | None, course_deg: float | None, speed: float) -> Motion:
+    """Returns motion on a straight course at constant `speed` [m/s]; heading and course default to each other, or to 0."""
+    course = math.radians(_first(course_deg, heading_deg, 0.0))
+    heading = math.radians(_first(heading_deg, course_deg, 0.0))
+    velocity = speed * np.array([math.sin(course), math.cos(course), 0.0])
+    return Motion(np.zeros(1), start.reshape(1, 3), np.array([heading]), velocity)
+
+
+def _first(*values: float | None) -> float:
+    return next(value for value in values if value is not None)
+
+
+def motion_from_waypoints(
+    waypoints: Sequence[WaypointModel],
+    start: Floats,
+    heading_deg: float | None,
+    loop: bool,
+    radius: float | None = None,
+    location: str = "",
+    turn_rate: float | None = None,
+) -> Motion:
+    """Returns the motion from `start` (3,) [m] through waypoints, each leg at the speed of its end; then the body stops.
+
+    With `loop` it returns to the start at the last speed and repeats. A waypoint at the body's position makes no leg. The
+    heading follows the leg unless `heading_deg` is given. radius: of the arcs at corners [m], None for sharp corners.
+    location: key path for messages. turn_rate: on the arcs, instead of a radius [rad/s]. Raises SceneError if arcs do not
+    fit.
+    """
+    stops = [(*waypoint.position_m, start[2]) for waypoint in waypoints]
+    speeds = [waypoint.speed_kn * KNOT for waypoint in waypoints]
+    if loop:
+        stops, speeds = [*stops, (start[0], start[1], start[2])], [*speeds, speeds[-1]]
+    times, positions, leg_speeds = [0.0], [start], []
+    for stop, speed in zip(stops, speeds, strict=True):
+        position = np.array(stop)
+        duration = float(np.linalg.norm(position - positions[-1])) / speed
+        if times[-1] + duration > times[-1]:
+            times.append(times[-1] + duration)
+            positions.append(position)
+            leg_speeds.append(speed)
+    if (radius is not None or turn_rate is not None) and leg_speeds:
+        radii = np.array(leg_speeds) / turn_rate if turn_rate is not None else np.full(len(leg_speeds), radius)
+        key = f"{location}.{'turn_radius_m' if turn_rate is None else 'turn_rate_deg_s'}"
+        return _rounded_motion(round_corners(np.array(positions), leg_speeds, radii, loop, key), heading_deg, loop)
+    knots = np.array(positions)
+    heading = leg_headings(knots, heading_deg)
+    period = times[-1] if loop and times[-1] > 0.0 else None
+    return Motion(np.array(times), knots, heading, period=period)
+
+
+def _rounded_motion(route: RoundedRoute, heading_deg: float | None, loop: bool) -> Motion:
+    fixed = heading_deg is not None
+    heading = np.full(len(route.time), math.radians(heading_deg)) if heading_deg is not None else route.arcs[:, 0]
+    period = float(route.time[-1]) if loop else None
+    return Motion(route.time, route.position, heading, period=period, arcs=route.arcs, fixed=fixed)

@@ -1,0 +1,1 @@
+"""Codecs: what a radar sends as the messages of one protocol."""

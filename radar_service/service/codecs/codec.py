@@ -1,0 +1,51 @@
+"""The interface of protocols: a codec encodes what a radar sends as the messages of one protocol."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from radar_service.records.truth import Truth
+from radar_service.service.feed_request import FeedRequest, Mode, View
+from radar_service.service.spokes import RadarInfo, SpokeBatch
+
+
+class Codec(Protocol):
+    """One protocol. Methods return one message as bytes, without I/O and without state, and may run in any thread.
+
+    b"" stands for a message that the protocol does not have: it is not sent. To add a protocol, write one file with a
+    codec and register it in `codecs.registry`; its feed then has the address `path`, and recorders can use it too.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in the registry and in `View.codec`."""
+
+    @property
+    def path(self) -> str:
+        """Address of the websocket feed; `{radar}` stands for the radar's id."""
+
+    def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:
+        """Returns the request in the query string of a feed's address. Raises ValueError that names the parameter.
+
+        is_local: the client runs on this machine.
+        """
+
+    def hello(self, radar: RadarInfo, view: View, mode: Mode) -> bytes:
+        """Returns the first message of an epoch."""
+
+    def spokes(self, batch: SpokeBatch, view: View) -> bytes:
+        """Returns a batch as a client with this view receives it."""
+
+    def truth(self, epoch: str, state: Truth) -> bytes:
+        """Returns the true state of everything."""
+
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        """Returns the announcement of `count` truths, from `time` to `until` [s of simulation], that will not come."""
+
+    def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
+        """Returns the message that announces lost spokes: `count` of them from sequence number `first` on."""
+
+    def bye(self, epoch: str, reason: str) -> bytes:
+        """Returns the last message before the server closes the connection."""
+
+    def trim(self, data: bytes, count: int) -> bytes:
+        """Returns a message of `spokes` cut down to its last `count` spokes."""

@@ -1,0 +1,1 @@
+"""The native feed as a codec."""

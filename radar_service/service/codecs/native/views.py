@@ -1,0 +1,102 @@
+"""Views of a `spokes` message that are not whole: a sector of it, neighbouring spokes merged by their peaks; and its end.
+
+A message after its view still covers the sequence numbers first to first + count: `row_first` is the offset at which each
+of its rows begins, `row_count` the number of spokes that the row stands for. A number without a row is a spoke that the
+view leaves out: it counts as delivered, not as lost.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service import wire
+from radar_service.service.codecs.native.source_fields import fields_by_rows
+from radar_service.service.feed_request import View
+
+EACH_ROW = ("time", "azimuth", "heading", "position", "course", "speed", "blind")
+Rows = NDArray[np.intp]
+
+
+def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
+    """Returns a `spokes` message (all its spokes, in order, not compressed) with the view's sector and merging applied."""
+    samples = wire.samples(message)
+    start, count = _groups(message, view)
+    if "labels" in message or "powers" in message:
+        message = message | fields_by_rows(message, _strongest_rows(samples, start, count))
+    return message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
+
+
+def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
+    """Returns a message, before or after its view, with only its last `count` spokes."""
+    dropped = message["count"] - count
+    plain, row_count = wire.unpacked(message), len(message["azimuth"])
+    if "row_first" not in message:
+        kept, extents = slice(dropped, None), {}
+    else:
+        ends = np.add(message["row_first"], message["row_count"]).astype(np.intp)
+        kept = slice(int(np.searchsorted(ends, dropped, side="right")), None)
+        first = np.maximum(np.array(message["row_first"][kept], dtype=np.intp) - dropped, 0)
+        extents = {"row_first": first.tolist(), "row_count": (ends[kept] - dropped - first).tolist()}
+    rows = {key: message[key][kept] for key in EACH_ROW if key in message}
+    numbers = {"first": message["first"] + dropped, "count": count, "index": message["index"] + dropped}
+    begins = {key: kept.start * (len(plain[key]) // max(1, row_count)) for key in wire.ARRAYS if key in plain}
+    arrays = {key: plain[key][begin:] for key, begin in begins.items()}
+    result = plain | rows | extents | numbers | arrays
+    return wire.packed(result, message.get("compression", ""))
+
+
+def _groups(message: dict[str, Any], view: View) -> tuple[Rows, Rows]:
+    """Returns offset and length (G,) of the runs of spokes that become one row each.
+
+    A run lies within the sector and within one group of `view.spokes` azimuths.
+    """
+    azimuth = np.array(message["azimuth"], dtype=np.int64)
+    inside = np.ones(azimuth.shape, dtype=np.bool_)
+    if view.sector is not None:
+        start, stop = (round(degree * wire.TURN / 360) for degree in view.sector)  # as the azimuths are rounded
+        width = (stop - start) % wire.TURN or (wire.TURN if stop != start else 0)
+        inside = np.mod(azimuth - start, wire.TURN) <= width
+    offset = np.flatnonzero(inside)
+    group = (message["index"] + offset) // view.spokes
+    begins = np.flatnonzero(np.diff(group, prepend=-1))
+    if view.spokes > 1:  # the sector's edge splits a run in two
+        begins = np.union1d(begins, np.flatnonzero(np.diff(offset, prepend=offset[:1] - 1) > 1))
+    ends = np.append(begins[1:], len(offset))
+    return offset[begins], (ends - begins).astype(np.intp)
+
+
+def _described(message: dict[str, Any], start: Rows, count: Rows) -> dict[str, Any]:
+    """Returns the fields of each row: time and azimuth of its middle, all else of its middle spoke."""
+    last, middle = start + count - 1, start + (count - 1) // 2
+    rows: dict[str, Any] = {key: [message[key][k] for k in middle] for key in EACH_ROW if key in message}
+    time = [(message["time"][a] + message["time"][b]) / 2 for a, b in zip(start, last, strict=True)]
+    azimuth = [_between(message["azimuth"][a], message["azimuth"][b]) for a, b in zip(start, last, strict=True)]
+    return rows | {"time": time, "azimuth": azimuth, "row_first": start.tolist(), "row_count": count.tolist()}
+
+
+def _between(first: int, last: int) -> int:
+    """Returns the azimuth midway between two, the short way [wire units]."""
+    half = wire.TURN // 2
+    return int((first + ((last - first + half) % wire.TURN - half) // 2) % wire.TURN)
+
+
+def _peaks(samples: NDArray[Any], start: Rows, count: Rows) -> NDArray[Any]:
+    """Returns the largest sample of each group (G, bins), of complex samples the one of greatest magnitude."""
+    if np.iscomplexobj(samples):
+        return np.take_along_axis(samples, _strongest_rows(samples, start, count), axis=0)
+    peaks: NDArray[Any] = samples[_group_rows(start, count)].max(axis=1)
+    return peaks
+
+
+def _strongest_rows(samples: NDArray[Any], start: Rows, count: Rows) -> Rows:
+    """Returns the row (G, bins) of the largest sample of each group, the first one where several are equal."""
+    groups = samples[_group_rows(start, count)]
+    level = groups.real**2 + groups.imag**2 if np.iscomplexobj(samples) else groups
+    return np.asarray(start[:, None] + np.argmax(level, axis=1))
+
+
+def _group_rows(start: Rows, count: Rows) -> Rows:
+    """Returns the rows (G, longest) of each group; the last one again where a group is shorter."""
+    rows = start[:, None] + np.arange(int(count.max(initial=1)))
+    return np.asarray(np.minimum(rows, (start + count - 1)[:, None]))

@@ -1,0 +1,188 @@
+"""The controls of a radar, each declared once.
+
+`CONTROLS` is the only list: the bodies of `PATCH` and `GET /api/radars/{id}/controls`, the `controls` of a hello, the
+`control_definitions` of a radar and from those the controls of the page (`clients/web`) are derived from it. A new control
+is one entry here, and the code that applies it.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.source import OrderedSource, SceneOrder
+from radar_service.world.outline import SceneOutline
+
+
+class ControlError(ValueError):
+    """The value of a control is not allowed on this radar. The text names the control, the value and the limits."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """One control.
+
+    name: its key in REST and in the feed;
+    kind: switch (true or false), number, or pace (state, steps and factor);
+    acts_on: display (the u8 video), transmitter (what is sent, and when) or engine (a rebuilt scene);
+    label: its name for people; label_off: of a switch that is off, the same where it is empty;
+    description: for people;
+    read: the value from the settings and the scene (for engine controls the scene that runs next);
+    write: the settings with another value (display and transmitter controls);
+    rebuild: the order of the scene with another value (engine controls);
+    unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
+    scene_maximum: a maximum that depends on the scene;
+    step: of a slider, between its limits; None for a number that is typed.
+    """
+
+    name: str
+    kind: Literal["switch", "number", "pace"]
+    acts_on: Literal["display", "transmitter", "engine"]
+    label: str
+    description: str
+    read: Callable[[Settings, SceneOutline], Any]
+    write: Callable[[Settings, SceneOutline, Any], Settings] | None = None
+    rebuild: Callable[[SceneOrder, Any], SceneOrder] | None = None
+    unit: str = ""
+    example: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    scene_maximum: Callable[[SceneOutline], float] | None = None
+    step: float | None = None
+    label_off: str = ""
+
+
+def _display(name: str, description: str, example: float, **also: bool) -> Control:
+    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`. also: fields that it sets besides."""
+    return Control(
+        name, "number", "display", name.capitalize(), description,
+        read=lambda settings, scene: getattr(settings.video, name),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value}, **also)),
+        unit="%", example=example, minimum=0, maximum=100, step=1,
+    )  # fmt: skip
+
+
+def _display_switch(name: str, label: str, description: str) -> Control:
+    """A switch of the video: a field of `display.video.Controls`."""
+    return Control(
+        name, "switch", "display", label, description,
+        read=lambda settings, scene: getattr(settings.video, name),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
+    )  # fmt: skip
+
+
+def _range_max(scene: SceneOutline) -> float:
+    return scene.radar.range_max
+
+
+def _read_range(settings: Settings, scene: SceneOutline) -> float:
+    return min(settings.range or _range_max(scene), _range_max(scene))
+
+
+def _write_range(settings: Settings, scene: SceneOutline, value: float) -> Settings:
+    return replace(settings, range=None if value == _range_max(scene) else value)
+
+
+def _write_pace(settings: Settings, scene: SceneOutline, change: Mapping[str, Any]) -> Settings:
+    """Changes state and factor; the state "step" is an order to the transmitter and changes no setting."""
+    pace, factor, state = settings.pace, change.get("factor"), change.get("state")
+    if factor is not None:
+        pace = replace(pace, factor=math.inf if factor == "max" else factor)
+    return replace(settings, pace=Pace(state, pace.factor) if state in ("run", "pause") else pace)
+
+
+CONTROLS = (
+    Control(
+        "transmit", "switch", "transmitter", "Transmit", "false is standby: no spokes are sent, simulated time goes on",
+        read=lambda settings, scene: settings.transmit,
+        write=lambda settings, scene, value: replace(settings, transmit=value), label_off="Standby",
+    ),
+    Control(
+        "range_m", "number", "transmitter", "Range", "display range, at most the scene's; a change opens a new epoch",
+        read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
+    ),
+    _display(
+        "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
+    ),
+    _display_switch("gain_auto", "Auto gain", "one false alarm in 1e6 samples of noise, and of what auto sea leaves"),
+    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),
+    _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
+    _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
+    Control(
+        "echo_stretch", "number", "display", "Stretch", "lengthens echoes outward by 1 % of the range per unit, 0 is off",
+        read=lambda settings, scene: settings.video.echo_stretch,
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, echo_stretch=value)),
+        example=0, minimum=0, maximum=2, step=1,
+    ),
+    _display_switch(
+        "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
+    ),
+    _display_switch("scan_correlation", "Scan correlation", "removes what only one scan has, such as sea spikes, and fast craft"),
+    Control(
+        "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch at the end of a scan",
+        read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
+        rebuild=lambda order, value: replace(order, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
+    ),
+    Control(
+        "pace", "pace", "transmitter", "Pace", "run, pause or step, and simulated seconds per second",
+        read=lambda settings, scene: settings.pace.as_dict(), write=_write_pace,
+    ),
+)  # fmt: skip
+
+
+def controls_state(settings: Settings, running: SceneOutline, next_scene: SceneOutline) -> dict[str, Any]:
+    """Returns the value of every control. Engine controls are those of the scene that runs next."""
+    return {
+        control.name: control.read(settings, next_scene if control.acts_on == "engine" else running) for control in CONTROLS
+    }
+
+
+def changed_settings(settings: Settings, scene: SceneOutline, requested: Mapping[str, Any]) -> Settings:
+    """Returns the settings with the requested values. Raises ControlError for a value that the scene does not allow."""
+    for control in CONTROLS:
+        if control.name in requested and control.write is not None:
+            _check(control, scene, requested[control.name])
+            settings = control.write(settings, scene, requested[control.name])
+    return settings
+
+
+def changes_engine(requested: Mapping[str, Any]) -> bool:
+    """Whether an engine control is among the requested ones."""
+    return any(control.name in requested and control.rebuild is not None for control in CONTROLS)
+
+
+def changed_order(settings: Settings, source: OrderedSource, requested: Mapping[str, Any]) -> SceneOrder | None:
+    """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
+    order = result = source.order
+    for control in CONTROLS:
+        if control.name in requested and control.rebuild is not None:
+            value = requested[control.name]
+            if not math.isclose(value, control.read(settings, source.info.scene), rel_tol=1e-9):
+                result = control.rebuild(result, value)
+    return None if result is order else result
+
+
+def control_definitions(scene: SceneOutline) -> list[dict[str, Any]]:
+    """Returns the declaration of every control as plain data, with the limits of this scene."""
+    return [
+        {
+            "name": control.name,
+            "kind": control.kind,
+            "unit": control.unit,
+            "minimum": control.minimum,
+            "maximum": control.scene_maximum(scene) if control.scene_maximum else control.maximum,
+            "step": control.step,
+            "acts_on": control.acts_on,
+            "label": control.label,
+            "label_off": control.label_off,
+            "description": control.description,
+        }
+        for control in CONTROLS
+    ]
+
+
+def _check(control: Control, scene: SceneOutline, value: Any) -> None:
+    if control.scene_maximum is not None and value > control.scene_maximum(scene):
+        limits = f"{control.minimum:g} to {control.scene_maximum(scene):g} {control.unit}"
+        raise ControlError(f"{control.name}: {value:g}; this radar allows {limits}: give less")

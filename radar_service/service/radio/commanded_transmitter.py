@@ -1,0 +1,76 @@
+"""A transmitter as the command worker has it: what commands act on, and whether they may come now."""
+
+import math
+from collections.abc import Callable
+
+from radar_service.service.radio.command_pace import CommandPace
+from radar_service.service.radio.command_worker import CommandQueue, Steered
+from radar_service.service.radio.engine_supervisor import EngineSupervisor
+from radar_service.service.radio.handover import Handover
+from radar_service.service.radio.pacer import Pacer
+from radar_service.service.radio.transmitter_state import State, TransmitterState
+
+
+class CommandedTransmitter:
+    """A CommandedRadar. The transmitter's thread writes it with the clock's lock held, the command worker reads it so.
+
+    commands: those that wait for the command worker.
+    unsent: number of the first spoke that was not given to the sinks, from t = 0.
+    newest: time of the last one that was [s].
+    pace: how many commands the feed bears.
+    """
+
+    def __init__(
+        self, state: TransmitterState, pacer: Pacer, engines: EngineSupervisor, handover: Handover,
+        clock: Callable[[], float],
+    ) -> None:  # fmt: skip
+        """clock: of the wall [s]; the rest is the transmitter's."""
+        self._state, self._pacer, self._engines, self._handover = state, pacer, engines, handover
+        self.commands = CommandQueue(pacer.world.let_command)
+        self.unsent, self.newest = 0, -math.inf
+        self.pace = CommandPace(clock)
+
+    @property
+    def is_commanded(self) -> bool:
+        """As CommandedRadar."""
+        return self._state.fault is None and not self._pacer.stopping
+
+    @property
+    def takes_commands(self) -> bool:
+        """As CommandedRadar: enough was sent since the last ones, or nothing can be sent now."""
+        cannot_send = self._state.now is State.RESTARTING or self._handover.is_due(self.unsent)
+        return cannot_send or self.pace.allows(self._pacer.waiting)
+
+    @property
+    def steered(self) -> Steered | None:
+        """As CommandedRadar."""
+        if not self._pacer.is_outdated:
+            return Steered(self._engines.worker, self.unsent, self.newest)
+        pending = self._engines.pending
+        return None if pending is None else Steered(pending, 0, -math.inf)
+
+    def commanded(self) -> None:
+        """As CommandedRadar."""
+        self.pace.commanded()
+        self._pacer.waiting = False
+
+    def claim(self, first: int, count: int, commands: int) -> bool:
+        """Whether so many spokes are to be sent now, as far as commands and handovers go; then commands act after them.
+
+        commands: how many they know. The clock's lock is held.
+        """
+        worker, end = self._engines.worker, first + count
+        if worker.commands.first_unknown(commands) < end or not self._handover.claim(first, end):
+            return False
+        self.unsent, self.newest = end, worker.engine.info.radar.time_of_spokes(float(end - 1))
+        self.pace.give(count)
+        self._pacer.world.let_command()
+        return True
+
+    def go_on_from(self, spoke: int, same_scene: bool = True) -> None:
+        """Lets commands act from a spoke on. same_scene: whether its time goes on."""
+        with self._pacer.world.changed:
+            self.unsent = spoke
+            self.newest = self.newest if same_scene else -math.inf
+            self.pace.begin()
+            self._pacer.world.let_command()

@@ -1,0 +1,199 @@
+"""The orders to a transmitter, and the wait until spokes are due."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radar_service.numerics.types import Floats
+from radar_service.service.radio.pacing import Schedule
+from radar_service.service.radio.world_clock import WorldClock
+from radar_service.service.settings import Pace, Settings
+
+MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The present orders.
+
+    version: changes with every order; steps: spokes still to send while paused; until: while paused without steps, the time
+    up to which other radars of the world have sent [s].
+    """
+
+    version: int
+    settings: Settings
+    steps: int
+    until: float = math.inf
+
+    def spokes(self, times: Floats, most: int) -> int:
+        """Returns how many of the spokes at these times (K,) [s] to send together: 1 at least, `most` at most."""
+        within = int(np.searchsorted(times, self.until, side="right"))
+        return max(1, min(most, self.steps or most, within))
+
+
+class Pacer:
+    """Settings and steps of one transmitter on the clock of its world. Orders come from any thread; its own thread waits.
+
+    The clock's `changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without it.
+    holds: whether nothing is due, whatever the settings say, until `release`; next, is_active: as the clock has them.
+    waiting: whether its thread waits until spokes are due.
+    """
+
+    def __init__(
+        self, settings: Settings, clock: Callable[[], float], world: WorldClock | None = None, held: bool = False
+    ) -> None:
+        self.settings, self.holds = settings, held
+        self.world = world or WorldClock()
+        self.stopping = self.waiting = False
+        self.next, self.is_active = 0.0, True
+        self._generation = self.world.generation
+        self._steps = 0
+        self._clock = clock
+        self._changed = self.world.changed
+        self.world.join(self)
+
+    @property
+    def schedule(self) -> Schedule:
+        """The schedule of the world."""
+        return self.world.schedule
+
+    @property
+    def held(self) -> bool:
+        """Whether this radar, or another one of its world, holds all of them."""
+        return self.world.held
+
+    @property
+    def idle(self) -> bool:
+        """Whether the radar is held, or paused without spokes to send."""
+        paused = self.settings.pace.state == "pause" and not self._steps and self.next > self.world.front
+        return self.held or paused
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second: as set, or at pace `max` as reached."""
+        factor = self.settings.pace.factor
+        return factor if math.isfinite(factor) else self.reached() or 1.0
+
+    @property
+    def is_outdated(self) -> bool:
+        """Whether the world runs another scene, which this radar has not begun."""
+        return self._generation != self.world.generation
+
+    def set(self, settings: Settings) -> None:
+        """Replaces the settings; the pace is that of all radars of the world."""
+        with self._changed:
+            if settings.pace != self.settings.pace:
+                self.world.set_pace(settings.pace)
+            self.settings = settings
+            self.world.notify()
+
+    def adopt(self, pace: Pace) -> None:
+        """Takes over the pace of the world, and forgets steps."""
+        self.settings, self._steps = replace(self.settings, pace=pace), 0
+
+    def step(self, spokes: int) -> None:
+        """Orders that many spokes more, and then a pause."""
+        with self._changed:
+            self.world.set_pace(replace(self.settings.pace, state="pause"))
+            self._steps = spokes
+            self.world.notify()
+
+    def release(self) -> None:
+        """Lets spokes become due."""
+        with self._changed:
+            self.holds = False
+            self.world.notify()
+
+    def interrupt(self) -> None:
+        """Ends the present wait, because something else has changed."""
+        with self._changed:
+            self.world.notify()
+
+    def stop(self) -> None:
+        """Ends every wait, now and later."""
+        with self._changed:
+            self.stopping = True
+            self.world.notify()
+
+    def fail(self) -> None:
+        """Leaves the world's clock, until `begin`: the other radars do not wait for this one."""
+        with self._changed:
+            self.is_active = False
+            self.world.notify()
+
+    def begin(self, time: float = 0.0) -> None:
+        """Begins a scene, or goes on with it, at a time [s of simulation]: its first spoke is due at once."""
+        with self._changed:
+            if not self.is_outdated and time == 0.0:
+                self.world.front = -math.inf
+            self._generation, self.is_active, self.next = self.world.generation, True, time
+            self.world.schedule.restart()
+
+    def restart_schedule(self) -> None:
+        """Makes the next spoke due at once."""
+        with self._changed:
+            self.world.schedule.restart()
+
+    def orders(self) -> Orders:
+        """Returns the orders as they are now."""
+        with self._changed:
+            follows = self.settings.pace.state == "pause" and not self._steps
+            return Orders(self.world.version, self.settings, self._steps, self.world.front if follows else math.inf)
+
+    def wait_until_due(self, times: Floats, orders: Orders, claim: Callable[[], bool] = lambda: True) -> bool:
+        """Waits until the spokes at these times (K,) [s] are due; returns False as soon as the orders have changed.
+
+        claim: is asked last, with the lock held, and says whether they may be sent.
+        """
+        first, last = float(times[0]), float(times[-1])
+        with self._changed:
+            if not self.is_outdated and first != self.next:
+                self.next = first
+                self._changed.notify_all()
+            try:
+                while orders.version == self.world.version and not self.stopping and not self.is_outdated:
+                    steps = not self.held and self._steps > 0
+                    delay = 0.0 if steps else self.delay(first, last)
+                    if delay <= 0:
+                        may_go = claim()
+                        self._steps -= len(times) if steps and may_go else 0  # a client that has them may order more at once
+                        return may_go
+                    self._wait(min(delay, MAX_WAIT))
+            finally:
+                self.waiting = False
+        return False
+
+    def _wait(self, timeout: float) -> None:
+        """Waits for an order, at most `timeout` [s]; meanwhile commands stop nothing."""
+        if not self.waiting:
+            self.waiting = True
+            self.world.may_command.notify_all()
+        self._changed.wait(timeout)
+
+    def delay(self, first: float, last: float) -> float:
+        """Returns the seconds until spokes from `first` to `last` [s of simulation] are due; with `changed` held."""
+        pace = self.settings.pace
+        if not self.held and pace.state == "pause" and last <= self.world.front:
+            return 0.0
+        if self.held or pace.state == "pause" or not self.world.may_begin(first, self):
+            return math.inf
+        return self.world.schedule.delay(self._clock(), last, pace.factor)
+
+    def wait_for(self, condition: Callable[[], bool], timeout: float | None = None) -> None:
+        """Waits until `condition` holds or the radar stops, at most `timeout` [s]."""
+        with self._changed:
+            self._changed.wait_for(lambda: condition() or self.stopping, timeout)
+
+    def sent(self, time: float) -> None:
+        """Counts the spoke of this simulated time [s] as sent."""
+        with self._changed:
+            if not self.is_outdated:
+                self.next = math.nextafter(time, math.inf)
+                self.world.sent(self._clock(), time)
+
+    def reached(self) -> float | None:
+        """Returns simulated seconds per second, measured; None before there is enough to measure."""
+        with self._changed:
+            return self.world.schedule.reached(self._clock())

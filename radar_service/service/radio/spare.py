@@ -1,0 +1,106 @@
+"""A prepared world has a spare: a process forked from it, which shares its memory, waits, and runs when the world has died.
+
+Forking takes milliseconds where preparing takes seconds. A process with threads may fork only while those hold no lock; here
+they sleep. A spare that does not deliver all the same is replaced by a world that is prepared anew.
+"""
+
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from radar_service.processes.channel import Channel
+
+RUN = "run"  # the order to a spare
+Ends = tuple[Channel, Channel]  # control, data
+Announce = Callable[[int | None], Channel]  # sends the number of a spare; returns the channel that its ends follow on
+
+
+@dataclass(frozen=True)
+class NewSpare:
+    """Says on the data channel that a spare has replaced one that has died; its ends follow."""
+
+    process: int
+
+
+class TakeOver(Exception):
+    """Raised in a spare that runs from now on, by `Spares.renew`."""
+
+
+class Spares:
+    """The spare of this process. ends: channels of this process; is_spare: whether it was a spare itself."""
+
+    def __init__(self, control: Channel, data: Channel) -> None:
+        self.ends, self.is_spare = (control, data), False
+        self._process = -1
+
+    def first(self) -> None:
+        """Forks the first spare and tells it on the control channel: its number, None where none can be made, and its ends.
+
+        Returns in the spare, too, when the service orders it to run; that has a spare of its own then. Raises EOFError in a
+        spare that is not needed.
+        """
+        while self._forked(self._told_first):
+            continue
+
+    def renew(self, answering: threading.Lock) -> None:
+        """Forks another spare where the one that was made has died, and tells it on the data channel by a NewSpare.
+
+        answering: while a thread holds it there is no fork, as nobody would release it in the spare; nothing waits for it.
+        Raises in the spare: TakeOver when it is to run, after which it calls `first`, and EOFError when it is not needed.
+        """
+        if self._process <= 0 or _exists(self._process) or not answering.acquire(blocking=False):
+            return
+        try:
+            takes_over = self._forked(self._told_later)
+        finally:
+            answering.release()
+        if takes_over:
+            raise TakeOver
+
+    def _told_first(self, process: int | None) -> Channel:
+        self.ends[0].send(process)
+        return self.ends[0]
+
+    def _told_later(self, process: int | None) -> Channel:
+        if process:
+            self.ends[1].send(NewSpare(process))
+        return self.ends[1]
+
+    def _forked(self, tell: Announce) -> bool:
+        """Forks a spare. Returns False in this process; True in the spare, with its own ends, when it is to run."""
+        (near, its_near), (far, its_far) = pairs = socket.socketpair(), socket.socketpair()
+        try:
+            self._process = os.fork() if sys.platform == "linux" else -1
+        except OSError:  # no memory, or too many processes
+            self._process = -1
+        if self._process:
+            for _, its_end in pairs:
+                its_end.close()
+            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # a spare that has ended leaves no zombie
+            channel = tell(self._process if self._process > 0 else None)
+            if self._process > 0:
+                channel.send_ends([near, far])
+        near.close()
+        far.close()
+        return not self._process and self._ordered_to_run(Channel(its_near), Channel(its_far))
+
+    def _ordered_to_run(self, control: Channel, data: Channel) -> bool:
+        """Is the life of a spare that waits."""
+        for end in self.ends:
+            end.forget()
+        self.ends, self.is_spare = (control, data), True
+        if control.receive() != RUN:
+            raise EOFError
+        return True
+
+
+def _exists(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True

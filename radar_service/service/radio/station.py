@@ -1,0 +1,233 @@
+"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and the requests of REST to both."""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.truth import Truth
+from radar_service.service.controls import changed_order, changed_settings, changes_engine, controls_state
+from radar_service.service.fanout.client_queue import ClientQueue
+from radar_service.service.fanout.feed_encoder import FeedEncoder
+from radar_service.service.fanout.hub import FeedRefused, Hub
+from radar_service.service.feed_request import Mode
+from radar_service.service.logs import log_event
+from radar_service.service.radio.engine_supervisor import RESTARTS
+from radar_service.service.radio.error_stage import ErrorStage
+from radar_service.service.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
+from radar_service.service.radio.last_scan import CorrelationStage, LastScan
+from radar_service.service.radio.preparation import Preparations
+from radar_service.service.radio.station_world import StationWorld
+from radar_service.service.radio.transmitter import Transmitter
+from radar_service.service.radio.truth_stream import Follower, TruthStream
+from radar_service.service.settings import Settings
+from radar_service.service.source import MakeSource, OrderedSource, SceneOrder
+from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
+from radar_service.spoke_source import SourceInfo
+
+NOTHING = SourceRequest()
+STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
+LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
+STOP_TIMEOUT = 3.0  # s to wait for each thread
+
+
+class Station:
+    """One radar. All methods are for the event loop.
+
+    world: the radars that share its clock and its scene.
+    hub: its clients.
+    feed: encodes for them.
+    last_scan: for pictures.
+    errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
+    truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
+    transmitter: sends to all sinks.
+    commands: steer own ship and bodies, on all radars of the world.
+    stopping: whether new clients are refused.
+    failed: called, from another thread, when the radar has failed.
+    preparations: where its scenes are prepared; the radars of a server share them.
+    """
+
+    def __init__(
+        self, identity: str, engine: OrderedSource, make_engine: MakeSource, *, name: str | None = None,
+        settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
+        restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
+        world: StationWorld | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
+    ) -> None:  # fmt: skip
+        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; world: that
+        it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
+        recorded: what `sinks` need of the sources of cells."""
+        self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
+        self.failed = failed
+        self.stopping = False
+        self.world = world or StationWorld()
+        self.hub = Hub(clock)
+        self.last_scan = LastScan(engine)
+        self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
+        self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
+        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
+        sinks = (self.errors, SentNotices(self.truth_stream))
+        self.transmitter = Transmitter(
+            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
+            command_worker=self.world.command_worker,
+            on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
+            sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
+        )  # fmt: skip
+        self.commands = self.transmitter.commands
+        self.preparations = Preparations()
+        self._make_engine = make_engine
+        self._wait_for, self._clock = wait_for, clock
+        self.world.join(identity, self.transmitter)
+        self._lead = LEAD  # s from an agreement of a handover to it
+
+    @property
+    def epoch(self) -> Epoch:
+        """The running one, with what is known of its source of spokes."""
+        return self.transmitter.epoch
+
+    @property
+    def settings(self) -> Settings:
+        """The settings that REST has made."""
+        return self.transmitter.pacer.settings
+
+    async def start(self) -> None:
+        """Starts to compute and to send, and to take clients."""
+        self.feed.start()
+        self.truth_stream.start()
+        await asyncio.to_thread(self.transmitter.start)
+
+    async def stop(self, reason: str = "the server is stopping") -> None:
+        """Sends `bye` to every client and ends the threads."""
+        self.stopping = True
+        self.hub.close(reason, STOP_DRAIN)
+        self.truth_stream.end(reason)
+        await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        self.feed.stop()
+        self._truths.shutdown(wait=False, cancel_futures=True)
+        await self.hub.emptied(LEAVE_TIMEOUT)
+
+    def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
+        """Adds a client to the feed. Raises FeedRefused with the reason, also when the radar has failed."""
+        if client.truth and not self.allow_truth:
+            raise FeedRefused("truth: this server does not send it; it must be started with --truth")
+        if self.stopping:
+            raise FeedRefused("the server is stopping")
+        if self.transmitter.fault:
+            raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
+        self.hub.join(client, since)
+        if client.view.sources:
+            self.transmitter.pacer.interrupt()  # what waits to be sent does not tell its sources
+        if self.transmitter.pacer.held and len(self.hub.clients) >= self._wait_for:
+            self.transmitter.pacer.release()
+        encoding = client.view.encoding
+        log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
+
+    def follow_truth(self, radiometric: bool = False) -> Follower:
+        """Returns a client of the truth, also of the power of each body. Raises FeedRefused with the reason."""
+        if self.stopping:
+            raise FeedRefused("the server is stopping")
+        return self.truth_stream.join(radiometric)
+
+    def leave(self, client: ClientQueue) -> None:
+        """Removes a client from the feed."""
+        self.hub.leave(client)
+        log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
+
+    async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SourceInfo]:
+        """Prepares another scene beside the running one and lets it take over, for all radars of this world; returns the epoch
+        and what is known of the engine of this one.
+
+        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
+        running scene goes on.
+        """
+        return await self._run(self.world.orders(order), job)
+
+    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SourceInfo]:
+        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
+        request = self.world.request()
+        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
+        epochs = self.world.switch_to(request, workers, stopping=self.stopping)
+        return epochs[self.identity], workers[self.identity].engine.info
+
+    async def prepare(self, order: SceneOrder, job: str | None = None) -> OrderedSource:
+        """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
+        return await self.preparations.source(self._make_engine, order, job)
+
+    async def change(self, requested: Mapping[str, Any]) -> None:
+        """Changes the requested controls; a value that is refused changes nothing.
+
+        A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
+        numbers of scans. Of several such changes the last one wins. Raises ControlError, and SceneError where such a scene is not
+        valid.
+        """
+        changed_settings(self.settings, self.epoch.info.scene, requested)  # refuses before the scene changes
+        if changes_engine(requested):
+            await self._go_on(requested)
+        self.transmitter.pacer.set(changed_settings(self.settings, self.epoch.info.scene, requested))
+        pace = requested.get("pace", {})
+        if pace.get("state") == "step":
+            self.transmitter.pacer.step(pace["steps"])
+
+    async def _go_on(self, requested: Mapping[str, Any]) -> None:
+        """Lets the scene that runs next go on with other engine controls; another scene meanwhile keeps its own where it was
+        requested later."""
+        request, engines = self.world.request(), self.transmitter.engines
+        while not self.world.has_met_after(request):
+            order = changed_order(self.settings, engines.pending_engine, requested)
+            if order is None:
+                with contextlib.suppress(Overtaken):
+                    return None if engines.has_pending else self.transmitter.handover.overtake(request)
+                return
+            if engines.has_pending and not engines.pending_engine.order.goes_on:  # another scene comes first
+                await self._run(self.world.changed_orders(self.identity, order))
+                return
+            with contextlib.suppress(SceneChanged):
+                if await self._has_gone_on(request, replace(order, origin=None)):
+                    return
+
+    async def _has_gone_on(self, request: int, order: SceneOrder) -> bool:
+        """Prepares an order of the running scene and lets it go on from the end of a scan; returns False where it was late.
+
+        Raises SceneChanged, and what Preparations.workers raises.
+        """
+        agree = partial(self.transmitter.agree, request, order, self._lead)
+        try:
+            orders = {self.identity: order}
+            workers = await self.preparations.workers(self._make_engine, orders, None, self.world.check, agree)
+        except Overtaken:
+            return True
+        except BaseException:
+            self.transmitter.handover.cancel(request)
+            raise
+        if self.stopping or not self.transmitter.hand_over(request, workers[self.identity]):
+            workers[self.identity].stop()
+            self._lead = min(2.0 * self._lead, MAX_LEAD)
+            return self.stopping or self.transmitter.handover.request != request
+        return True
+
+    async def truth(self, at: float | None = None) -> Truth:
+        """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
+        time = self.transmitter.simulated if at is None else at
+        return await asyncio.get_running_loop().run_in_executor(self._truths, self.epoch.source.truth, time)
+
+    def controls(self) -> dict[str, Any]:
+        """Returns the state of all controls, as REST and the feed give it."""
+        return controls_state(self.settings, self.epoch.info.scene, self.transmitter.engines.pending_engine.info.scene)
+
+    def radar_info(self, epoch: Epoch) -> RadarInfo:
+        """Returns the description of this radar in an epoch."""
+        controls = self.controls()
+        return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
+
+    def _log_restart(self, reason: str) -> None:
+        log_event("engine restarted", logging.WARNING, radar=self.identity, reason=reason)
+
+    def _report_failure(self, reason: str) -> None:
+        log_event("radar failed", logging.ERROR, radar=self.identity, reason=reason)
+        self.failed()

@@ -1,0 +1,281 @@
+"""The thread that sends: takes blocks from the engine's worker, waits until they are due, hands them to the sinks.
+
+What leads from one of its states to the next is in `transmitter_state`; each state has a method here, which returns the event.
+
+When an order acts:
+- gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
+- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
+  and where the world has several radars, which all begin it together.
+- commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
+- labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
+- rpm: a new epoch at the end of a scan that is agreed when its engine is prepared (`handover`).
+- the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
+  happens too often the radar fails and the sinks are closed; the next scene restarts it. An engine that is ready takes over.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from radar_service.numerics.types import Singles
+from radar_service.radar.parameters import Origin
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.spokes import SpokeBlock
+from radar_service.service.radio.command_worker import CommandWorker
+from radar_service.service.radio.commanded_transmitter import CommandedTransmitter
+from radar_service.service.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
+from radar_service.service.radio.handover import Handover, SceneChanged, wait_for_engine
+from radar_service.service.radio.pacer import Pacer
+from radar_service.service.radio.pacing import batch_spokes
+from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.transmitter_state import Event, State, TransmitterState
+from radar_service.service.radio.world_clock import WorldClock
+from radar_service.service.settings import Settings
+from radar_service.service.source import MakeSource, OrderedSource, SceneOrder
+from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
+from radar_service.world.commands import Command
+
+BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
+Report = Callable[[str], None]
+
+
+class Transmitter:
+    """Sends the spokes of one radar to its sinks. Orders go to `pacer` and `switch_to`, from any thread.
+
+    The transmitter's thread alone writes epoch, state, sent and simulated; others only read them.
+
+    epoch: the running one.
+    state: what it does.
+    sent: spokes since the start; simulated: time of the next spoke [s].
+    commands: those that wait for the command worker.
+    engines: the running engine and its replacements.
+    """
+
+    def __init__(
+        self, engine: OrderedSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
+        make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
+        on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
+        sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
+    ) -> None:  # fmt: skip
+        """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
+
+        command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
+        transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes;
+        describe: the radar in an epoch that opens.
+        """
+        self._command_worker = command_worker or CommandWorker(WorldClock())
+        self._world = self._command_worker.clock
+        self.pacer = Pacer(settings, clock, self._world, held)
+        self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
+        self.epoch = self._epoch(new_epoch_name(), settings.range)
+        self.state = TransmitterState()
+        self.sent, self.simulated = 0, 0.0
+        self.handover = Handover()
+        self._commanded = CommandedTransmitter(self.state, self.pacer, self.engines, self.handover, clock)
+        self.commands = self._commanded.commands
+        self._sinks = SinkGroup(sinks)
+        self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
+        self._block: SpokeBlock | None = None  # what is still to be sent of the one that was taken last
+        self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
+        self._number = 0  # of the next spoke in this epoch
+        self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
+        self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
+        self._command_worker.join(self._commanded)
+
+    def start(self) -> None:
+        """Opens the first epoch on every sink and starts both threads."""
+        self._open(self.epoch)
+        self.engines.start()
+        self._command_worker.start()
+        self.state.on(Event.START)
+        self._thread.start()
+
+    def stop(self, timeout: float) -> None:
+        """Ends both threads and waits for each at most `timeout` [s]."""
+        self.pacer.stop()
+        self.commands.close("the server is stopping")
+        self.engines.stop()
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+            self._command_worker.stop(timeout)
+        self.engines.stop(timeout)
+
+    @property
+    def fault(self) -> str | None:
+        """As TransmitterState."""
+        return self.state.fault
+
+    def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
+        """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
+
+        request: its number, for `hand_over`. Raises SceneChanged where another scene runs or is about to, and Overtaken.
+        """
+        with self._world.changed:  # while no engine takes over
+            running = self.engines.worker
+            if self.pacer.is_outdated or not self.engines.keep_scene_of(order):
+                raise SceneChanged
+            idle = self.pacer.idle or self.fault is not None
+            origin = self.handover.agree(
+                request, running.engine.info.radar, self._commanded.unsent, idle, lead * self.pacer.speed
+            )
+            self.engines.drop_pending()  # of a request that this one has overtaken
+            self.pacer.interrupt()
+            return origin, tuple(running.commands)
+
+    def hand_over(self, request: int, worker: EngineWorker) -> bool:
+        """Lets the engine of a request take over where that has agreed; returns False where it is late."""
+        with self._world.changed:
+            if is_agreed := self.handover.is_agreed(request):
+                self.engines.switch_to(worker)
+                self.pacer.interrupt()
+        return is_agreed
+
+    def switch_to(self, worker: EngineWorker) -> str:
+        """Lets the prepared engine of another scene take over; returns the name of its epoch. The last call wins."""
+        self.handover.cancel()
+        name = self.engines.switch_to(worker)
+        self.pacer.interrupt()
+        return name
+
+    def _run(self) -> None:
+        act = {
+            State.SENDING: self._while_sending,
+            State.HANDING_OVER: self._while_handing_over,
+            State.RESTARTING: self._while_restarting,
+            State.FAILED: self._while_failed,
+        }
+        while self.state.now is not State.STOPPED:
+            try:
+                event = act[self.state.now]()
+            except Exception as error:  # of any kind: the clients must be notified
+                if not self.state.allows(Event.FAILURE):
+                    raise
+                reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
+                event = Event.STOP if self.pacer.stopping else self.state.fail(reason)
+            self.state.on(event)
+
+    def _while_sending(self) -> Event:
+        """Takes blocks and sends them, part by part."""
+        self._world.let_command()  # a fault may have ended
+        while not self.pacer.stopping:
+            if event := self._obey_orders():
+                return event
+            if self._block is None:
+                self._block = self.engines.worker.take(BLOCK_TIMEOUT)
+            elif self._send_part(self._block) and self.handover.at is None and self._take_over():
+                return Event.TAKEN_OVER
+        return Event.STOP
+
+    def _while_handing_over(self) -> Event:
+        """Waits for the next engine; the running one turns on where it is late."""
+        wait_for_engine(self.handover, self.pacer, self.engines)
+        return Event.TAKEN_OVER if self._take_over() else Event.LATE
+
+    def _while_restarting(self) -> Event:
+        """Continues with the next scan and another engine of the same scene, or with one that is ready."""
+        azimuths, self._block = self.epoch.info.radar.azimuths, None
+        scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
+        self._commanded.go_on_from(scan * azimuths)
+        cause = self.engines.restart(self.state.reason, scan, self._on_restart)
+        if cause is None:
+            return Event.TAKEN_OVER if self._take_over() else Event.GIVEN_UP
+        missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
+        self.epoch = self._epoch(self.epoch.name, self.epoch.range)
+        self.pacer.restart_schedule()
+        if missed:
+            self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
+        self._number, self._spokes_done = self._number + missed, scan * azimuths
+        return Event.RESTARTED
+
+    def _while_failed(self) -> Event:
+        """Ends the feed and waits for an engine."""
+        reason = self.state.reason
+        self.pacer.fail()
+        self.commands.close(f"the radar has stopped: {reason}; give it another scene")
+        self.engines.worker.stop()
+        self._sinks.close(reason)
+        self._on_failure(reason)
+        while not self.pacer.stopping:
+            self.pacer.wait_for(lambda: self.engines.has_pending)
+            if self._take_over():
+                self.commands.close(None)
+                return Event.TAKEN_OVER
+        return Event.STOP
+
+    def _obey_orders(self) -> Event | None:
+        """Applies what does not wait for the end of the scan; returns what ends the present block, None where it goes on."""
+        if self.handover.is_due(self._spokes_done):
+            return Event.HANDOVER_DUE
+        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
+            return Event.TAKEN_OVER if self._take_over() else None
+        if self.pacer.settings.range != self.epoch.range:
+            self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
+        return None
+
+    def _send_part(self, block: SpokeBlock) -> bool:
+        """Sends the first spokes of a block when they are due; returns whether they were the last ones of a scan."""
+        self._block = rest = self.engines.worker.known_part(block)
+        if rest is None:
+            return False  # it comes again, as commanded
+        orders = self.pacer.orders()
+        size = batch_spokes(orders.settings.pace.factor, self.epoch.info.radar.spoke_period)
+        part = rest.part(0, orders.spokes(rest.time, min(size, len(rest))))
+        if self._request_sources(part):
+            self._block = None
+            return False
+        self._commanded.pace.computed()
+        claim = partial(self._commanded.claim, part.first, len(part), part.commands)
+        if not self.pacer.wait_until_due(part.time, orders, claim):
+            return False
+        self._send(part, orders.settings)
+        self._commanded.pace.given()
+        self._block = rest.part(len(part), len(rest)) if len(part) < len(rest) else None
+        return part.index + len(part) == self.epoch.info.radar.azimuths
+
+    def _request_sources(self, part: SpokeBlock) -> bool:
+        """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
+        worker = self.engines.worker
+        request = worker.engine.info.sources.to_request(self._sources())
+        if request == worker.requested:
+            return False
+        return worker.request_sources(request, part.first)
+
+    def _send(self, part: SpokeBlock, settings: Settings) -> None:
+        if settings.transmit:
+            batch = SpokeBatch(self.epoch, self._number, part, settings.video, self._before(part))
+            self._number, self._spokes_done = self._number + len(part), part.first + len(part)  # where a sink fails, too
+            self._sinks.send(batch)
+            self.sent += len(part)
+        self._spokes_done = part.first + len(part)
+        self._last = self._spokes_done - 1, part.power[-1].copy()
+        self.pacer.sent(float(part.time[-1]))
+        self.simulated = float(part.time[-1]) + self.epoch.info.radar.spoke_period
+
+    def _before(self, part: SpokeBlock) -> Singles | None:
+        """The power of the spoke before a part; None where it is the first one or follows a gap."""
+        return self._last[1] if self._last and self._last[0] == part.first - 1 else None
+
+    def _take_over(self) -> bool:
+        """Lets the pending engine take over, where there is one; returns whether it has."""
+        taken = self.engines.take_over(self._begin)
+        if taken is None:
+            return False
+        self._open(self._epoch(taken, self.pacer.settings.range))
+        return True
+
+    def _begin(self, engine: OrderedSource) -> None:
+        """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
+        radar, self._last, self._block = engine.info.radar, None, None
+        self.pacer.begin(radar.origin.time)
+        self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
+        self.handover.end(self._spokes_done)
+        self._commanded.go_on_from(self._spokes_done, engine.order.goes_on)
+
+    def _epoch(self, name: str, range_max: float | None) -> Epoch:
+        """An epoch of the running engine, with a display range [m]."""
+        worker = self.engines.worker
+        return Epoch(name, worker.engine, range_max, worker.commands, worker.engine.order)
+
+    def _open(self, epoch: Epoch) -> None:
+        self.epoch, self._number = epoch, 0
+        self._sinks.open_epoch(self._describe(epoch))

@@ -1,0 +1,97 @@
+"""How the stream orders the scenes that it sends, and what they are made by."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from radar_service.display.video import Layout, layout
+from radar_service.processes.call import Progress
+from radar_service.radar.parameters import Origin
+from radar_service.spoke_source import Commanded, Continuing, SourceInfo, SpokeSource, TellsSources
+from radar_service.world.error import SceneError
+
+if TYPE_CHECKING:
+    from radar_service.world.scene import Scene
+
+
+@dataclass(frozen=True)
+class SceneOrder:
+    """Names a scene, so that another process can load it.
+
+    source: a file, the name of a packaged scene, or a small scene itself.
+    sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
+    rpm: rate of rotation instead of the scene's own.
+    origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.
+    radar: id of one of the scene's radars, None for the first.
+    plan: as plain data, where it was made for this order before; it is not made again.
+    folder: kept while this order exists; it owns the files of an upload.
+    """
+
+    source: str | Path | Mapping[str, Any]
+    sandboxed: bool = False
+    rpm: float | None = None
+    origin: Origin | None = None
+    radar: str | None = None
+    plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+    folder: object = field(default=None, compare=False, repr=False)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it goes on with the time, the commands and the errors of a scene that runs."""
+        return self.origin is not None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"folder": None}  # another process does not own the folder
+
+
+class OrderedSource(SpokeSource, Protocol):
+    """A source of spokes of which another one can be made. `radio.world.WorldSource` is one."""
+
+    @property
+    def order(self) -> SceneOrder:
+        """What it was made from."""
+
+
+def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
+    """Returns the error for a scene with the ids of other radars than its world has here."""
+    return SceneError(
+        f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
+        "or start the server with this one"
+    )
+
+
+@runtime_checkable
+class Spared(Protocol):
+    """A source in a process of its own, with another process that stands by.
+
+    trees: number of its trees for ray tests, as of a second ago; 0 before its first block.
+    """
+
+    trees: int
+
+    def spare(self) -> OrderedSource | None:
+        """Returns another source of the same scene that is ready at once; None where there is none."""
+
+
+class WorldEngine(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
+    """What computes in the process of a world: a `Simulator`."""
+
+    @property
+    def trees(self) -> int:
+        """Number of trees for ray tests."""
+
+    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+        """Returns `info` with a plan that was made before."""
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose."""
+
+
+MakeSource = Callable[[SceneOrder, Progress], OrderedSource]
+MakeEngine = Callable[["Scene"], WorldEngine]
+
+
+def cell_layout(source: SourceInfo, bins: int | None, range_max: float | None) -> Layout:
+    """Returns how this source's range cells become `bins` bins out to range_max [m]; None stands for all."""
+    return layout(source.range.size, float(source.range[0]), source.range_step, bins, range_max)

@@ -1,0 +1,190 @@
+"""The interface between a radar and all receivers of its spokes.
+
+The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before anything is encoded. The feed is one sink
+(`fanout.feed_encoder`), the memory of the last scan is another (`radio.last_scan`).
+"""
+
+import secrets
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+from radar_service.display.video import Controls, Layout
+from radar_service.numerics.types import Singles
+from radar_service.records.spokes import SpokeBlock
+from radar_service.service.source import SceneOrder, cell_layout
+from radar_service.spoke_source import SourceInfo, SpokeSource
+from radar_service.world.commands import CommandLog
+from radar_service.world.outline import NOT_STEERABLE
+
+NO_COMMANDS = CommandLog(NOT_STEERABLE)
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """A part of the feed in which sequence numbers count on and the range cells stay the same.
+
+    source: of its spokes, another one after a failure; range: of the display [m], None for all cells.
+    commands: all that came so far; order: of the scene, None where there was none.
+    info: of the source. Another process gets an epoch without its source and the commands.
+    """
+
+    name: str
+    source: SpokeSource = field(repr=False, compare=False)
+    range: float | None
+    commands: CommandLog = field(default_factory=lambda: NO_COMMANDS, repr=False, compare=False)
+    order: SceneOrder | None = field(default=None, compare=False)
+    info: SourceInfo = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "info", self.source.info)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in vars(self).items() if key not in ("source", "commands")}
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it goes on with the time, the commands and the errors of a scene that ran."""
+        return self.order is not None and self.order.goes_on
+
+    def layout(self, bins: int | None) -> Layout:
+        """Returns how a spoke of this epoch becomes `bins` bins; None is one for each cell."""
+        return cell_layout(self.info, bins, self.range)
+
+
+@dataclass(frozen=True)
+class SpokeBatch:
+    """Consecutive spokes of one scan at the moment when they are due, not encoded.
+
+    first: sequence number of the first spoke within the epoch.
+    block: the spokes.
+    video: the display controls in force.
+    before: power (N,) [W] of the spoke before the first one, None where there was none.
+    earlier: power (K, N) [W] that the scan before had around each cell, see `ScanMemory`; None without scan correlation.
+    """
+
+    epoch: Epoch
+    first: int
+    block: SpokeBlock
+    video: Controls
+    before: Singles | None = None
+    earlier: Singles | None = None
+
+    def __len__(self) -> int:
+        return len(self.block)
+
+
+@dataclass(frozen=True)
+class RadarInfo:
+    """The description of the radar in the first message of an epoch.
+
+    simulated: time of the next spoke [s]; controls: their state, as REST gives it.
+    """
+
+    identity: str
+    name: str
+    epoch: Epoch
+    simulated: float
+    controls: Mapping[str, Any]
+    truth_allowed: bool
+
+    @classmethod
+    def unnamed(cls, epoch: Epoch) -> "RadarInfo":
+        """The description of a radar outside a service."""
+        return cls("0", "radar 0", epoch, 0.0, {}, False)
+
+
+class SpokeSink(Protocol):
+    """Receives the spokes of one radar.
+
+    The transmitter calls a sink from its own thread, one call at a time; the next spokes wait until the call returns.
+    """
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an epoch: sequence numbers start at 0. The first call, and one after each change of scene or range."""
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Takes the next spokes of the open epoch."""
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Receives the notice that `count` spokes of this epoch, from sequence number `first` on, will never come."""
+
+    def close(self, reason: str) -> None:
+        """Receives the notice that no spokes come until another epoch opens."""
+
+
+class Sent(NamedTuple):
+    """Spokes of a scan that were sent, for those who do not need them: times of the first and the last one [s].
+
+    ends: whether they end the scan; commands: how many act until then.
+    """
+
+    source: SpokeSource
+    scan: int
+    first: float
+    last: float
+    ends: bool
+    commands: int = 0
+
+
+class SentListener(Protocol):
+    """Is told what was sent, as a SpokeSink is given spokes."""
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """As SpokeSink.open_epoch."""
+
+    def sent(self, what: Sent) -> None:
+        """Takes the notice of the next spokes."""
+
+    def close(self, reason: str) -> None:
+        """As SpokeSink.close."""
+
+
+class SentNotices:
+    """A sink that tells a listener what was sent."""
+
+    def __init__(self, listener: SentListener) -> None:
+        self._listener = listener
+        self.open_epoch, self.close = listener.open_epoch, listener.close
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Tells of the spokes."""
+        epoch, block = batch.epoch, batch.block
+        ends = block.index + len(block) == epoch.info.radar.azimuths
+        commands = epoch.commands.acting_at(block.first + len(block) - 1)
+        self._listener.sent(Sent(epoch.source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands))
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Tells nothing: these spokes were not sent."""
+
+
+class SinkGroup:
+    """Several sinks as one: each receives all, in the order in which they were given."""
+
+    def __init__(self, sinks: Sequence[SpokeSink]) -> None:
+        self._sinks = tuple(sinks)
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """As SpokeSink.open_epoch."""
+        for sink in self._sinks:
+            sink.open_epoch(radar)
+
+    def send(self, batch: SpokeBatch) -> None:
+        """As SpokeSink.send."""
+        for sink in self._sinks:
+            sink.send(batch)
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """As SpokeSink.skip."""
+        for sink in self._sinks:
+            sink.skip(epoch, first, count, reason)
+
+    def close(self, reason: str) -> None:
+        """As SpokeSink.close."""
+        for sink in self._sinks:
+            sink.close(reason)
+
+
+def new_epoch_name() -> str:
+    """Returns a name that no other epoch has had, in this process or an earlier one."""
+    return secrets.token_hex(4)

@@ -1,0 +1,155 @@
+"""Records of bodies: the material, the triangle mesh and the body itself."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.numerics.frames import map_from_body, turned
+from radar_service.world.motion import Motion
+from radar_service.world.presence import Presence
+
+Floats = NDArray[np.float64]
+Scattering = Literal["rcs", "diffuse", "optics"]  # names of the models in radar_service.scattering.models
+
+
+@dataclass(frozen=True)
+class Material:
+    """The scattering of a surface at X band."""
+
+    name: str
+    gamma: float  # sigma0 = gamma cos(incidence), power ratio
+    scattering: Scattering  # default for bodies of this material
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range."""
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)
+
+
+@dataclass(frozen=True)
+class Body:
+    """An object that the radar can detect.
+
+    name: unique in the scene.
+    mesh: its surface; None for a point.
+    motion: its position and heading at any time.
+    material, scattering: how its surface scatters.
+    rcs: declared radar cross-section [m^2], or None.
+    swerling: case of fluctuation, 0 for a steady target.
+    mmsi: identity for AIS, or None.
+    length, beam: horizontal extents in its own frame [m], 0 for a point.
+    is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
+    presence: when it is in the scene at all.
+    one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
+    """
+
+    name: str
+    mesh: Mesh | None
+    motion: Motion
+    material: Material
+    scattering: Scattering
+    rcs: float | None
+    swerling: int
+    mmsi: int | None
+    length: float
+    beam: float
+    is_vessel: bool = False
+    presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
+    one_sided: bool = field(default=False, metadata={"added": 2})
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it neither moves nor comes nor goes."""
+        return self.motion.at_rest and self.presence.constant and bool(self.presence.present[0])
+
+    @property
+    def middle(self) -> Floats:
+        """Middle (3,) of the plan view in the body frame [m], at height 0. The mesh may be far from the frame's origin."""
+        return self._plan[0]
+
+    @property
+    def radius(self) -> float:
+        """Radius [m] of the circle about `middle` that encloses the plan view, however it rolls; 0 for a point."""
+        return self._plan[1]
+
+    @property
+    def arm(self) -> float:
+        """Maximum horizontal distance [m] of the mesh from the origin of the body frame, about which the body turns."""
+        return self._plan[2]
+
+    @property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] of any part by motion and sway; turns of the heading not counted."""
+        sway = self.motion.sway
+        if sway is None:
+            return self.motion.top_speed
+        roll, pitch, yaw, heave = sway.max_rates.tolist()
+        return float(self.motion.top_speed + heave + self.arm * (roll + pitch + yaw))
+
+    def moved_within(self, time: float, span: float) -> float:
+        """How far [m] any part may get within a span [s] about `time` [s], while the body turns as fast as then."""
+        return span * (self.top_speed + self.arm * abs(float(self.motion.turn_rate(time)[0])))
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Diagonal [m] of the box that encloses the mesh; 0 for a point."""
+        return 0.0 if self.mesh is None else float(np.linalg.norm(np.ptp(self.mesh.vertices, axis=0)))
+
+    @cached_property
+    def reference(self) -> Floats:
+        """Reference point (3,) in the body frame [m]: where a truth has the body. The origin, but for vessels."""
+        if not self.is_vessel or self.mesh is None:
+            return np.zeros(3)
+        sea = -float(self.motion.position[0, 2])  # in the body frame
+        line = _section(self.mesh, sea)
+        middle = self.middle[:2] if not len(line) else (line.min(axis=0) + line.max(axis=0)) / 2.0
+        return np.array([*middle, sea])
+
+    def middle_at(self, time: float) -> Floats:
+        """Returns the map position (3,) [m] of `middle` at `time` [s]."""
+        pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position[0] + pose.rotation[0] @ self.middle)
+        return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
+
+    def middles_at(self, time: Floats) -> Floats:
+        """Returns the map positions (K, 3) [m] of `middle` at times (K,) [s]."""
+        pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position + pose.rotation @ self.middle)
+        return np.asarray(pose.position + turned(self.middle, np.cos(pose.heading), np.sin(pose.heading)))
+
+    @cached_property
+    def _plan(self) -> tuple[Floats, float, float]:
+        """Middle, radius and arm of the plan view."""
+        if self.mesh is None:
+            return np.zeros(3), 0.0, 0.0
+        used = np.zeros(len(self.mesh.vertices), dtype=np.bool_)
+        used[self.mesh.faces] = True
+        east, north = self.mesh.vertices[used, :2].T
+        middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
+        if self.motion.sway is not None and self.motion.sway.tilts:  # whatever it leans to
+            vertices = self.mesh.vertices[used]
+            radius, arm = (float(np.linalg.norm(vertices - about, axis=1).max()) for about in (middle, np.zeros(3)))
+            return middle, radius, arm
+        radius = np.hypot(east - middle[0], north - middle[1]).max()
+        return middle, float(radius), float(np.hypot(east, north).max())
+
+
+def _section(mesh: Mesh, height: float) -> Floats:
+    """Where edges (P, 2) of a mesh pass a height [m]."""
+    begin = mesh.vertices[mesh.faces]
+    end = np.roll(begin, -1, axis=1)
+    rise = end[..., 2] - begin[..., 2]
+    passes = (begin[..., 2] < height) != (end[..., 2] < height)
+    share = (height - begin[passes][:, 2]) / rise[passes]
+    return np.asarray(begin[passes][:, :2] + share[:, None] * (end[passes] - begin[passes])[:, :2])

@@ -1,0 +1,194 @@
+"""Records of motion: the pose of a body at given times, and a motion through knots."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.numerics.frames import wrap_bearing
+from radar_service.world.sway import Sway
+from radar_service.world.waypoint_arcs import move_along_arc
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+class Pose(NamedTuple):
+    """State at K times: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi).
+
+    rotation: matrices (K, 3, 3) map_from_body of what rolls or pitches; None: the heading alone turns the body.
+    """
+
+    position: Floats
+    velocity: Floats
+    heading: Floats
+    rotation: Floats | None = None
+
+    @property
+    def course(self) -> Floats:
+        """Course over ground (K,) [rad] in [0, 2 pi); the heading of a body at rest."""
+        moving = np.hypot(self.velocity[:, 0], self.velocity[:, 1]) > 0
+        return wrap_bearing(np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading))
+
+    @property
+    def speed(self) -> Floats:
+        """Speed over ground (K,) [m/s]."""
+        return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion through knots along straight legs or arcs; the body is at rest before the first knot.
+
+    time: (M,) of the knots [s], rising.
+    position: (M, 3) of the knots [m].
+    heading: (M,) [rad] on the leg that begins at each knot; with `turning`, at the knot, interpolated the short way.
+    final_velocity: (3,) [m/s] after the last knot.
+    turning: whether the heading is interpolated between knots.
+    period: time after which a closed track repeats [s], or None.
+    arcs: (M, 3) of the leg that begins at each knot: course [rad], speed [m/s] and turn rate [rad/s, 0: straight]; or None.
+    fixed: whether the heading stays constant on arcs.
+    sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
+    """
+
+    time: Floats
+    position: Floats
+    heading: Floats
+    final_velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    turning: bool = False
+    period: float | None = None
+    arcs: Floats | None = None
+    fixed: bool = False
+    sway: Sway | None = None
+
+    def __post_init__(self) -> None:
+        assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
+
+    @cached_property
+    def at_rest(self) -> bool:
+        """Whether position and heading never change."""
+        resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any()) and not self.final_turn
+        return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
+
+    @cached_property
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on."""
+        return len(self.time) == 1 and self.sway is None and not self.final_turn
+
+    def is_even(self, time: Floats) -> bool:
+        """Whether it certainly rests, or goes straight at one speed, throughout times (K,) [s]."""
+        return self.at_rest or (self.is_straight and bool(self.time[0] <= time.min()))
+
+    @property
+    def final_turn(self) -> float:
+        """The rate [rad/s] at which it turns for ever after the last knot."""
+        return 0.0 if self.arcs is None or self.period is not None else float(self.arcs[-1, 2])
+
+    @cached_property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] on any leg or arc, and beyond the last knot; sway not counted."""
+        legs = np.linalg.norm(self._leg_velocity, axis=1).max()
+        arcs = 0.0 if self.arcs is None else self.arcs[:, 1].max()
+        return float(max(legs, arcs))
+
+    def pose(self, time: Floats | float) -> Pose:
+        """Returns the state at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        if self.is_straight:
+            return self._straight(t)
+        if self.period is not None:
+            t = t % self.period
+        leg = np.searchsorted(self.time[1:], t, side="right")
+        velocity = self._leg_velocity[leg]
+        if t.size and t.min() < self.time[0]:
+            velocity[t < self.time[0]] = 0.0
+        elapsed = np.maximum(t - self.time[leg], 0.0)
+        heading = self.heading[leg]
+        if self.turning:
+            heading = heading + self._leg_turn[leg] * elapsed
+        displacement = velocity * elapsed[:, None]
+        if self.arcs is not None:
+            curved = np.flatnonzero(self.arcs[leg, 2])
+            course, speed, rate = self.arcs[leg[curved]].T
+            displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
+            heading = heading if self.fixed else heading + self.arcs[leg, 2] * elapsed
+        pose = Pose(self.position[leg] + displacement, velocity, wrap_bearing(heading))
+        return pose if self.sway is None else _swaying(pose, heading, self.sway, np.broadcast_to(time, t.shape))
+
+    def turn_rate(self, time: Floats | float) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        phase = t if self.period is None else t % self.period
+        leg = np.searchsorted(self.time[1:], phase, side="right")
+        rate = self._leg_turn[leg] if self.turning else np.zeros(len(t))
+        if self.arcs is not None and not self.fixed:
+            rate = rate + self.arcs[leg, 2]
+        rate = np.where(phase < self.time[0], 0.0, rate)
+        return rate if self.sway is None else rate + self.sway.rate(2, t)
+
+    def corners(self, time: Floats) -> Flags:
+        """Returns whether another leg, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
+
+        Between two of them without a corner the motion is smooth. It begins at the first knot, before which the body rests.
+        """
+        if self.at_rest:
+            return np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
+        laps, since = (np.zeros(len(time)), time) if self.period is None else np.divmod(time, self.period)
+        leg = np.searchsorted(self.time, since, side="right")
+        return np.asarray((np.diff(leg) != 0) | (np.diff(laps) != 0.0))
+
+    @cached_property
+    def _leg_velocity(self) -> Floats:
+        """Velocity (M, 3) [m/s] on the leg that begins at each knot; 0 for a leg without duration."""
+        span, steps = np.diff(self.time)[:, None], np.diff(self.position, axis=0)
+        velocity = np.divide(steps, span, out=np.zeros_like(steps), where=span > 0)
+        return np.concatenate([velocity, self.final_velocity[None]])
+
+    @cached_property
+    def _leg_turn(self) -> Floats:
+        """Rate (M,) [rad/s] at which the heading turns the short way to that of the next knot."""
+        span, turn = np.diff(self.time), (np.diff(self.heading) + np.pi) % (2 * np.pi) - np.pi
+        return np.append(np.divide(turn, span, out=np.zeros_like(turn), where=span > 0), 0.0)
+
+    @cached_property
+    def _first_heading(self) -> float:
+        """Heading [rad] at the first knot, in [0, 2 pi)."""
+        return float(wrap_bearing(self.heading[0]))
+
+    def _straight(self, t: Floats) -> Pose:
+        """Returns the state at each t (K,) [s] of a motion with one knot, which most bodies have."""
+        elapsed = np.maximum(t - self.time[0], 0.0)[:, None]
+        velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
+        heading = np.full(len(t), self._first_heading)
+        return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
+
+
+def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
+    """A pose of an upright body (K,) with sway at each time (K,) [s]; heading: not wrapped [rad]."""
+    position, velocity = pose.position, pose.velocity.copy()
+    heading = wrap_bearing(heading + sway.angles(time)[:, 2])
+    if sway.max_heave:
+        position[:, 2] += sway.heave(time)
+        velocity[:, 2] += sway.rate(3, time)
+    return Pose(position, velocity, heading, sway.rotation(heading, time) if sway.tilts else None)
+
+
+def leg_headings(position: Floats, heading_deg: float | None) -> Floats:
+    """Returns the heading (M,) [rad] on the leg that begins at each knot of position (M, 3) [m]: the course of the leg.
+
+    A leg without movement keeps the course before it, or the first course. heading_deg: constant heading, None for the
+    course.
+    """
+    if heading_deg is not None:
+        return np.full(len(position), math.radians(heading_deg))
+    steps = np.diff(position[:, :2], axis=0)
+    moving = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) > 0.0)
+    if moving.size == 0:
+        return np.zeros(len(position))
+    course = np.arctan2(steps[moving, 0], steps[moving, 1])
+    latest = np.searchsorted(moving, np.arange(len(position)), side="right") - 1
+    headings: Floats = course[np.maximum(latest, 0)]
+    return headings

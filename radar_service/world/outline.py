@@ -1,0 +1,50 @@
+"""A scene as a service knows it: the bodies and their meshes stay with what computes."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from radar_service.radar.parameters import FIRST_ID, Origin, Radar
+from radar_service.world.commands import Steerable
+from radar_service.world.error_settings import ErrorSettings
+
+if TYPE_CHECKING:
+    from radar_service.world.scene import Scene
+
+NOT_STEERABLE = Steerable({}, frozenset(), None)
+
+
+@dataclass(frozen=True)
+class SceneOutline:
+    """What is known of a scene besides its bodies.
+
+    notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    steerable: what commands may steer.
+    errors: on purpose, which the serving process adds; None without any.
+    radar_id: of the radar; radar_ids: of all radars of its file.
+    has_sensors: whether the platform has gyro, log and position sensor.
+    """
+
+    name: str
+    origin: tuple[float, float] | None
+    body_count: int
+    warnings: tuple[str, ...]
+    radar: Radar
+    notes: tuple[str, ...] = ()
+    steerable: Steerable = NOT_STEERABLE
+    errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radar_ids: tuple[str, ...] = (FIRST_ID,)
+    has_sensors: bool = True
+
+    def at_origin(self, origin: Origin) -> "SceneOutline":
+        """Returns the outline with another origin of the radar's rotation."""
+        radar = replace(self.radar, origin=origin)
+        return replace(self, radar=radar, steerable=replace(self.steerable, radar=radar))
+
+
+def outline_of(scene: "Scene") -> SceneOutline:
+    """Returns what is known of a scene besides its bodies."""
+    return SceneOutline(
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
+        scene.radar_id, scene.radar_ids, scene.has_sensors,
+    )  # fmt: skip

@@ -1,0 +1,186 @@
+"""Poses of many bodies at many instants. Bodies at rest are computed once, straight courses all together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from radar_service.numerics.frames import body_rotation, turned, wrap_bearing
+from radar_service.numerics.types import Floats, Indices
+from radar_service.world.body import Body, Mesh
+from radar_service.world.motion import Motion
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """Pose of one body at one instant.
+
+    position: (3,) on the map [m].
+    heading: [rad].
+    rotation: (3, 3) map_from_body of a body that rolls or pitches; None: the heading alone turns it.
+    """
+
+    position: Floats
+    heading: float
+    rotation: Floats | None = None
+
+    @property
+    def matrix(self) -> Floats:
+        """The rotation (3, 3) map_from_body."""
+        return body_rotation(self.heading) if self.rotation is None else self.rotation
+
+    @property
+    def upright(self) -> "BodyPose":
+        """The pose of the same body without roll and pitch."""
+        return BodyPose(self.position, self.heading)
+
+    @property
+    def lean(self) -> Floats | None:
+        """The rotation (3, 3) from the body's own frame to that of the upright body; None for an upright one."""
+        return None if self.rotation is None else body_rotation(self.heading).T @ self.rotation
+
+    def map_from_frame(self, points: Floats) -> Floats:
+        """Points (..., 3) of the body's own frame on the map [m]."""
+        return points @ self.matrix.T + self.position
+
+    def frame_from_map(self, points: Floats, earth_radius: float) -> Floats:
+        """Map points (..., 3) in the body's own frame, curved about its origin as `trace.occluder` explains [m].
+
+        A leaning body curves along its own axes: that errs by less than its size squared over ae, 1 mm for 100 m.
+        """
+        local = points - self.position
+        if self.rotation is not None:
+            if np.isfinite(earth_radius):
+                local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
+            return np.asarray(local @ self.rotation)
+        if self.heading != 0.0:
+            local = local @ body_rotation(self.heading)
+        if np.isfinite(earth_radius):
+            local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
+        return local
+
+
+MAP_POSE = BodyPose(np.zeros(3), 0.0)  # of a mesh whose vertices are map coordinates
+
+
+class PoseArrays(NamedTuple):
+    """Poses of B bodies at K instants: position (K, B, 3) [m], heading (K, B) [rad].
+
+    rotation: of each body that rolls or pitches, by its index: matrices (K, 3, 3) map_from_body.
+    """
+
+    position: Floats
+    heading: Floats
+    rotation: Mapping[int, Floats]
+
+    def of_body(self, k: int, b: int) -> BodyPose:
+        """The pose of body b at instant k."""
+        rotation = self.rotation[b][k] if b in self.rotation else None
+        return BodyPose(self.position[k, b], float(self.heading[k, b]), rotation)
+
+    def map_from_bodies(self, k: int, points: Floats, body: Indices) -> Floats:
+        """Points (E, 3) of bodies' own frames, point e of body body[e], on the map [m] at instant k."""
+        placed = map_from_bodies(points, body, self.position[k], self.heading[k])
+        for b, rotation in self.rotation.items():
+            own = np.flatnonzero(body == b)
+            if len(own):
+                placed[own] = points[own] @ rotation[k].T + self.position[k, b]
+        return placed
+
+
+class HasMotion(Protocol):
+    """Anything that moves."""
+
+    @property
+    def motion(self) -> Motion: ...
+
+
+class BodyPoses:
+    """The motions of bodies (B,), evaluated together. moving: indices of the bodies that do not rest."""
+
+    def __init__(self, bodies: Sequence[HasMotion]) -> None:
+        self._motions = [body.motion for body in bodies]
+        self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
+        self._moves = np.isin(np.arange(len(bodies)), self.moving)
+        self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
+        self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
+        self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
+        self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
+        self._start = np.array([m.time[0] for m in self._motions])
+
+    def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
+        """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
+        heading = np.repeat(self._heading[None], len(time), axis=0)
+        rotation: dict[int, Floats] = {}
+        if 2 * len(self.moving) > len(self._motions):  # most of them: all together
+            position = np.maximum(time[:, None] - self._start, 0.0)[:, :, None] * self._velocity
+            position += self._position
+        else:
+            position = np.repeat(self._position[None], len(time), axis=0)
+            since = np.maximum(time[:, None] - self._start[self.moving], 0.0)
+            position[:, self.moving] += since[:, :, None] * self._velocity[self.moving]
+        for b in self._with_legs if requested is None else self._with_legs.intersection(requested.tolist()):
+            pose = self._motions[b].pose(time)
+            position[:, b], heading[:, b] = pose.position, pose.heading
+            if pose.rotation is not None:
+                rotation[b] = pose.rotation
+        return PoseArrays(position, heading, rotation)
+
+    def uneven(self, time: Floats, requested: Indices) -> Indices:
+        """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
+        moves = self._moves[requested]
+        return np.array([b for b in requested[moves].tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
+
+    def each_at(self, time: float) -> list[BodyPose]:
+        """The pose of each body at `time` [s]."""
+        poses = self.at(np.array([time]))
+        return [poses.of_body(0, b) for b in range(len(self._motions))]
+
+
+def pose_at(body: Body, time: float) -> BodyPose:
+    """The pose of one body at `time` [s]."""
+    pose = body.motion.pose(time)
+    return BodyPose(pose.position[0], float(pose.heading[0]), None if pose.rotation is None else pose.rotation[0])
+
+
+def map_from_bodies(points: Floats, body: Indices, position: Floats, heading: Floats) -> Floats:
+    """Points (E, 3) of upright bodies' own frames, point e of body body[e], on the map [m].
+
+    position: (B, 3) [m] and heading: (B,) [rad] of the bodies.
+    """
+    rotated = turned(points, np.cos(heading)[body], np.sin(heading)[body])
+    rotated += position[body]
+    return rotated
+
+
+def rotated_from_bodies(vectors: Floats, body: Indices, poses: Sequence[BodyPose]) -> Floats:
+    """Vectors (E, 3) of bodies' own frames, each of `body` (E,) in rising order, along the map's axes."""
+    result = vectors.copy()
+    for b, pose in enumerate(poses):
+        if pose.heading or pose.rotation is not None:
+            part = slice(*np.searchsorted(body, [b, b + 1]))
+            result[part] = vectors[part] @ pose.matrix.T
+    return result
+
+
+def map_from_ordered_bodies(points: Floats, body: Indices, poses: Sequence[BodyPose]) -> Floats:
+    """Points (E, 3) of bodies' own frames, each of `body` (E,) in rising order, on the map [m]."""
+    result = rotated_from_bodies(points, body, poses)
+    if poses:
+        result += np.array([pose.position for pose in poses])[body]
+    return result
+
+
+def merged_mesh(bodies: Sequence[Body]) -> Mesh | None:
+    """The meshes of bodies at rest as one mesh in map coordinates, in their order; None where no body has a mesh."""
+    vertices: list[Floats] = []
+    faces: list[Indices] = []
+    count = 0
+    for body in bodies:
+        if body.mesh is not None:
+            pose = pose_at(body, 0.0)
+            vertices.append(pose.map_from_frame(body.mesh.vertices))
+            faces.append(body.mesh.faces + count)
+            count += len(body.mesh.vertices)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces)) if vertices else None

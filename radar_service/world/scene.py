@@ -1,0 +1,196 @@
+"""The content of a scene in SI units: a world, one of its radars, and the platform that carries the radar's antenna.
+
+Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.random import name_key
+from radar_service.numerics.revision import STEADY, Revision
+from radar_service.radar.parameters import FIRST_ID, Radar, horizon
+from radar_service.world.body import Body
+from radar_service.world.commands import Steerable
+from radar_service.world.environment import Environment, Interferer
+from radar_service.world.error import SceneError
+from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.motion import Motion
+from radar_service.world.platform import Installation, Platform
+from radar_service.world.steered_motion import SteeredMotion
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything that is independent of a radar.
+
+    name: of the scene.
+    origin: latitude, longitude [degrees, WGS 84] of east = north = 0, or None; only input and output use it.
+    environment: the earth, the atmosphere and the sea.
+    bodies: the objects that a radar can detect.
+    """
+
+    name: str
+    origin: tuple[float, float] | None
+    environment: Environment
+    bodies: tuple[Body, ...]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The content of a scene file as one of its radars has it. The other properties are shortcuts to their parts.
+
+    world: the bodies and their environment.
+    radar: the parameters of the set.
+    platform: the carrier of the antenna.
+    warnings: sentences about unusual but usable content, in order.
+    interference: other radars whose pulses this radar receives.
+    notes: sentences about its files that need no action.
+    errors: what sensors, antenna and feed of this radar report wrongly; None without any.
+    radar_id: of this radar, "0" where the file has a single one without an id.
+    radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
+    revision: of the motions and presences that commands change; own_revision: of own ship's.
+    """
+
+    world: World
+    radar: Radar
+    platform: Platform
+    warnings: tuple[str, ...] = ()
+    interference: tuple[Interferer, ...] = ()
+    notes: tuple[str, ...] = ()
+    errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radars: tuple[Installation, ...] = ()
+    revision: Revision = field(default=STEADY, compare=False)
+    own_revision: Revision = field(default=STEADY, compare=False)
+
+    def __repr__(self) -> str:
+        radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)
+        more = f" and {len(self.bodies) - 6} more" if len(self.bodies) > 6 else ""
+        return (
+            f"<Scene {self.name!r}: {len(self.bodies)} bodies, {triangles} triangles, {len(self.warnings)} warnings,\n"
+            f"  radar of {radar.azimuths} azimuths and {radar.bins} cells to {radar.range_max:g} m, "
+            f"{60.0 / radar.rotation_period:g} rpm,\n  bodies {', '.join(body.name for body in self.bodies[:6])}{more}>"
+        )
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return self.world.name
+
+    @property
+    def origin(self) -> tuple[float, float] | None:
+        """Latitude, longitude [degrees, WGS 84] of east = north = 0, or None."""
+        return self.world.origin
+
+    @property
+    def environment(self) -> Environment:
+        """The earth, the atmosphere and the sea."""
+        return self.world.environment
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The objects that the radar can detect: all of the world but its own platform."""
+        return tuple(body for body in self.world.bodies if body.name != self.platform.body)
+
+    @property
+    def body_count(self) -> int:
+        """Number of bodies."""
+        return len(self.bodies)
+
+    @property
+    def steered(self) -> dict[str | None, SteeredMotion]:
+        """The motions that commands may change, by the names of the bodies; None is own ship that is no body."""
+        motions: dict[str | None, Motion] = {body.name: body.motion for body in self.world.bodies}
+        if self.platform.body is None:
+            motions[None] = self.own_ship
+        return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
+
+    @property
+    def steerable(self) -> Steerable:
+        """What commands may steer."""
+        limits = {name: motion.limits for name, motion in self.steered.items()}
+        if self.platform.body in limits:  # own ship is this body
+            limits[None] = limits[self.platform.body]
+        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar, self.platform.body)
+
+    @property
+    def own_ship(self) -> Motion:
+        """Motion of the platform."""
+        return self.platform.motion
+
+    @property
+    def radar_ids(self) -> tuple[str, ...]:
+        """The ids of all radars of the file."""
+        return tuple(its.id for its in self.radars) or (self.radar_id,)
+
+    @property
+    def has_sensors(self) -> bool:
+        """Whether the platform has gyro, log and position sensor: a fixed site has none."""
+        return next((its.has_sensors for its in self.radars if its.id == self.radar_id), True)
+
+    @property
+    def own_id(self) -> str:
+        """The id of the radar where the file gives it one of its own; "" for the id "0"."""
+        return "" if self.radar_id == FIRST_ID else self.radar_id
+
+    @property
+    def random_key(self) -> tuple[int, ...]:
+        """What keeps the noise and the speckle of this radar apart from those of others: of its `own_id`, nothing for ""."""
+        return (name_key(self.own_id),) if self.own_id else ()
+
+    def for_radar(self, radar_id: str | None) -> "Scene":
+        """Returns the same world as another radar of the file has it; None stands for this radar.
+
+        Raises SceneError, which is a ValueError, where there is none of that id.
+        """
+        if radar_id in (None, self.radar_id):
+            return self
+        known = known_radar(radar_id, self.radar_ids)
+        its = next(its for its in self.radars if its.id == known)
+        world = replace(self.world, environment=its.environment)
+        return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id, errors=its.errors)
+
+    def with_world(self, **changes: Any) -> "Scene":
+        """Returns the scene with changes to fields of its world."""
+        return replace(self, world=replace(self.world, **changes))
+
+    def antenna(self, time: Floats | float) -> Floats:
+        """Returns antenna positions (K, 3) east, north, height above the sea [m] at each time (K,) [s]."""
+        return self.platform.antenna(time, self.radar.height)
+
+    def upright_from_map(self, time: Floats) -> Floats | None:
+        """Returns what Platform.upright_from_map returns."""
+        return self.platform.upright_from_map(time)
+
+    def horizon(self, height: float = 0.0) -> float:
+        """Returns the ground distance [m] of the horizon for a target `height` [m] above the sea; inf on a flat earth.
+
+        The antenna is as high as its heave lifts it.
+        """
+        antenna = self.radar.height + (0.0 if self.own_ship.sway is None else self.own_ship.sway.max_heave)
+        return float(horizon(height, antenna, effective_earth_radius(self.environment.earth_factor)))
+
+    def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
+        """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""
+        if not self.radar.blind_sectors:
+            return np.zeros(np.broadcast_shapes(time.shape, boresight.shape), dtype=np.bool_)
+        return self.radar.is_blind(boresight - self.platform.heading(time))
+
+
+def known_radar(radar_id: str | None, ids: Sequence[str]) -> str:
+    """Returns the id of a radar among those of a scene; None stands for the first. Raises SceneError, which lists them."""
+    if radar_id is None:
+        return ids[0]
+    if radar_id not in ids:
+        raise SceneError(
+            f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {", ".join(ids)}: give one of them'
+        )
+    return radar_id

@@ -1,0 +1,223 @@
+"""Motion that commands change while the radar runs: legs and arcs one after the other, each from an instant on."""
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from radar_service.numerics.types import Flags, Floats
+from radar_service.world.motion import Motion, Pose
+from radar_service.world.sway import Sway
+from radar_service.world.waypoint_arcs import move_along_arc
+
+LOOK_BACK = 12_000.0  # s: a leg continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
+MAX_LEGS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz
+
+
+@dataclass(frozen=True)
+class SteeringLimits:
+    """What commands may order. max_speed: [m/s]. max_turn_rate: [rad/s], above 0."""
+
+    max_speed: float
+    max_turn_rate: float
+
+
+class Leg(NamedTuple):
+    """A straight leg, or an arc and the straight leg after it.
+
+    start: when it begins [s].
+    position: (3,) there [m].
+    course: there [rad].
+    speed: [m/s].
+    turn_rate: of the arc, positive to starboard [rad/s]; 0 for a straight leg.
+    turn_time: length of the arc [s]; inf for one without end.
+    drift: heading minus course [rad].
+    """
+
+    start: float
+    position: Floats
+    course: float
+    speed: float
+    turn_rate: float = 0.0
+    turn_time: float = math.inf
+    drift: float = 0.0
+
+    def at(self, time: float) -> "Leg":
+        """Returns the rest of the leg from `time` [s] on."""
+        elapsed = time - self.start
+        turned = min(elapsed, self.turn_time) if self.turn_rate else 0.0
+        course = self.course + self.turn_rate * turned
+        position = (
+            self.position + self._along(self.course, self.turn_rate, turned) + self._along(course, 0.0, elapsed - turned)
+        )
+        left = self.turn_time - turned
+        rate = self.turn_rate if left > 0.0 else 0.0
+        return self._replace(
+            start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf
+        )
+
+    def motion(self, sway: Sway | None) -> Motion:
+        """Returns the motion along the leg, which continues backward over LOOK_BACK."""
+        before = self.course - self.turn_rate * LOOK_BACK
+        knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
+        position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
+        if self.turn_rate and math.isfinite(self.turn_time):
+            end = self.at(self.start + self.turn_time)
+            knots.append((end.start, end.course, 0.0))
+            position.append(end.position)
+        time, course, rate = np.array(knots).T
+        arcs = np.stack([course, np.full(len(time), self.speed), rate], axis=1)
+        velocity = self._along(float(course[-1]), 0.0, 1.0)
+        return Motion(time, np.array(position), course + self.drift, velocity, arcs=arcs, sway=sway)
+
+    def _along(self, course: float, rate: float, elapsed: float) -> Floats:
+        """Displacement (3,) [m] in `elapsed` [s] from a course [rad], turning at `rate` [rad/s]."""
+        if rate == 0.0:
+            return self.speed * elapsed * np.array([math.sin(course), math.cos(course), 0.0])
+        displacement, _ = move_along_arc(*(np.array([value]) for value in (course, self.speed, rate, elapsed)))
+        return np.asarray(displacement[0])
+
+
+class _Track:
+    """What commands have made of a motion.
+
+    first: the motion before the first command. current: the motion that `pose` follows.
+    legs: those commanded. start: when they begin [s]. motions: the first one, and that of each leg.
+    """
+
+    def __init__(self, first: Motion) -> None:
+        self.first = self.current = first
+        self.legs: tuple[Leg, ...] = ()
+        self.past: tuple[Floats, tuple[Motion, ...]] = (np.zeros(0), (first,))
+
+
+@dataclass(frozen=True)
+class CommandedMotion(Motion):
+    """A motion that commands may change at any time."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether position and heading never change: commands may change them."""
+        return False
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on: commands may change that."""
+        return False
+
+
+@dataclass(frozen=True)
+class SteeredMotion(CommandedMotion):
+    """A motion under command. Its fields are those of the motion before the first command.
+
+    `pose` and `turn_rate` follow the leg that `follow` has chosen last, also for earlier times: the engine computes no spoke
+    from before the leg, and its methods look at times around each spoke. `past` follows the leg of each time.
+
+    limits: of the commands.
+    """
+
+    limits: SteeringLimits = field(kw_only=True)
+
+    @classmethod
+    def under(cls, motion: Motion, limits: SteeringLimits) -> Self:
+        """Returns a motion that begins as `motion`, and that no command has changed yet."""
+        return cls(**_fields(motion), limits=limits)
+
+    @property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] that it may have."""
+        return max(self._track.first.top_speed, self.limits.max_speed)
+
+    def pose(self, time: Floats | float) -> Pose:
+        """Returns the state at each `time` (K,) [s]."""
+        return self._track.current.pose(time)
+
+    def turn_rate(self, time: Floats | float) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
+        return self._track.current.turn_rate(time)
+
+    def corners(self, time: Floats) -> Flags:
+        """As `Motion.corners`, of what `pose` follows."""
+        return self._track.current.corners(time)
+
+    def leg_at(self, time: float) -> Leg:
+        """Returns what is left of the leg of the last command at `time` [s]; before the first one, the course as it is."""
+        if self._track.legs:
+            return self._track.legs[-1].at(time)
+        pose = replace(self._track.first, sway=None).pose(time)
+        course, heading = float(pose.course[0]), float(pose.heading[0])
+        return Leg(
+            time, pose.position[0], course, float(pose.speed[0]), drift=math.remainder(heading - course, 2.0 * math.pi)
+        )
+
+    def steer(self, leg: Leg) -> None:
+        """Takes a leg from its start on. `pose` follows it after `follow`."""
+        track, (start, motions) = self._track, self._track.past
+        track.legs = (*track.legs[1 - MAX_LEGS :], leg)
+        track.past = np.append(start[1 - MAX_LEGS :], leg.start), (*motions[-MAX_LEGS:], leg.motion(self.sway))
+
+    def follow(self) -> None:
+        """Lets `pose` follow the leg that was taken last."""
+        self._track.current = self._track.past[1][-1]
+
+    def forget(self) -> None:
+        """Forgets all legs. `pose` goes on as before until `follow`."""
+        self._track.legs, self._track.past = (), (np.zeros(0), (self._track.first,))
+
+    @property
+    def past(self) -> "PastMotion":
+        """The same motion, which follows at each time the leg that was commanded then; it remembers MAX_LEGS legs."""
+        return PastMotion(**_fields(self), steered=self)
+
+    def legs_at(self, time: Floats) -> list[tuple[Flags, Motion]]:
+        """Returns the motions that were commanded at some times (K,) [s], each with the flags (K,) of its times."""
+        start, motions = self._track.past
+        leg = np.searchsorted(start, time, side="right")
+        return [(leg == each, motions[each]) for each in np.unique(leg).tolist()]
+
+    @cached_property
+    def _track(self) -> _Track:
+        return _Track(Motion(**_fields(self)))
+
+
+@dataclass(frozen=True)
+class PastMotion(CommandedMotion):
+    """A motion under command as it was at each time, for the truth."""
+
+    steered: SteeredMotion = field(kw_only=True)
+
+    def pose(self, time: Floats | float) -> Pose:
+        """Returns the state at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        order: list[int] = []
+        parts = [self.steered.pose(t[:0])]
+        for which, motion in self.steered.legs_at(t):
+            order += np.flatnonzero(which).tolist()
+            parts.append(motion.pose(t[which]))
+        if len(parts) == 2:
+            return parts[1]
+        back = np.argsort(np.array(order, dtype=np.int64))
+        position, velocity, heading = (np.concatenate(column)[back] for column in list(zip(*parts, strict=True))[:3])
+        rotations = [part.rotation for part in parts if part.rotation is not None]
+        return Pose(position, velocity, heading, np.concatenate(rotations)[back] if rotations else None)
+
+    def turn_rate(self, time: Floats | float) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        rate = np.empty(len(t))
+        for which, motion in self.steered.legs_at(t):
+            rate[which] = motion.turn_rate(t[which])
+        return rate
+
+    def corners(self, time: Floats) -> Flags:
+        """As `Motion.corners`; each command begins another leg."""
+        corners = np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
+        for which, motion in self.steered.legs_at(time):
+            corners |= np.where(which[1:] == which[:-1], which[1:] & motion.corners(time), True)
+        return corners
+
+
+def _fields(motion: Motion) -> dict[str, Any]:
+    return {each.name: getattr(motion, each.name) for each in fields(Motion)}

@@ -1,0 +1,203 @@
+"""The commands to one world: what may be steered, all commands by the times at which they act, and the motions they make."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from threading import Lock
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.revision import Revision
+from radar_service.radar.parameters import Origin
+from radar_service.world.commands import Command, check_count
+from radar_service.world.motion import Motion
+from radar_service.world.presence import Presence
+from radar_service.world.rotation import scene_at_origin
+from radar_service.world.scene import Scene
+from radar_service.world.steered_motion import Leg, SteeredMotion, SteeringLimits
+from radar_service.world.steered_presence import SteeredPresence
+
+
+def with_motions(
+    scene: Scene, motions: Mapping[str | None, Motion], presences: Mapping[str, Presence] = MappingProxyType({})
+) -> Scene:
+    """Returns a scene with other motions of some bodies, and other presences of the same ones, by name; None is own ship."""
+    if not motions:
+        return scene
+    bodies = tuple(
+        replace(body, motion=motions[body.name], presence=presences.get(body.name, body.presence))
+        if body.name in motions
+        else body
+        for body in scene.world.bodies
+    )
+    own_ship = replace(scene.platform, motion=motions.get(scene.platform.body, scene.own_ship))
+    return replace(scene.with_world(bodies=bodies), platform=own_ship, revision=Revision(), own_revision=Revision())
+
+
+class Steering:
+    """All commands to a world. They are sorted by time; of the same time, the later one acts after the earlier one.
+
+    Two commanders may steer one body: the command that came last holds. `go_to` is called by the thread that computes while
+    it computes nothing; all else may be called from any thread.
+
+    steerable: what may be steered.
+    scene: the given one, with motions of its own, which `go_to` changes. past: the same, as it was at each time.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._motions = {name: replace(motion) for name, motion in scene.steered.items()}
+        presences = {
+            body.name: SteeredPresence.under(body.presence) for body in scene.world.bodies if body.name in self._motions
+        }
+        self.scene = with_motions(scene, self._motions, presences)
+        past = {name: motion.past for name, motion in self._motions.items()}
+        self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})
+        self._presences: dict[str | None, SteeredPresence] = {name: presence for name, presence in presences.items()}
+        self.steerable = scene.steerable
+        self._commands: list[Command] = []  # by time
+        self._taken = 0  # how many of them the motions have taken
+        self._followed = 0  # how many of them the spokes that are computed now follow
+        self._changed: set[str | None] = set()  # whose commands were taken or forgotten since `go_to`
+        self._lock = Lock()
+
+    @property
+    def count(self) -> int:
+        """Number of all commands."""
+        return len(self._commands)
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands, those that act later among them."""
+        with self._lock:
+            return tuple(self._commands)
+
+    @property
+    def due(self) -> float:
+        """The first spoke that the motions which `go_to` has chosen do not hold for; inf where they always do."""
+        with self._lock:
+            return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
+
+    def begin_at(self, origin: Origin) -> None:
+        """Gives the rotation of the radar another origin. Comes before any command."""
+        is_steered = self.past is not self.scene
+        self.scene = scene_at_origin(self.scene, origin)
+        self.past = scene_at_origin(self.past, origin) if is_steered else self.scene
+        self.steerable = replace(self.steerable, radar=self.scene.radar)
+
+    def add(
+        self, spoke: int | None, body: str | None, values: Mapping[str, Any], reached: int = -1, time: float | None = None
+    ) -> Command:
+        """Adds a command that acts from a spoke on, or at a time [s]. reached: the next spoke; `past` takes all commands up to
+        it at once.
+
+        Raises CommandError.
+        """
+        command = self.steerable.command(spoke, self.steerable.name_of(body), values, time)
+        self.take(command, reached)
+        return command
+
+    def take(self, command: Command, reached: int = -1) -> None:
+        """Adds a command that was made for this world, as `add`. Raises CommandError where there are too many."""
+        command = replace(command, body=self.steerable.name_of(command.body))
+        with self._lock:
+            check_count(len(self._commands) + 1)
+            at = bisect_right(self._commands, command.time, key=_time)
+            self._commands.insert(at, command)
+            self._followed = min(self._followed, at)
+            if at < self._taken:
+                self._take(at)
+            self._take(max(self._taken, bisect_right(self._commands, reached, key=_spoke)))
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
+        checked = [
+            self.steerable.command(each.spoke, self.steerable.name_of(each.body), each.values, each.time)
+            for each in commands
+        ]
+        with self._lock:
+            check_count(len(checked))
+            self._commands = sorted(checked, key=_time)
+            self._taken, self._followed, self._changed = 0, 0, set(self._motions)
+            for each in self._steered():
+                each.forget()
+            self._change_past()
+
+    def go_to(self, spoke: int) -> None:
+        """Lets the motions of `scene` follow all commands up to this spoke, and no later one."""
+        with self._lock:
+            count = bisect_right(self._commands, spoke, key=_spoke)
+            self._take(count)
+            changed, self._changed, self._followed = self._changed, set(), count
+            if changed:
+                for each in self._steered():
+                    each.follow()
+                self.scene.revision.change()
+            if self.scene.platform.body in changed:
+                self.scene.own_revision.change()
+
+    def _take(self, count: int) -> None:
+        """Lets the motions take the first `count` commands, and no other ones."""
+        if count != self._taken:
+            self._change_past()
+        if count < self._taken:
+            self._taken = 0
+            self._changed |= set(self._motions)
+            for each in self._steered():
+                each.forget()
+        for command in self._commands[self._taken : count]:
+            motion = self._motions[command.body]
+            self._changed.add(command.body)
+            if command.moves:
+                motion.steer(begun_leg(command, motion.leg_at(command.time), motion.limits))
+            if command.present is not None:
+                self._presences[command.body].steer(command.time, command.present)
+        self._taken = count
+
+    def _change_past(self) -> None:
+        if self._motions:
+            self.past.revision.change()
+            self.past.own_revision.change()
+
+    def _steered(self) -> list[SteeredMotion | SteeredPresence]:
+        return [*self._motions.values(), *self._presences.values()]
+
+
+def begun_leg(command: Command, before: Leg, limits: SteeringLimits) -> Leg:
+    """Returns the leg that begins with a command. before: what is left of the leg until then."""
+    leg = before
+    if command.position_m is not None:
+        leg = leg._replace(position=np.array([*command.position_m, before.position[2]]))
+    if command.speed_kn is not None:
+        leg = leg._replace(speed=command.speed_kn * KNOT)
+    if command.turn_rate_deg_s is not None:
+        leg = leg._replace(turn_rate=math.radians(command.turn_rate_deg_s), turn_time=math.inf)
+    if command.course_deg is not None:
+        leg = _on_course(command, leg, math.radians(command.course_deg), limits)
+    if command.heading_deg is not None:
+        leg = leg._replace(drift=math.remainder(math.radians(command.heading_deg) - leg.course, 2.0 * math.pi))
+    return leg
+
+
+def _on_course(command: Command, leg: Leg, course: float, limits: SteeringLimits) -> Leg:
+    turn = math.remainder(course - leg.course, 2.0 * math.pi)
+    if command.at_once:
+        rate = 0.0 if command.turn_rate_deg_s is None else leg.turn_rate
+        return leg._replace(course=course, turn_rate=rate, turn_time=math.inf)
+    if turn == 0.0:
+        return leg._replace(turn_rate=0.0, turn_time=math.inf)
+    if command.turn_rate_deg_s is None:
+        return leg._replace(turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate)
+    way = turn % math.copysign(2.0 * math.pi, leg.turn_rate)  # round by the side to which it turns
+    return leg._replace(turn_time=way / leg.turn_rate)
+
+
+def _spoke(command: Command) -> int:
+    return command.spoke
+
+
+def _time(command: Command) -> float:
+    return command.time

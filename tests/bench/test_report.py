@@ -1,0 +1,109 @@
+"""The report of the bench as files and as a table."""
+
+import base64
+import io
+import json
+import re
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from radar_service.bench.bench import report
+from radar_service.bench.ppi_picture import SIZE
+from radar_service.bench.report import comparison, unit_of, verdict_table, write_report
+from radar_service.bench.scenario import Limit, Scenario
+from tests.bench.test_scenario import SMALL
+
+TRUTH = {"body": "t <1>", "time": 1.0, "position": [0.0, 100.0], "velocity": [1.0, 0.0]}
+TRACK = {"track": "1", "time": 2.0, "east": 1.0, "north": 103.0, "velocity_east": 1.0, "velocity_north": 0.0}
+RUN = {
+    "seed": 0, "remark": None, "metrics": {"ospa_m": 3.0, "held": None},
+    "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "truths": [TRUTH]},
+              {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "truths": [TRUTH]}],
+}  # fmt: skip
+LIMITS = (Limit(metric="ospa_m", maximum=10, source="a & b"), Limit(metric="held", minimum=1, source="c", decides=False))
+
+
+def data(tracker: str = "gnn", ospa: float = 3.0) -> dict:
+    run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": ospa}}
+    return report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, tracker)
+
+
+def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
+    write_report(data("<gnn>"), {"small": [RUN]}, tmp_path)
+    assert json.loads((tmp_path / "report.json").read_text()) == data("<gnn>")
+    page = (tmp_path / "report.html").read_text()
+    assert "&lt;gnn&gt;" in page and "<gnn>" not in page and "a &amp; b" in page
+    assert (
+        "ospa_m at most 10 m<" in page
+        and "held at least 1" in page
+        and "undecided, more seeds" in page
+        and ">shown<" in page
+    )
+    (picture,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
+    assert base64.b64decode(picture).startswith(b"\x89PNG")
+
+
+def test_verdicts_are_a_table_with_values_limits_and_units() -> None:
+    run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": 3.0}, "remark": "1 of 2 scans flood the plot extractor; <more>"}
+    made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, "gnn")
+    lines = [line.split() for line in verdict_table(made).splitlines()]
+    assert lines[0] == ["scenario", "metric", "95", "%", "value", "limit", "unit", "missed", "verdict"]
+    assert lines[1] == "small ospa_m 3 at most 10 m 0 of 1 undecided, more seeds".split()
+    assert lines[2] == "small held none at least 1 1 of 1 shown".split()
+    assert lines[3] == "small: remark: 1 of 2 scans flood the plot extractor; <more>".split()
+
+
+@pytest.mark.parametrize(
+    ("metric", "unit"),
+    [("relative_course_deg_1min", "degrees"), ("cpa_nm_3min", "NM"), ("tcpa_min_3min", "min"), ("true_speed_kn_1min", "kn"),
+     ("velocity_error_m_s", "m/s"), ("ospa_m", "m"), ("held", ""), ("identity_changes", "")],
+)  # fmt: skip
+def test_a_metric_has_the_unit_of_its_name(metric: str, unit: str) -> None:
+    assert unit_of(metric) == unit
+
+
+@pytest.mark.parametrize("targets", [1, 40])
+def test_any_number_of_targets_leaves_room_for_the_map(targets: int, tmp_path: Path) -> None:
+    """A legend of forty names left nothing of it."""
+    truths = [{**TRUTH, "body": f"a target with a long name {k}"} for k in range(targets)]
+    run = {**RUN, "scans": [{**RUN["scans"][0], "truths": truths}]}
+    write_report(data(), {"small": [run]}, tmp_path)
+    (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
+    pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int)
+    frame = (pixels[:, : pixels.shape[1] // 2] < 60).sum(axis=0).max()  # the left edge of the map
+    assert frame > pixels.shape[0] / 3
+
+
+def test_tracks_stand_on_the_ppi_of_the_last_scan(tmp_path: Path) -> None:
+    """An echo all over the north-east darkens that quarter of the map alone, whose middle is own ship's."""
+    echo = np.zeros((SIZE, SIZE), dtype=np.uint8)
+    echo[: SIZE // 2, SIZE // 2 :] = 255
+    ppi = {"pixels": base64.b64encode(zlib.compress(echo.tobytes())).decode(), "range": 5000.0}
+    pixels = []
+    for run in (RUN, {**RUN, "ppi": ppi}):
+        write_report(data(), {"small": [run]}, tmp_path)
+        (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
+        pixels.append(np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int))
+    changed = np.argwhere(pixels[1] < pixels[0] - 50)
+    left, right = np.nonzero((pixels[0] < 60).sum(axis=0) > pixels[0].shape[0] / 3)[0][:2]  # the edges of the map
+    assert len(changed) > 1000 and left + 0.4 * (right - left) < changed[:, 1].min() < changed[:, 1].max() <= right
+
+
+def test_two_reports_side_by_side() -> None:
+    lines = comparison(data("one", 3.0), data("two", 4.5)).splitlines()
+    assert lines[0].split() == ["scenario", "metric", "one", "two"]
+    assert ["small", "ospa_m", "3", "4.5"] in [line.split() for line in lines]
+    assert ["small", "held", "none", "none"] in [line.split() for line in lines]
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_means_and_percentiles(runs: int) -> None:
+    made = [{**RUN, "metrics": {"ospa_m": float(k)}} for k in range(runs)]
+    (its,) = report({"small": Scenario(**SMALL)}, {"small": made}, "gnn")["scenarios"]
+    assert its["metrics"] == {"ospa_m": (runs - 1) / 2} and its["percentile_95"]["ospa_m"] == pytest.approx(
+        0.95 * (runs - 1)
+    )

@@ -1,0 +1,128 @@
+"""Runs of a small scenario: what the tracker gets, what is true, and a bias that is seen with its size."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radar_service.bench.run import rule_of, run, threshold_of, tracker_input
+from radar_service.bench.scenario import PlotSettings, Scenario
+from radar_service.bench.scores.scoring import ScanResult
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
+from tests.bench.test_scenario import SMALL
+from tests.plots.test_detections import scan_of_power
+from tests.scenes import radar
+
+
+class Noted:
+    """A tracker that keeps what it gets, and gives one track at the first plot."""
+
+    def __init__(self) -> None:
+        self.given: list[TrackerInput] = []
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.given.append(scan)
+        return [
+            TrackState(track="1", time=p.time, east=p.east, north=p.north, velocity_east=0, velocity_north=0)
+            for p in scan.plots[:1]
+        ]
+
+
+def results(**changes: object) -> list[ScanResult]:
+    return list(run(Scenario(**{**SMALL, **changes}), 1, Noted()))
+
+
+def test_each_scan_gives_the_plot_and_the_truth_of_the_target() -> None:
+    made = results()
+    assert [one.given.scan for one in made] == list(range(8)) and [one.given.time for one in made] == pytest.approx(
+        2.5 * np.arange(1, 9)
+    )
+    for one in made:
+        (plot,), (truth,) = one.given.plots, one.truths
+        assert np.hypot(plot.east - truth.position[0], plot.north - truth.position[1]) < 1.0
+        assert abs(plot.time - truth.time) < 0.01 and truth.visible and truth.body == "t"
+        assert one.tracks[0].east == plot.east
+
+
+def test_the_same_seed_gives_the_same_run() -> None:
+    assert results() == results()
+
+
+def biases(**errors: dict[str, float]) -> tuple[float, float]:
+    """Mean error of range [m] and bearing [degrees] of the plots against the truth."""
+    scene = {**SMALL["scene"], "errors": errors} if errors else SMALL["scene"]
+    made = results(scene=scene)
+    offsets = []
+    for one in made:
+        plot, truth = one.given.plots[0], one.truths[0]
+        bearing = np.degrees(np.arctan2(truth.position[0], truth.position[1]))
+        offsets.append((plot.range - np.hypot(*truth.position), np.degrees(plot.bearing) - bearing))
+    return tuple(np.mean(offsets, axis=0))
+
+
+@pytest.mark.parametrize(
+    ("table", "degrees"), [({"gyro": {"bias_deg": 0.1}}, 0.1), ({"antenna": {"misalignment_deg": 0.7}}, 0.7)]
+)
+def test_a_bearing_error_on_purpose_is_seen_with_its_size(table: dict[str, dict[str, float]], degrees: float) -> None:
+    """Within 10 %; gyro and misalignment look alike while own ship is at rest."""
+    plain, biased = biases(), biases(**table)
+    assert biased[1] - plain[1] == pytest.approx(degrees, rel=0.1) and abs(biased[0] - plain[0]) < 0.01
+
+
+def test_plots_are_compared_with_the_azimuths_of_an_antenna_that_rolls() -> None:
+    """The level bearing is over a degree off. Tolerance: a tenth of the beam of 4 degrees."""
+    own_ship = {"roll_deg": 20, "roll_period_s": 9, "pitch_deg": 5, "pitch_period_s": 7}
+    strong = SMALL["scene"]["body"][0] | {"rcs_dbsm": 5}
+    made = results(scene=SMALL["scene"] | {"own_ship": own_ship, "body": [strong]})
+    for one in made:
+        (plot,), (truth,) = one.given.plots, one.truths
+        assert truth.echo is not None and plot.bearing == pytest.approx(truth.echo[1], abs=np.radians(0.4))
+    level = [np.arctan2(*one.truths[0].position) for one in made]
+    assert max(abs(one.given.plots[0].bearing - bearing) for one, bearing in zip(made, level, strict=True)) > np.radians(1.0)
+
+
+def test_own_ship_is_moved_on_to_the_end_of_the_scan() -> None:
+    scan = scan_of_power(np.zeros((4, 5)), number=2)
+    scan = replace(scan, speed=np.full(4, 3.0), course=np.full(4, np.pi / 2))
+    made = tracker_input(scan, (), 4.0)
+    assert made.time == 12.0 and made.east == pytest.approx(30.0 + 3.0 * (12.0 - 8.0)) and made.north == pytest.approx(20.0)
+
+
+def test_plots_are_extracted_as_the_scenario_says() -> None:
+    settings = radar(pulse_s=1e-6)
+    kinds = {name: type(threshold_of(PlotSettings(threshold=name), settings)) for name in ("known", "ca", "os")}
+    assert kinds == {"known": KnownThreshold, "ca": CellAveraging, "os": OrderedStatistic}
+    rule = rule_of(PlotSettings(split_db=20.0, gap_cells=5))
+    assert (rule.split_db, rule.spokes, rule.cells) == (20.0, 2, 5)
+
+
+HULL = {"name": "t", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 8, "position_m": [800, 300, 0], "rcs_dbsm": 20,
+        "course_deg": 90, "speed_kn": 20}  # fmt: skip
+
+
+def test_a_hull_comes_with_where_her_power_lies() -> None:
+    """Range and bearing of the centroid, and the same in the hull's frame; a point has neither, but is its own echo."""
+    (hull,) = results(scene={**SMALL["scene"], "body": [HULL]}, scans=2, vary_m=0.0)[1].truths
+    (point,) = results(scans=2, vary_m=0.0)[1].truths
+    assert (
+        hull.length == 60.0
+        and hull.heading == pytest.approx(np.pi / 2)
+        and hull.centroid is not None
+        and hull.echo is not None
+    )
+    along, across = hull.centroid
+    east, north = hull.position[0] + along, hull.position[1] - across
+    assert hull.echo[1] == pytest.approx(np.arctan2(east, north), abs=1e-3) and abs(along) + abs(across) > 1.0
+    assert point.centroid is None and point.echo is not None and point.echo[0] == pytest.approx(np.hypot(800, 300), abs=60.0)
+
+
+def test_a_simulator_without_sources_gives_the_reference_point() -> None:
+    (truth,) = results(scene={**SMALL["scene"], "body": [HULL]}, scans=1, fidelity="documented")[0].truths
+    assert truth.centroid is None and truth.echo is not None
+
+
+def test_near_plots_are_left_out_as_the_scenario_says() -> None:
+    assert all(one.given.plots for one in results(scans=3)[1:])
+    assert not any(one.given.plots for one in results(scans=3, plots={"nearest_m": 1200}))

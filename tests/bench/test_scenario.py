@@ -1,0 +1,128 @@
+"""Scenario files: all that are packaged, seeds, and rubbish."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.bench.scenario import Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.scene_file.load import load_scene
+
+SMALL: dict[str, Any] = {
+    "name": "small", "question": "?", "expected": "!", "source": "this test", "scans": 8, "vary_m": 5.0,
+    "scene": {
+        "radar": {"azimuths": 256, "beamwidth_deg": 4, "range_max_m": 1500, "pulse_s": 1e-6, "bandwidth_hz": 20e6,
+                  "sample_rate_hz": 30e6},
+        "environment": {"noise": True},
+        "body": [{"name": "t", "shape": "point", "position_m": [800, 300, 10], "rcs_dbsm": -15, "course_deg": 90,
+                  "speed_kn": 20}],
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", scenarios())
+def test_every_scenario_loads_and_says_what_it_asks(name: str) -> None:
+    scenario = load_scenario(name)
+    assert scenario.name == name and scenario.question.endswith("?") and scenario.limit
+    scene = load_scene(scenario.scene_for(3), folder=scenario.folder)
+    assert set(scenario.tracked) <= {body.name for body in scene.bodies} and not scene.warnings
+
+
+def test_the_library_has_the_standards_and_crossings() -> None:
+    names = set(scenarios())
+    assert {f"a823-{n}" for n in (1, 2, 3, 4)} | {f"crossing-cpa-{cpa}" for cpa in (0, 100, 500)} <= names
+    assert {
+        "crossing-hulls",
+        "crossing-freighters",
+        "discrimination-range",
+        "discrimination-bearing",
+        "minimum-range",
+        "land-near",
+    } <= names
+    assert {f"reflector-sea-state-{state}" for state in (2, 3, 5)} <= names
+    table_2 = load_scenario("msc192-table2")
+    assert set(table_2.standard_nm) == set(table_2.tracked) and not any(limit.decides for limit in table_2.limit)
+    assert all(not limit.decides for n in (1, 2, 3, 4) for limit in load_scenario(f"a823-{n}").limit)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_targets_of_the_standard_are_where_it_says_after_three_minutes(number: int) -> None:
+    """A.823(19) appendix 2: range and bearing at the evaluation, within the metre that files are written to."""
+    expected = {1: (8, 0), 2: (1, 0), 3: (8, 45), 4: (8, 45)}[number]
+    scene = load_scene(
+        {**load_scenario(f"a823-{number}").scene_for(0), "body": load_scenario(f"a823-{number}").scene["body"]}
+    )
+    offset = scene.bodies[0].motion.pose(180.0).position[0] - scene.own_ship.pose(180.0).position[0]
+    assert np.hypot(*offset[:2]) / 1852.0 == pytest.approx(expected[0], abs=0.01)
+    assert np.degrees(np.arctan2(offset[0], offset[1])) == pytest.approx(expected[1], abs=0.3)
+
+
+def test_seeds_move_each_target_by_a_draw_of_its_own() -> None:
+    scenario = Scenario(**SMALL)
+    places = np.array([scenario.scene_for(seed)["body"][0]["position_m"][:2] for seed in range(40)])
+    assert (abs(places - [800, 300]) <= 5.0).all() and len(np.unique(places)) == 80
+    assert scenario.scene_for(3) == scenario.scene_for(3)
+    two = Scenario(
+        **{
+            **SMALL,
+            "scene": {**SMALL["scene"], "body": [{**SMALL["scene"]["body"][0], "name": "a"}, *SMALL["scene"]["body"]]},
+        }
+    )
+    assert two.scene_for(3)["body"][1] == scenario.scene_for(3)["body"][0]
+
+
+def test_meshes_are_read_from_the_folder_of_the_file(tmp_path: Path) -> None:
+    packaged = load_scenario("crossing-freighters")
+    assert (
+        packaged.folder == scenarios()["crossing-freighters"].parent.parent and (packaged.folder / "freighter.obj").is_file()
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text('question = "?"\nexpected = "!"\nsource = "s"\n[scene]\n')
+    assert load_scenario(str(path)).folder == tmp_path
+    assert Scenario(**SMALL).digest == Scenario(**{**SMALL, "folder": tmp_path}).digest  # where a file lies changes no run
+
+
+def test_a_changed_scenario_has_another_digest() -> None:
+    assert Scenario(**SMALL).digest == Scenario(**SMALL).digest != Scenario(**{**SMALL, "scans": 9}).digest
+
+
+@pytest.mark.parametrize(
+    ("value", "met"), [(10.0, True), (10.1, False), (None, False), (float("nan"), False), (1.0, True), (0.9, False)]
+)
+def test_limits(value: float | None, met: bool) -> None:
+    assert Limit(metric="m", minimum=1.0, maximum=10.0, source="s").is_met(value) is met
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("question = 3", "question"),
+        ("scans = 0", "scans"),
+        ("fast = true", "fast"),
+        ("scans = ", "correct the file"),
+        ("[plots]\npfa = nan", "plots.pfa"),
+    ],
+)
+def test_rubbish_is_refused_with_the_key(content: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(content)
+    with pytest.raises(ScenarioError, match=f"bad.toml: .*{message}"):
+        load_scenario(str(path))
+    with pytest.raises(ScenarioError, match="absent.toml: No such file"):
+        load_scenario(str(tmp_path / "absent.toml"))
+    with pytest.raises(ScenarioError, match="fly: there is no such scenario; there are a823-1, "):
+        load_scenario("fly")
+
+
+def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
+    """Their runs would mix: two files of one stem, a file named as a packaged scenario, the same scenario twice."""
+    (tmp_path / "other").mkdir()
+    content = (scenarios()["overtaking"]).read_text()
+    for path in (tmp_path / "mine.toml", tmp_path / "other" / "mine.toml", tmp_path / "overtaking.toml"):
+        path.write_text(content)
+    one, other, packaged = str(tmp_path / "mine.toml"), str(tmp_path / "other/mine.toml"), str(tmp_path / "overtaking.toml")
+    assert [scenario.name for scenario in load_scenarios([one, "overtaking"])] == ["mine", "overtaking"]
+    for names in ([one, other], ["overtaking", packaged], [one, "overtaking", one]):
+        with pytest.raises(ScenarioError, match=f"{names[-1]}: .* is named .* too; give each scenario once"):
+            load_scenarios(names)

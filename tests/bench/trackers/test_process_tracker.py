@@ -1,0 +1,109 @@
+"""Trackers in other programs: JSON Lines on standard input and output, and every way in which they go wrong."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from radar_service.bench.trackers import process_tracker
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.process_tracker import ProcessTracker
+from tests.bench.trackers.test_stone_soup import given, plot
+
+ECHO = """
+import json, sys
+header = json.loads(sys.stdin.readline())
+for line in sys.stdin:
+    scan = json.loads(line)
+    tracks = [
+        {"track": k, "time": p["time"], "east": p["east"], "north": p["north"], "velocity_east": 0,
+         "velocity_north": header["seed"]}
+        for k, p in enumerate(scan["plots"])
+    ]
+    print(json.dumps({"type": "tracks", "scan": scan["scan"], "tracks": tracks}), flush=True)
+"""
+
+
+def program(tmp_path: Path, code: str) -> str:
+    path = tmp_path / "tracker.py"
+    path.write_text(code)
+    return f"{sys.executable} {path}"
+
+
+def test_a_program_gets_plots_and_gives_tracks(tmp_path: Path) -> None:
+    tracker = ProcessTracker(program(tmp_path, ECHO), {"scenario": "s", "seed": 7})
+    for scan in range(3):
+        (state,) = tracker.update(given(scan, (plot(scan * 2.5 + 1, 100.0, 200.0),)))
+        assert (state.track, state.time, state.east, state.north, state.velocity_north) == (
+            "0",
+            scan * 2.5 + 1,
+            100.0,
+            200.0,
+            7.0,
+        )
+    tracker.close()
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("import sys; sys.exit(1)", "has ended"),
+        ("import sys\nfor line in sys.stdin: print('hello', flush=True)", "not understood .*hello"),
+        ("import sys, json\nfor line in sys.stdin: print(json.dumps({'type': 'tracks', 'scan': 9, 'tracks': []}), flush=True)",
+         "the answer to scan 0 has type 'tracks', scan 9"),
+        ("import time; time.sleep(60)", "no answer to scan 0 within 0.3 s"),
+    ],
+    ids=["ends", "rubbish", "another scan", "silent"],
+)  # fmt: skip
+def test_what_goes_wrong_is_said(code: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(TrackerError, match=message):
+        tracker = ProcessTracker(program(tmp_path, code), {"seed": 0}, timeout=0.3 if "sleep" in code else 20.0)
+        try:
+            for scan in range(3):
+                tracker.update(given(scan, ()))
+        finally:
+            tracker.close()
+
+
+@pytest.mark.parametrize("command", ["no-such-program --fast", "", "python 'x"])
+def test_a_command_that_is_none_is_refused(command: str) -> None:
+    with pytest.raises(TrackerError, match=f"{command}.* could not be started"):
+        ProcessTracker(command, {})
+
+
+def test_a_program_that_reads_nothing_is_ended(tmp_path: Path) -> None:
+    """More plots than the pipe takes: the bench does not wait, and closing ends the program."""
+    tracker = ProcessTracker(program(tmp_path, "import time; time.sleep(600)"), {"seed": 0}, timeout=0.3)
+    with pytest.raises(TrackerError, match="read no plots for 0.3 s"):
+        tracker.update(given(0, (plot(1.0, 100.0, 200.0),) * 1000))
+    tracker.close()
+    assert not tracker.is_stuck
+
+
+def test_a_program_that_writes_more_than_it_is_asked_is_read_no_further(tmp_path: Path) -> None:
+    """It answers all scans before it gets one, for ever: a few lines are kept, the rest is not read."""
+    answer = "{'type': 'tracks', 'scan': k, 'tracks': []}"
+    code = f"import itertools, json\nfor k in itertools.count():\n    print(json.dumps({answer}))\n"
+    tracker = ProcessTracker(program(tmp_path, code), {"seed": 0})
+    try:
+        with pytest.raises(TrackerError, match="wrote more lines than it got scans"):
+            for scan in range(process_tracker.MAX_WAITING + 1000):
+                tracker.update(given(scan, ()))
+    finally:
+        tracker.close()
+
+
+def test_an_answer_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process_tracker, "MAX_LINE", 1000)
+    tracker = ProcessTracker(program(tmp_path, "print('x' * 10_000, flush=True)\ninput()\ninput()\ninput()"), {"seed": 0})
+    with pytest.raises(TrackerError, match="it has 1000 characters or more"):
+        tracker.update(given(0, ()))
+    tracker.close()
+
+
+def test_an_answer_that_is_no_utf_8_is_refused_at_once(tmp_path: Path) -> None:
+    code = "import sys\nfor line in sys.stdin:\n    sys.stdout.buffer.write(b'\\xff\\xfe\\n')\n    sys.stdout.flush()\n"
+    tracker = ProcessTracker(program(tmp_path, code), {})
+    with pytest.raises(TrackerError, match="not understood"):
+        tracker.update(given(0, ()))
+    tracker.close()

@@ -1,0 +1,189 @@
+"""The options of the command `serve`: who may do what."""
+
+import argparse
+import json
+import math
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+
+from radar_service.__main__ import main
+from radar_service.commands.command_line import parser
+from radar_service.commands.serve import OTHERS_NEED, WORLDS_NEED, StartError, access_for, serve
+from radar_service.ports.http.server import MAX_PER_ADDRESS, Server
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.registry import opened
+from radar_service.service.access import Access
+from radar_service.service.radio.station import Station
+from radar_service.service.radio.world import WorldSource
+from radar_service.world.error import SceneError
+from radar_service.world.scene import Scene
+from tests.service.fake import FakeEngine
+
+TOKEN = "0123456789abcdef"
+SCENE = {"name": "empty", "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600}}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "one.json"
+    path.write_text(json.dumps(SCENE))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--host", "0.0.0.0"], ["--host: 0.0.0.0", "--token-file", "--insecure"]),
+        (["--host", "::"], ["--host: ::"]),
+        (["--host", "radar.example"], ["--host: radar.example"]),
+        (["--token", "short-secret"], ["--token: token: 12 characters; 16 to 512"]),
+        (["--token-for-reading", TOKEN], ["--token-for-reading: protects nothing"]),
+        (["--token-file", "missing"], ["missing: No such file"]),
+        (["--token-file", "empty"], ["empty: token: 0 characters"]),
+    ],
+)
+def test_a_server_that_others_reach_is_protected_or_does_not_start(
+    arguments: list[str], words: list[str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").touch()
+    monkeypatch.delattr("radar_service.commands.serve.ForkServer")
+    assert main(["serve", str(scene), *arguments]) == 2
+    message = capsys.readouterr().err
+    assert all(word in message for word in words) and "short-secret" not in message and TOKEN not in message
+
+
+def test_what_the_command_line_allows(tmp_path: Path) -> None:
+    (tmp_path / "token").write_text(f"{TOKEN}\nnot this\n")
+
+    def access(*arguments: str) -> Access:
+        return access_for(parser().parse_args(["serve", *arguments]))
+
+    assert access() == Access(None, None, frozenset({"127.0.0.1"}))
+    assert access("--host", "0.0.0.0", "--insecure") == Access(None, None, frozenset({"0.0.0.0"}))
+    guarded = access("--host", "0.0.0.0", "--token-file", str(tmp_path / "token"), "--allow-host", "Radar.LAN")
+    assert guarded == Access(TOKEN, None, frozenset({"0.0.0.0", "radar.lan"}))
+    assert access("--token", TOKEN, "--token-for-reading", TOKEN[::-1]).read == TOKEN[::-1]
+
+
+def options(*arguments: str) -> argparse.Namespace:
+    chosen = parser().parse_args(["serve", *arguments])
+    chosen.scenes = chosen.scenes or ["harbour"]
+    return chosen
+
+
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the server is given, as it runs its start and stops at once. "gives up": whether radars fail meanwhile."""
+    seen: dict[str, Any] = {"gives up": False}
+
+    async def at_once(self: Server, sockets: list[socket.socket]) -> None:
+        self.started = True
+        for listener in sockets:
+            listener.close()
+        seen["limits"] = self.config.http.keywords  # type: ignore[union-attr]
+        if seen["gives up"]:
+            for station in seen["stations"]:
+                station.failed()
+
+    def app(stations: list[Station], ports: PortHost, **others: Any) -> FastAPI:
+        seen.update(others, stations=stations)
+        return FastAPI()
+
+    monkeypatch.setattr(Server, "serve", at_once)
+    monkeypatch.setattr("radar_service.ports.running.create_app", app)
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    monkeypatch.setattr("gc.freeze", lambda: None)
+    monkeypatch.setattr("radar_service.service.logs.configure", lambda style: None)
+    return seen
+
+
+@pytest.mark.parametrize("gave_up", [False, True])
+def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[str, Any]) -> None:
+    seen["gives up"] = gave_up
+    chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
+                     "--exit-when-failed")  # fmt: skip
+    assert serve(chosen, FakeEngine, opened) == int(gave_up)
+    assert [station.identity for station in seen["stations"]] == ["0", "1"]
+    assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
+    assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
+    assert seen["access"] == access_for(chosen)
+
+
+def several(tmp_path: Path, *ids: str) -> str:
+    path = tmp_path / f"{'-'.join(ids)}.json"
+    path.write_text(json.dumps(SCENE | {"radar": [{"id": each, **SCENE["radar"]} for each in ids]}))  # type: ignore[dict-item]
+    return str(path)
+
+
+def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: dict[str, Any]) -> None:
+    """Radars of one scene share a world under their ids; that of a scene without ids has the number of its scene."""
+    chosen = options(several(tmp_path, "bow", "0"), str(scene), several(tmp_path, "mast"), "--port", "0")
+    assert serve(chosen, FakeEngine, opened) == 0
+    stations = seen["stations"]
+    assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
+    assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
+    assert [station.epoch.info.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
+    assert stations[0].world is stations[1].world and len({station.world for station in stations}) == 3
+    assert stations[0].transmitter.pacer.world is stations[1].transmitter.pacer.world
+    assert len({station.epoch.source.process for station in stations}) == 4
+
+
+def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
+    chosen = options(several(tmp_path, "bow", "aft"), several(tmp_path, "mast", "aft"), "--port", "0")
+    with pytest.raises(SceneError, match='radar.id: "aft" is the id of two radars; ids are unique on a server'):
+        serve(chosen, FakeEngine, opened)
+
+
+NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndimage", "scipy.stats",
+                  "trimesh"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("modules", "too_much"),
+    [
+        (WORLDS_NEED, {"fastapi", "uvicorn"} | NOT_AT_A_START),
+        (("radar_service.ports.running",), {"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START),
+    ],
+)
+def test_a_start_waits_for_no_module_that_it_does_not_need(modules: tuple[str, ...], too_much: set[str]) -> None:
+    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
+    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not too_much & set(imported)
+
+
+def test_what_some_scenes_need_is_imported_when_there_is_nothing_to_do() -> None:
+    """Otherwise each process of such a scene would import it again."""
+    code = f"import sys, {', '.join(OTHERS_NEED)}; print(*sys.modules)"
+    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= set(imported)
+
+
+def failing(of: Scene) -> FakeEngine:
+    """An engine that the radar "mast" cannot have; another process finds it by its name."""
+    if of.radar_id == "mast":
+        raise RuntimeError("the mast is down")
+    return FakeEngine(of)
+
+
+def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
+    tmp_path: Path, seen: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended: list[str] = []
+    close = WorldSource.close
+
+    def noted(self: WorldSource) -> None:
+        ended.append(self.info.scene.radar_id)
+        close(self)
+
+    monkeypatch.setattr(WorldSource, "close", noted)
+    with pytest.raises(StartError, match="the mast is down"):
+        serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing, opened)
+    assert sorted(ended) == ["aft", "bow"]

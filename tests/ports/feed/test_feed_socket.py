@@ -1,0 +1,552 @@
+"""The feed from engine to websocket, in process, with a simulator whose every cell is known."""
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service import wire
+from radar_service.display.video import DB_PER_STEP
+from radar_service.ports.app import create_app
+from radar_service.ports.feed.feed_socket import ConnectionErrors, FeedPort
+from radar_service.ports.port_host import PortHost
+from radar_service.records.cell_sources import SourceList
+from radar_service.service.codecs.native.messages import LOG_DB_PER_STEP
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.world.error_settings import ErrorSettings
+from tests.ports.asgi import Closed, Server, running
+from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, factory, labels_of, power_of, scene
+from tests.world.test_error_settings import settings
+
+PAUSED = Settings(pace=Pace("pause"))
+FLAT_OUT = Settings(pace=Pace("run", math.inf))
+CONTROLS = "/api/radars/0/controls"
+
+
+def station(settings: Settings = PAUSED, identity: str = "0", **options: Any) -> Station:
+    engine = options.pop("engine", FakeEngine(scene()))
+    make = options.pop("make", factory())
+    return Station(identity, engine, make, settings=settings, **options)
+
+
+def play(test: Callable[[Server], Awaitable[None]], *stations: Station) -> None:
+    async def body() -> None:
+        async with running(create_app(stations)) as server:
+            await test(server)
+
+    asyncio.run(asyncio.wait_for(body(), 20))
+
+
+async def step(server: Server, spokes: int) -> None:
+    answer = await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
+    assert answer.status_code == 200, answer.text
+
+
+def test_hello_says_what_is_coming() -> None:
+    async def test(server: Server) -> None:
+        hello = await (await server.feed("?encoding=u8&bins=5")).receive()
+        assert (hello["type"], hello["protocol"], hello["seed"], hello["fidelity"]) == ("hello", 1, 7, "balanced")
+        assert hello["scene"] == {"name": "test scene", "origin": None, "bodies": 0, "warnings": []}
+        radar = hello["radar"]
+        assert (radar["id"], radar["azimuths"], radar["bins"]) == ("0", AZIMUTHS, BINS)
+        assert radar["rpm"] == pytest.approx(24.0) and radar["range_step_m"] == pytest.approx(STEP)
+        encoding = hello["encoding"]
+        assert (encoding["name"], encoding["bins"], encoding["dtype"]) == ("u8", 5, "|u1")
+        positions = [encoding[key] for key in ("range_step_m", "range_first_m", "range_m")]
+        assert positions == pytest.approx([40.0, 20.0, 200.0]) and encoding["db_per_step"] > 0
+        assert hello["clocks"]["pace"] == {"state": "pause", "factor": 1.0} and hello["mode"] == "live"
+        assert hello["controls"]["range_m"] == 200.0 and hello["truth"] is False and hello["plan"] == {"modelled": []}
+
+    play(test, station())
+
+
+def test_spokes_arrive_whole_and_in_order() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=f32")
+        await feed.until("hello")
+        await step(server, 2 * AZIMUTHS)
+        got = await feed.spokes(2 * AZIMUTHS)
+        numbers = np.concatenate([np.arange(m["first"], m["first"] + m["count"]) for m in got])
+        np.testing.assert_array_equal(numbers, np.arange(2 * AZIMUTHS))
+        data = np.concatenate([wire.samples(m) for m in got])
+        np.testing.assert_array_equal(data, power_of(numbers, BINS))
+        azimuth = np.concatenate([m["azimuth"] for m in got])
+        np.testing.assert_array_equal(azimuth, np.rint((numbers % AZIMUTHS) * 65536 / AZIMUTHS))
+        time = np.concatenate([m["time"] for m in got])
+        np.testing.assert_allclose(time, numbers * 2.5 / AZIMUTHS, rtol=1e-12)
+        assert all(m["index"] == m["first"] % AZIMUTHS and m["scan"] == m["first"] // AZIMUTHS for m in got)
+        assert all(m["index"] + m["count"] <= AZIMUTHS for m in got)  # no batch spans two scans
+        assert {h for m in got for h in m["heading"]} == {round(30 / 360 * 65536)}
+
+    play(test, station())
+
+
+def test_batches_are_cut_by_time() -> None:
+    async def test(server: Server) -> None:
+        # 24 spokes in 2.5 s are 104 ms each: one a message at factor 1; at factor 14 two in 15 ms
+        feed = await server.feed()
+        await step(server, 3)
+        assert [m["count"] for m in await feed.spokes(3)] == [1, 1, 1]
+        await server.http.patch(CONTROLS, json={"pace": {"factor": 14}})
+        await step(server, 7)
+        assert [m["count"] for m in await feed.spokes(7)] == [2, 2, 2, 1]  # 3 and 4 end a block, 9 ends the steps
+
+    play(test, station())
+
+
+def test_spokes_into_a_blind_sector_are_marked() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        await step(server, AZIMUTHS)
+        blind = [b for m in await feed.spokes(AZIMUTHS) for b in m.get("blind", [False] * m["count"])]
+        # the sector is 80 to 100 degrees off a bow at 030: azimuths 110 to 130, of steps of 15 only 120
+        assert [k * 15 for k in range(AZIMUTHS) if blind[k]] == [120]
+
+    play(test, station())
+
+
+def test_a_scan_is_the_same_whatever_the_batches() -> None:
+    async def test(server: Server) -> None:
+        paced, flat = (
+            await server.feed("?encoding=u8&bins=7", "a"),
+            await server.feed("?encoding=u8&bins=7&mode=lossless", "b"),
+        )
+        answer = await server.http.patch("/api/radars/a/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
+        assert answer.status_code == 200
+        await server.http.patch("/api/radars/b/controls", json={"pace": {"state": "run"}})
+        one, other = await paced.spokes(AZIMUTHS), await flat.spokes(AZIMUTHS)
+        rows = [b"".join(m["data"] for m in got)[: AZIMUTHS * 7] for got in (one, other)]
+        assert rows[0] == rows[1] and len(one) > len(other)
+
+    play(test, station(identity="a"), station(Settings(pace=Pace("pause", math.inf)), identity="b"))
+
+
+def test_pause_holds_and_resumes_without_loss() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        await feed.spokes(30)
+        answer = await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
+        assert answer.json()["pace"] == {"state": "pause", "factor": "max"}
+        await server.http.patch(CONTROLS, json={"pace": {"state": "run"}})
+        got = await feed.spokes(200)
+        assert all(b["first"] == a["first"] + a["count"] for a, b in zip(got, got[1:], strict=False))
+
+    play(test, station(FLAT_OUT))
+
+
+def test_another_scene_takes_over_at_the_end_of_the_scan() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=f32&mode=lossless")
+        old = (await feed.until("hello"))["epoch"]
+        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["epoch"] != old and answer.json()["name"] == "second"
+        last = None
+        while (message := await feed.receive())["type"] == "spokes":
+            assert message["epoch"] == old
+            last = message
+        assert message["type"] == "hello" and message["epoch"] == answer.json()["epoch"]
+        assert message["scene"]["name"] == "second" and message["radar"]["azimuths"] == 720
+        assert last is None or last["index"] + last["count"] == AZIMUTHS
+        first = await feed.receive()
+        assert (first["type"], first["epoch"], first["first"], first["scan"], first["index"]) == (
+            "spokes", message["epoch"], 0, 0, 0,
+        )  # fmt: skip
+        assert first["time"][0] == 0.0
+
+    play(test, station(FLAT_OUT))
+
+
+def test_another_scene_takes_over_at_once_while_paused() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        await feed.until("hello")
+        await step(server, 3)
+        await feed.spokes(3)
+        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
+        assert (await feed.receive())["epoch"] == answer.json()["epoch"]
+
+    play(test, station())
+
+
+def test_another_range_is_another_epoch_at_once() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=f32")
+        old = (await feed.until("hello"))["epoch"]
+        await step(server, 5)
+        await feed.spokes(5)
+        await server.http.patch(CONTROLS, json={"range_m": 100})
+        hello = await feed.receive()
+        assert hello["type"] == "hello" and hello["epoch"] != old and hello["encoding"]["bins"] == 10
+        assert hello["controls"]["range_m"] == 100.0 and hello["encoding"]["range_m"] == pytest.approx(100.0)
+        await step(server, 2)
+        message = await feed.until("spokes")
+        assert (message["first"], message["index"], message["bins"]) == (0, 5, 10)  # the scan goes on, numbers start anew
+        np.testing.assert_array_equal(wire.samples(message)[0], power_of([5], BINS)[0, :10])
+
+    play(test, station())
+
+
+def test_another_rpm_goes_on_with_the_next_scan() -> None:
+    """Simulated time, the numbers of scans and the bearing go on; sequence numbers start anew."""
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        await feed.until("hello")
+        answer = await server.http.patch(CONTROLS, json={"rpm": 48, "gain": 70})
+        assert (answer.json()["rpm"], answer.json()["gain"]) == (pytest.approx(48.0), 70.0)
+        message, last = await feed.receive(), {}
+        while message["type"] != "hello":
+            message, last = await feed.receive(), message
+        assert (
+            message["radar"]["rpm"] == pytest.approx(48.0) and message["clocks"]["simulated_s"] == (last["scan"] + 1) * 2.5
+        )
+        spokes = await feed.spokes(10)
+        first = spokes[0]
+        assert (first["first"], first["index"], first["scan"]) == (0, 0, last["scan"] + 1)
+        time = [t for m in spokes for t in m["time"]][:10]
+        np.testing.assert_allclose(time, last["time"][-1] + 2.5 / AZIMUTHS + np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
+
+    play(test, station(FLAT_OUT))
+
+
+def test_standby_sends_nothing_and_time_goes_on() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        await feed.until("hello")
+        await step(server, 2)
+        await feed.spokes(2)
+        answer = await server.http.patch(CONTROLS, json={"transmit": False})
+        assert answer.json()["transmit"] is False
+        await step(server, 6)
+        while (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"] < 7.5 * 2.5 / AZIMUTHS:
+            await asyncio.sleep(0)
+        await server.http.patch(CONTROLS, json={"transmit": True})
+        await step(server, 1)
+        message = await feed.receive()
+        assert (message["first"], message["index"]) == (2, 8)  # no number was used, six spokes have gone by
+
+    play(test, station())
+
+
+def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
+    async def test(server: Server) -> None:
+        feed, raw = await server.feed("?encoding=u8"), await server.feed("?encoding=u8-log")
+        await server.http.patch(CONTROLS, json={"gain": 5})  # low enough that no echo saturates
+        await step(server, 1)
+        before, raw_before = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
+        await server.http.patch(CONTROLS, json={"gain": 0})
+        await step(server, AZIMUTHS)
+        after, raw_after = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
+        rise = 10 * math.log10(2)  # spoke 1 is twice spoke 0
+        lift = wire.samples(after).astype(float) - wire.samples(before)
+        assert np.all(np.abs(lift * DB_PER_STEP - (rise - 5.0)) <= DB_PER_STEP)  # two roundings of half a step
+        raw_lift = wire.samples(raw_after).astype(float) - wire.samples(raw_before)
+        assert np.all(np.abs(raw_lift * LOG_DB_PER_STEP - rise) <= LOG_DB_PER_STEP)
+
+    play(test, station())
+
+
+def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?truth=1&encoding=f32")
+        hello = await feed.receive()
+        assert hello["truth"] is True
+        await step(server, AZIMUTHS)
+        times, seen = [], 0
+        while seen < AZIMUTHS or len(times) < 8:
+            message = await feed.receive()
+            if message["type"] == "truth":
+                times.append(message["time"])
+                assert message["bodies"][0]["name"] == "buoy" and message["epoch"] == hello["epoch"]
+            else:
+                seen += message["count"]
+        np.testing.assert_allclose(times, np.arange(8) * 2.5 / 8, rtol=1e-12)  # eight a scan
+
+    play(test, station(allow_truth=True))
+
+
+def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
+    async def test(server: Server) -> None:
+        plain = await server.feed("?encoding=f32")
+        hello = await plain.receive()
+        await step(server, 5)
+        before = await plain.spokes(5)
+        feed = await server.feed("?encoding=f32&labels=1&powers=256")
+        greeting = await feed.receive()
+        assert greeting["sources"] == [{"number": number, "name": name} for number, name in SOURCES.items()]
+        assert "sources" not in hello and greeting["epoch"] == hello["epoch"]
+        await step(server, 2 * AZIMUTHS)
+        messages, others = await feed.spokes(2 * AZIMUTHS), [*before, *await plain.spokes(2 * AZIMUTHS)]
+        assert others[0]["first"] == 0 and messages[0]["first"] == 5
+        for message in messages:
+            number = message["first"] + np.arange(message["count"])
+            np.testing.assert_array_equal(wire.labels(message), labels_of(number, BINS))
+            powers = wire.powers(message)
+            assert powers is not None and powers[256].tobytes() == wire.samples(message).tobytes()
+        for message in others:
+            np.testing.assert_array_equal(
+                wire.samples(message), power_of(message["first"] + np.arange(message["count"]), BINS)
+            )
+            assert "labels" not in message and "powers" not in message
+
+    play(test, station(allow_truth=True))
+
+
+def test_spoke_0_waits_for_the_labels_of_a_client() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless&labels=1")
+        messages = await feed.spokes(3)
+        assert messages[0]["first"] == 0
+        np.testing.assert_array_equal(wire.labels(messages[0])[0], labels_of([0], BINS)[0])
+
+    play(test, station(FLAT_OUT, allow_truth=True, wait_for=1))
+
+
+def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
+    async def test(server: Server) -> None:
+        query = "?encoding=u8&bins=4&labels=1&spokes=2&compress=deflate"
+        first = await server.feed(query)
+        epoch = (await first.until("hello"))["epoch"]
+        await step(server, AZIMUTHS)
+        whole = await first.spokes(AZIMUTHS)
+        await first.leave()
+        await step(server, AZIMUTHS)
+        second = await server.feed(f"{query}&since={epoch}:{whole[1]['first']}")
+        assert (await second.receive())["epoch"] == epoch
+        message = await second.receive()
+        assert message["first"] == whole[1]["first"]
+        np.testing.assert_array_equal(wire.labels(message), wire.labels(whole[1]))
+        while message["first"] + message["count"] < 2 * AZIMUTHS:
+            message = await second.receive()
+            assert message["type"] == "spokes" and "labels" in message
+
+    play(test, station(allow_truth=True))
+
+
+@pytest.mark.parametrize(
+    ("query", "reason"),
+    [
+        ("?labels=1", "labels: it has several pulses, or leave labels out"),
+        ("?powers=1,999", "powers: 999 is no source of this scene; it has 0 noise, 1 sea, 256 buoy"),
+    ],
+)
+def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason: str) -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed(query)
+        assert (await feed.receive())["reason"] == reason
+        with pytest.raises(Closed) as closed:
+            await feed.receive()
+        assert closed.value.code == 4400
+
+    engine = FakeEngine(scene())
+    engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
+    play(test, station(allow_truth=True, engine=engine))
+
+
+def test_a_client_that_comes_back_misses_nothing() -> None:
+    async def test(server: Server) -> None:
+        first = await server.feed("?mode=lossless")
+        epoch = (await first.until("hello"))["epoch"]
+        had = (await first.spokes(10))[-1]
+        next_number = had["first"] + had["count"]
+        await first.leave()
+        second = await server.feed(f"?mode=lossless&since={epoch}:{next_number}")
+        assert (await second.receive())["epoch"] == epoch
+        message = await second.receive()
+        assert (message["type"], message["first"]) == ("spokes", next_number)
+
+    play(test, station(FLAT_OUT))
+
+
+def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbers() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=live")
+        await feed.until("hello")
+        while (await server.http.get("/api/health")).json()["radars"][0]["spokes_lost"] == 0:
+            await asyncio.sleep(0)
+        await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
+        expected, gaps = None, 0
+        while True:
+            health = (await server.http.get("/api/health")).json()["radars"][0]
+            if expected == health["next"]:
+                break
+            message = await feed.receive()
+            assert expected is None or message["first"] == expected, "a hole that no gap announces"
+            gaps += message["type"] == "gap"
+            expected = message["first"] + message["count"]
+        assert gaps >= 1
+
+    play(test, station(FLAT_OUT))
+
+
+def test_rubbish_from_a_client_harms_nobody() -> None:
+    async def test(server: Server) -> None:
+        feed, other = await server.feed(), await server.feed()
+        await feed.say(text="}{ not anything")
+        await feed.say(bytes=b"\xc1" * 100)
+        await other.leave()
+        await step(server, 2)
+        assert [m["first"] for m in await feed.spokes(2)] == [0, 1]
+
+    play(test, station())
+
+
+@pytest.mark.parametrize(
+    ("query", "code", "reason"),
+    [
+        ("?encoding=png", 4400, 'encoding: "png" is not one of u8'),
+        ("?bins=0", 4400, 'bins: "0" is not a whole number'),
+        ("?bins=1e9", 4400, "bins"),
+        ("?mode=fast", 4400, "mode"),
+        ("?since=12", 4400, "EPOCH:SEQ"),
+        ("?truth=yes", 4400, "truth"),
+        ("?colour=red", 4400, "no such parameter"),
+        ("?truth=1", 4403, "--truth"),
+        ("?labels=1", 4403, "labels and powers: this server does not send them; start it with --truth"),
+        ("?powers=all", 4403, "--truth"),
+        ("?labels=2", 4400, 'labels: "2" is not 0 or 1'),
+        ("?powers=1,x", 4400, 'powers: "1,x" is not all, nor 1 to 64 numbers of sources'),
+    ],
+)
+def test_a_bad_request_is_refused_with_the_reason(query: str, code: int, reason: str) -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed(query)
+        bye = await feed.receive()
+        assert bye["type"] == "bye" and reason in bye["reason"]
+        with pytest.raises(Closed) as closed:
+            await feed.receive()
+        assert closed.value.code == code
+
+    play(test, station())
+
+
+def test_an_unknown_radar_is_refused_with_the_reason() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed(radar="9")
+        assert "9" in (await feed.receive())["reason"]
+        with pytest.raises(Closed) as closed:
+            await feed.receive()
+        assert closed.value.code == 4404
+
+    play(test, station())
+
+
+def test_a_page_of_another_site_may_not_listen() -> None:
+    async def test(server: Server) -> None:
+        with pytest.raises(Closed) as closed:
+            await server.feed(origin="http://elsewhere.example")
+        assert closed.value.code == 403
+        assert (await (await server.feed(origin="http://radar")).receive())["type"] == "hello"
+
+    play(test, station())
+
+
+def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_restarts_it() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        bye = await feed.until("bye")
+        assert "the wheel came off" in bye["reason"]
+        with pytest.raises(Closed):
+            await feed.receive()
+        health = await server.http.get("/api/health")
+        assert health.status_code == 503 and health.json()["status"] == "failed"
+        assert "the wheel came off" in health.json()["radars"][0]["fault"]
+        late = await server.feed()
+        assert "the wheel came off" in (await late.receive())["reason"]
+        await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
+        while (await server.http.get("/api/health")).json()["status"] == "failed":
+            await asyncio.sleep(0)
+        assert (await (await server.feed()).receive())["scene"]["name"] == "second"
+
+    play(test, station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0))
+
+
+def test_stopping_says_bye() -> None:
+    only = station()
+
+    async def whole() -> None:
+        async with running(create_app([only])) as server:
+            feed = await server.feed()
+            await feed.until("hello")
+            stopping = asyncio.create_task(only.stop("going home"))
+            assert (await feed.until("bye"))["reason"] == "going home"
+            with pytest.raises(Closed) as closed:
+                await feed.receive()
+            assert closed.value.code == 1001
+            await stopping
+            assert "stopping" in (await (await server.feed()).receive())["reason"]
+
+    asyncio.run(asyncio.wait_for(whole(), 20))
+
+
+class Clock:
+    """A clock in seconds, which sleeping turns."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    async def sleep(self, seconds: float) -> None:
+        self.now += seconds
+
+
+class Played:
+    def __init__(self) -> None:
+        self.errors: ErrorSettings | None = None
+        self.clock = Clock()
+        self.connection = ConnectionErrors(lambda: self.errors, self.clock, self.clock.sleep)
+
+
+def test_a_connection_without_errors_carries_at_once() -> None:
+    played = Played()
+    for played.errors in (None, settings({"gyro": {"bias_deg": 1}}), settings({"feed": {"drop_rate": 1}})):
+        asyncio.run(played.connection.carry(1_000_000))
+        assert not played.connection.is_faulty() and not played.connection.is_cut
+    assert played.clock.now == 100.0
+
+
+def test_a_slow_connection_carries_its_bytes_per_second() -> None:
+    played = Played()
+    played.errors = settings({"feed": {"bytes_per_s": 2000}})
+    asyncio.run(played.connection.carry(500))
+    assert played.clock.now == 100.25 and played.connection.is_faulty()
+
+
+def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
+    played = Played()
+
+    def errors() -> ErrorSettings | None:
+        return settings({"feed": {"bytes_per_s": 100}}) if played.clock.now < 103.0 else None
+
+    asyncio.run(ConnectionErrors(errors, played.clock, played.clock.sleep).carry(1_000_000))
+    assert played.clock.now == 103.0
+    played.errors = settings({"feed": {"bytes_per_s": 100, "cut_after_s": 7}})
+    asyncio.run(played.connection.carry(1_000_000))
+    assert played.clock.now == 107.0 and played.connection.is_cut
+
+
+def test_a_connection_is_cut_at_its_age() -> None:
+    played = Played()
+    played.errors = settings({"feed": {"cut_after_s": 5}})
+    assert played.connection.is_faulty() and not played.connection.is_cut
+    played.clock.now += 5.0
+    assert played.connection.is_cut
+    played.errors = None
+    assert not played.connection.is_cut and not played.connection.is_faulty()
+
+
+def test_alone_it_serves_spokes_and_nothing_else() -> None:
+    async def whole() -> None:
+        host = PortHost((FeedPort(),))
+        async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
+            assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+            assert (await server.http.get("/api/radars")).status_code == 404
+
+    asyncio.run(asyncio.wait_for(whole(), 30))

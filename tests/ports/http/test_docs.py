@@ -1,0 +1,79 @@
+"""The documentation page: whole, from this server alone, and within its content security policy."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from radar_service.ports.app import create_app
+from radar_service.service.access import Access
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from tests.clients.chromium import CHROMIUM, Browser
+from tests.ports.asgi import Server
+from tests.ports.playing import play
+from tests.ports.serving import served
+from tests.service.fake import FakeEngine, factory, scene
+
+
+def test_every_file_of_the_page_comes_from_this_server() -> None:
+    async def test(server: Server) -> None:
+        page = await server.http.get("/docs")
+        assert page.status_code == 200 and page.headers["content-security-policy"].startswith("default-src 'self'")
+        links = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+        assert len(links) == 4
+        for link in links:
+            assert not re.match(r"[a-z]+:|//", link)
+            answer = await server.http.get(f"/{link}")
+            assert answer.status_code == 200 and answer.content, link
+        assert "SwaggerUIBundle" in (await server.http.get("/docs/files/swagger-ui-bundle.js")).text
+        assert (await server.http.get("/docs/start.js")).headers["content-type"].startswith("text/javascript")
+
+    play(test)
+
+
+def test_the_page_has_no_inline_script_or_style() -> None:
+    """The policy has no 'unsafe-inline': a browser would not run them."""
+
+    async def test(server: Server) -> None:
+        page = (await server.http.get("/docs")).text
+        assert "<style" not in page and " style=" not in page
+        assert re.findall(r"<script[^>]*>([^<]*)</script>", page) == ["", ""]
+
+    play(test)
+
+
+@pytest.mark.parametrize("path", ["/docs/files/../../pyproject.toml", "/docs/files/%2e%2e/core.py", "/docs/files/nothing"])
+def test_only_the_files_of_the_page_are_served(path: str) -> None:
+    async def test(server: Server) -> None:
+        assert (await server.http.get(path)).status_code == 404
+
+    play(test)
+
+
+def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
+    async def test(server: Server) -> None:
+        paths = (await server.http.get("/api/openapi.json")).json()["paths"]
+        assert all(path.startswith("/api/") for path in paths)
+
+    play(test)
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Chromium")
+@pytest.mark.parametrize("token", ["", "reading-" * 3])
+def test_a_browser_shows_every_operation_without_breaking_the_policy(token: str, tmp_path: Path) -> None:
+    """With a token the page asks for it once, and keeps it for the tab as the radar's page does."""
+    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
+    app = create_app([only], access=Access("command-" * 3, token) if token else None)
+    browser = Browser(tmp_path)
+    try:
+        with served(app, [only]) as (host, port):
+            page = browser.open(f"http://{host}:{port}/docs", first=f'window.prompt = () => "{token}";')
+            page.wait("document.querySelectorAll('.opblock').length === 24")
+            text = page.ask("document.body.innerText")
+            assert "/api/radars/{radar}/controls" in text and "Change Controls" in text
+            assert [fault for fault in page.faults() if "401" not in fault] == []
+            page.close()
+    finally:
+        browser.close()

@@ -1,0 +1,212 @@
+"""REST of commands: answers with the first spoke that shows them, refusals with a reason, and a radar that goes on."""
+
+import asyncio
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from radar_service.ports.rest.command_routes import CommandChange, CommandState
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.source import SceneOrder
+from radar_service.world.commands import KEYS, Command
+from tests.ports.asgi import Server
+from tests.ports.playing import play
+from tests.service.fake import AZIMUTHS, FakeEngine, factory, steerable_scene
+
+OWN, BUOY, ROCK = "/api/radars/0/own-ship", "/api/radars/0/bodies/buoy", "/api/radars/0/bodies/the%20rock%2F1"
+
+
+def station(**options: Any) -> Station:
+    settings = Settings(pace=Pace("pause"))
+    return Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, allow_truth=True, **options)
+
+
+def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
+    async def test(server: Server) -> None:
+        before = (await server.http.get(BUOY)).json()
+        assert before == {
+            "body": "buoy",
+            "max_speed_kn": pytest.approx(20),
+            "max_turn_rate_deg_s": pytest.approx(5),
+            "latest": None,
+        }
+        feed = await server.feed()
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+        await feed.spokes(7)
+        answer = await server.http.patch(BUOY, json={"course_deg": 90, "speed_kn": 5})
+        expected = {
+            "body": "buoy",
+            "spoke": 7,
+            "time": pytest.approx(7 * 2.5 / AZIMUTHS),
+            "course_deg": 90.0,
+            "speed_kn": 5.0,
+        }
+        made = answer.json()
+        assert answer.status_code == 200 and {key: value for key, value in made.items() if value is not None} == expected
+        assert (await server.http.get(BUOY)).json()["latest"] == made
+        own = (await server.http.patch(OWN, json={"turn_rate_deg_s": -2})).json()
+        assert (own["body"], own["spoke"], own["turn_rate_deg_s"]) == (None, 7, -2.0)
+        assert (await server.http.get(OWN)).json()["latest"] == own
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 5}})
+        assert [m["first"] for m in await feed.spokes(5)][0] == 7  # none is lost, none comes twice
+
+    play(test, station())
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "status", "words"),
+    [
+        (OWN.replace("0", "7"), {"speed_kn": 1}, 404, 'there is no "7"'),
+        ("/api/radars/0/bodies/boy", {"speed_kn": 1}, 404, 'the scene has no "boy"; bodies that may be steered: "buoy"'),
+        (ROCK, {"speed_kn": 1}, 409, 'body "the rock/1" is not steerable in this scene; add steerable'),
+        (BUOY, {"speed_kn": 20.5}, 422, "speed_kn: 20.5 is not allowed; 0 to 20"),
+        (BUOY, {"turn_rate_deg_s": -5.5}, 422, "turn_rate_deg_s: -5.5 is not allowed; -5 to 5"),
+        (BUOY, {"course_deg": 400}, 422, "course_deg: 400"),
+        (BUOY, {"position_m": [1]}, 422, "position_m"),
+        (BUOY, {}, 422, "a command without a value: give at least one of"),
+        (BUOY, {"rudder": 3}, 422, "rudder"),
+        (OWN, {"present": False}, 422, "own ship is always present"),
+    ],
+)
+def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], status: int, words: str) -> None:
+    async def test(server: Server) -> None:
+        answer = await server.http.patch(path, json=body)
+        assert answer.status_code == status and words in answer.json()["detail"][0]
+        if status in (404, 409):
+            assert (await server.http.get(path)).status_code == status
+        else:
+            assert (await server.http.get(path)).json()["latest"] is None
+        health = (await server.http.get("/api/health")).json()
+        assert health["radars"][0]["fault"] is None
+
+    play(test, station())
+
+
+def test_nan_is_not_a_value() -> None:
+    async def test(server: Server) -> None:
+        for text, status in (('{"speed_kn": NaN}', 422), ('{"position_m": [Infinity, 0]}', 422), ("[]", 422), ("{", 400)):
+            answer = await server.http.patch(BUOY, content=text, headers={"content-type": "application/json"})
+            assert answer.status_code == status and answer.json()["detail"]
+
+    play(test, station())
+
+
+def test_of_two_commanders_the_last_one_holds() -> None:
+    async def test(server: Server) -> None:
+        answers = await asyncio.gather(*(server.http.patch(BUOY, json={"speed_kn": speed}) for speed in (3, 4)))
+        assert [answer.status_code for answer in answers] == [200, 200]
+        log = list(only.epoch.source.commands)
+        assert sorted(command.speed_kn or 0.0 for command in log) == [3.0, 4.0]
+        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == log[-1].speed_kn
+
+    only = station()
+    play(test, only)
+
+
+def test_a_radar_that_has_stopped_says_so() -> None:
+    only = station(restarts=0)
+    only.commands.close("the radar has stopped: no fuel; give it another scene")
+
+    async def test(server: Server) -> None:
+        answer = await server.http.patch(BUOY, json={"speed_kn": 3})
+        assert answer.status_code == 409 and "no fuel" in answer.json()["detail"][0]
+
+    play(test, only)
+
+
+def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radar_service.service.radio.command_worker.MAX_WAITING", 0)
+
+    async def test(server: Server) -> None:
+        answer = await server.http.patch(BUOY, json={"speed_kn": 3})
+        assert answer.status_code == 503 and answer.headers["retry-after"] and "wait already" in answer.json()["detail"][0]
+
+    play(test, station())
+
+
+def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
+    async def test(server: Server) -> None:
+        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
+        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
+        while only.epoch.info.scene.radar.rotation_period != 1.5:
+            await asyncio.sleep(0)
+        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
+        again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
+        assert [command.speed_kn for command in only.epoch.source.commands] == [5.0, 6.0] and again["time"] == 0.0
+
+    play(test, only := station())
+
+
+def test_a_lossless_client_may_wait_for_answers_without_reading() -> None:
+    """Far more spokes are due than its queue holds: the radar waits for it, and carries out its commands meanwhile."""
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run", "factor": "max"}})
+        (client,) = only.hub.clients
+        while not client.full:
+            await asyncio.sleep(0)
+        answers = [await server.http.patch(BUOY, json={"speed_kn": n}) for n in range(5)]
+        assert [answer.status_code for answer in answers] == [200] * 5 and client.full
+        first = 0
+        while first <= answers[-1].json()["spoke"] + AZIMUTHS:
+            message = await feed.until("spokes")
+            assert message["first"] == first
+            first += message["count"]
+
+    play(test, only := station())
+
+
+def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
+    async def test(server: Server) -> None:
+        await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})
+        while not only.transmitter.pacer.idle:
+            await asyncio.sleep(0)
+        assert (await server.http.patch(BUOY, json={"speed_kn": 3})).json()["spoke"] == 9
+        await only.swap(SceneOrder(steerable_scene("next")))
+        while only.epoch.info.scene.name != "next":
+            await asyncio.sleep(0)
+        assert (await server.http.get(BUOY)).json()["latest"] is None
+        again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
+        assert (again["spoke"], again["time"]) == (0, 0.0)
+
+    play(test, only := station())
+
+
+def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the answer that it took too long; here, as another scene is on the way that never comes."""
+    monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 0.02)
+
+    async def test(server: Server) -> None:
+        clock = only.world.clock
+        clock.restart()
+        late = await server.http.patch(BUOY, json={"speed_kn": 3})
+        assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
+        await only.swap(SceneOrder(steerable_scene("next")))
+        while only.epoch.info.scene.name != "next":
+            await asyncio.sleep(0)
+        monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
+        assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
+        assert [command.speed_kn for command in only.epoch.source.commands] == [4.0]
+
+    play(test, only := station())
+
+
+def test_their_keys_are_those_of_a_command() -> None:
+    assert set(CommandChange.model_fields) == set(KEYS)
+    assert set(CommandState.model_fields) == {"body", "spoke", "time", *KEYS}
+
+
+def test_a_command_becomes_its_state() -> None:
+    command = Command(7, 0.5, None, course_deg=3.0, position_m=(1.0, 2.0))
+    assert CommandState.model_validate(command.as_dict()).model_dump(exclude_none=True) == {
+        "spoke": 7, "time": 0.5, "course_deg": 3.0, "position_m": (1.0, 2.0)
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("change", [{"course_deg": 361}, {"speed_kn": -1}, {"position_m": [1, 2, 3]}, {"rudder": 1}])
+def test_what_no_scene_allows_is_refused(change: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        CommandChange.model_validate(change)

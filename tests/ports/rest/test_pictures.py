@@ -1,0 +1,75 @@
+"""Pictures: drawn once for all who request the same, a few a second, in a process."""
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from radar_service.ports.rest import pictures
+from radar_service.ports.rest.pictures import Pictures
+from radar_service.processes.call import ProcessFault
+from radar_service.processes.fork_server import ForkServer
+from radar_service.service.jobs import Busy
+from radar_service.service.settings import Pace, Settings
+from tests.ports.playing import station
+
+
+def play(fork_server: ForkServer, test: object, pauses: list[float] | None = None) -> None:
+    async def body() -> None:
+        drawing = Pictures(fork_server, [].append if pauses is None else pauses.append)
+        try:
+            await test(drawing)  # type: ignore[operator]
+        finally:
+            drawing.close()
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+
+
+def test_equal_pictures_are_drawn_once(fork_server: ForkServer) -> None:
+    radar = station()
+
+    async def test(drawing: Pictures) -> None:
+        both = await asyncio.gather(*(drawing.png(radar, 64, None) for _ in range(8)))
+        assert len(set(both)) == 1 and both[0].startswith(b"\x89PNG")
+        assert await drawing.png(radar, 64, None) is both[0]
+        assert await drawing.png(radar, 65, None) != both[0]
+
+    play(fork_server, test)
+
+
+def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_each_spoke() -> None:
+    paused, running = station(), station(settings=Settings(pace=Pace()))
+    for radar, moments in ((paused, 3), (running, 2)):
+        seen = set()
+        for spokes in (1, 2, 24):
+            seen.add(pictures.moment(radar, replace(radar.last_scan.read(), next=spokes)))
+        assert len(seen) == moments
+
+
+def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(fork_server: ForkServer) -> None:
+    radar = station()
+
+    async def test(drawing: Pictures) -> None:
+        tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
+        answers = await asyncio.gather(*tasks, return_exceptions=True)
+        assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
+
+    pauses: list[float] = []
+    play(fork_server, test, pauses)
+    assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
+
+
+def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    radar = station()
+
+    async def test(drawing: Pictures) -> None:
+        def fail(*_: object) -> bytes:
+            raise ProcessFault("it crashed")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(pictures, "call_in_process", fail)
+            with pytest.raises(ProcessFault):
+                await drawing.png(radar, 64, None)
+        assert (await drawing.png(radar, 64, None)).startswith(b"\x89PNG")
+
+    play(fork_server, test)

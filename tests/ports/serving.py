@@ -1,0 +1,79 @@
+"""An application served on a free port of this machine by a thread of this process, for tests of sockets themselves."""
+
+import asyncio
+import contextlib
+import gc
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from fastapi import FastAPI
+
+from radar_service.ports.http.requests import Requests
+from radar_service.ports.http.server import Server, configuration, listening_socket
+from radar_service.service.radio.station import Station
+
+
+class Turns:
+    """How long one piece of work kept the server from all others.
+
+    longest: processor time of the server's thread between two ticks [s]. What else runs on the machine does not count, so
+    that tests of behaviour pass there too; `python -m tests.measurements.strangers` judges times.
+    """
+
+    def __init__(self) -> None:
+        self.longest = 0.0
+
+    async def watch(self) -> None:
+        """Looks every 5 ms, until cancelled."""
+        before = time.thread_time()
+        while True:
+            await asyncio.sleep(0.005)
+            now = time.thread_time()
+            self.longest, before = max(self.longest, now - before), now
+
+
+@contextlib.contextmanager
+def served(
+    app: FastAPI, stations: list[Station], turns: Turns | None = None, requests: Requests | None = None, **limits: Any
+) -> Iterator[tuple[str, int]]:
+    """Host and port while the application is served; afterwards it has stopped.
+
+    requests: those of the application; limits: as `configuration` takes them.
+    """
+    listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
+    host, port = listener.getsockname()[:2]
+    server = Server(configuration(app, **limits), stations, begun.set, requests or Requests())
+
+    async def serve() -> None:
+        watching = asyncio.create_task((turns or Turns()).watch())
+        await server.serve(sockets=[listener])
+        watching.cancel()
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()), name="server under test")
+    gc.freeze()  # as the service does: a search through all that the tests have left takes 0.2 s
+    thread.start()
+    try:
+        assert begun.wait(20)
+        yield str(host), int(port)
+    finally:
+        server.should_exit = True
+        thread.join(20)
+        gc.unfreeze()
+        assert not thread.is_alive()
+
+
+def dialled(address: tuple[str, int]) -> socket.socket:
+    """A connection that gives up waiting after ten seconds."""
+    return socket.create_connection(address, timeout=10)
+
+
+def answer(connection: socket.socket) -> bytes:
+    """All that comes until the other side closes or resets."""
+    got = b""
+    with contextlib.suppress(ConnectionResetError):
+        while piece := connection.recv(65536):
+            got += piece
+    return got

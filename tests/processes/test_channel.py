@@ -1,0 +1,134 @@
+"""Messages between processes: what is sent arrives, and a missing end is noticed."""
+
+import fcntl
+import socket
+import sys
+import termios
+import threading
+
+import numpy as np
+import pytest
+
+from radar_service.processes.channel import Channel
+from tests.descriptors import descriptors_left, open_descriptors
+
+SOON = 10.0  # s, for what should take milliseconds
+
+
+@pytest.fixture
+def ends() -> tuple[Channel, Channel]:
+    here, there = (Channel(end) for end in socket.socketpair())
+    yield here, there  # type: ignore[misc]
+    here.close()
+    there.close()
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_ends_for_which_no_descriptors_are_left_are_an_error_and_stay_closed(
+    left: int, ends: tuple[Channel, Channel]
+) -> None:
+    here, there = ends
+    pair = socket.socketpair()
+    here.send_ends(pair)
+    before = open_descriptors()
+    with descriptors_left(left), pytest.raises(OSError, match="no file descriptors are left"):
+        there.receive_ends(2)
+    assert open_descriptors() == before
+    here.send_ends(pair)
+    for channel in there.receive_ends(2):
+        channel.close()
+    for end in pair:
+        end.close()
+
+
+def test_objects_and_arrays_arrive_as_they_were(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    field = np.arange(3_000_000, dtype=np.complex64).reshape(3, -1)  # more than a socket holds
+    sender = threading.Thread(target=here.send, args=({"field": field, "name": "x", "empty": np.zeros(0)},))
+    sender.start()
+    message = there.receive(SOON)
+    sender.join(SOON)
+    np.testing.assert_array_equal(message["field"], field)
+    assert message["name"] == "x" and message["empty"].size == 0 and message["field"].flags.writeable
+
+
+def test_a_part_of_an_array_arrives_alone(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    whole = np.arange(12.0).reshape(3, 4)
+    for part in (whole[1:], whole[:, 1:], whole.T):
+        here.send(part)
+        np.testing.assert_array_equal(there.receive(SOON), part)
+
+
+def test_waiting_ends_after_a_time_and_nothing_is_lost(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    with pytest.raises(TimeoutError):
+        there.receive(0.0)
+    here.send(1)
+    assert there.receive(0.0) == 1
+
+
+def test_an_end_that_is_gone_is_noticed_by_both(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    assert not here.other_end_is_gone()
+    there.close()
+    assert here.other_end_is_gone()
+    for end in ends:
+        with pytest.raises(EOFError):
+            end.receive(SOON)
+        with pytest.raises(OSError):
+            end.send(1)
+
+
+def test_closing_wakes_a_thread_that_waits() -> None:
+    """The thread has read half of a head, so it waits for the rest."""
+    near, far = socket.socketpair()
+    channel, ended = Channel(far), threading.Event()
+
+    def receive() -> None:
+        with pytest.raises(EOFError):
+            channel.receive()
+        ended.set()
+
+    near.send(b"half")
+    threading.Thread(target=receive, daemon=True).start()
+    while unread(far):
+        pass
+    channel.close()
+    assert ended.wait(SOON)
+    near.close()
+
+
+def unread(end: socket.socket) -> int:
+    """Bytes that have arrived and were not read."""
+    return int.from_bytes(fcntl.ioctl(end, termios.FIONREAD, bytes(4)), sys.byteorder)
+
+
+def test_sockets_are_handed_over_between_messages(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    near, far = socket.socketpair()
+    here.send("before")
+    here.send_ends([near])
+    here.send("after")
+    near.close()
+    assert there.receive(SOON) == "before"
+    (handed,) = there.receive_ends(1)
+    assert there.receive(SOON) == "after"
+    handed.send(7)
+    other = Channel(far)
+    assert other.receive(SOON) == 7
+    handed.close()
+    other.close()
+    here.close()
+    with pytest.raises(EOFError):
+        there.receive_ends(1)
+
+
+def test_a_forgotten_end_ends_no_connection() -> None:
+    near, far = socket.socketpair()
+    here, there, copy = Channel(near), Channel(far), Channel(near.dup())
+    copy.forget()
+    here.send(3)
+    assert there.receive(SOON) == 3
+    here.close()
+    there.close()

@@ -1,0 +1,119 @@
+"""Limits of processes and the priority of set-up."""
+
+import os
+import platform
+import sys
+import threading
+
+import pytest
+
+from radar_service.processes import limits
+from radar_service.processes.call import UNFOLLOWED, call_in_process
+from radar_service.processes.fork_server import ForkServer
+from tests.processes import tasks
+from tests.service.held import resident_memory
+
+
+class Session:
+    """A file that refuses so many orders."""
+
+    def __init__(self, errors: list[type[OSError]]) -> None:
+        self.errors, self.written = errors, list[str]()
+
+    def write_text(self, text: str) -> None:
+        if self.errors:
+            raise self.errors.pop()
+        self.written.append(text)
+
+
+@pytest.fixture
+def only_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves the session of the tests as it is."""
+    monkeypatch.setattr(limits, "SESSION", Session([]))
+
+
+def test_set_up_has_a_low_priority_and_what_follows_has_not(only_threads: None) -> None:
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    assert limits.at_low_priority(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id())) == min(
+        19, before + limits.SET_UP_NICENESS
+    )
+    assert os.getpriority(os.PRIO_PROCESS, 0) == before
+
+
+@pytest.mark.skipif(not limits.SESSION.exists(), reason="this system does not group processes by session")
+def test_so_has_its_session(fork_server: ForkServer) -> None:
+    assert call_in_process(fork_server, UNFOLLOWED, tasks.set_up_session_niceness) == [limits.SET_UP_NICENESS, 0]
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError, PermissionError])
+def test_a_system_without_sessions_is_no_error(error: type[OSError], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "SESSION", Session([error]))
+    limits.set_session_niceness(5)
+
+
+def test_a_busy_kernel_is_asked_again_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits.time, "sleep", lambda _: None)
+    monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError, BlockingIOError]))
+    limits.set_session_niceness(5)
+    assert session.written == ["5"]
+    monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError] * 1000))
+    limits.set_session_niceness(5)
+    assert not session.written
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc is told to return memory")
+def test_free_memory_is_returned_to_the_system() -> None:
+    """Of 64 MiB in pieces every other one is freed: the heap keeps all of them until it is told."""
+    piece = 64 * 2**10  # bytes: below what the C library maps by itself
+    pieces = [bytearray(piece) for _ in range(1024)]
+    del pieces[::2]
+    before = resident_memory(os.getpid())
+    limits.return_free_memory()
+    assert before - resident_memory(os.getpid()) > 0.8 * piece * 512
+    del pieces
+
+
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has processors of threads")
+
+
+@linux_only
+@pytest.mark.parametrize(
+    ("usable", "kept"), [({0, 1}, [{1}]), ({3, 2, 7}, [{3, 7}]), ({5}, [])], ids=["two", "some of many", "one"]
+)
+def test_set_up_leaves_the_first_processor_free(
+    usable: set[int], kept: list[set[int]], only_threads: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen: list[set[int]] = []
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: usable)
+    monkeypatch.setattr(os, "sched_setaffinity", lambda _, processors: chosen.append(processors))
+    limits.at_low_priority(lambda: None)
+    assert chosen == kept
+
+
+@linux_only
+def test_what_follows_set_up_may_use_all_processors(fork_server: ForkServer, only_threads: None) -> None:
+    usable = os.sched_getaffinity(0)
+    left = usable - {min(usable)} or usable
+    assert limits.at_low_priority(lambda: os.sched_getaffinity(0)) == left
+    assert os.sched_getaffinity(0) == usable
+    assert call_in_process(fork_server, UNFOLLOWED, os.sched_getaffinity, 0) == left
+
+
+@linux_only
+def test_a_container_may_forbid_it(only_threads: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    monkeypatch.setattr(os, "sched_setaffinity", refused)
+    assert limits.at_low_priority(lambda: 7) == 7
+
+
+def test_an_error_of_set_up_is_raised(only_threads: None) -> None:
+    with pytest.raises(ZeroDivisionError):
+        limits.at_low_priority(lambda: 1 // 0)
+
+
+def test_a_world_may_have_half_of_the_machine_and_always_something() -> None:
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    assert limits.default_memory() == max(limits.MIN_MEMORY, machine // 2)

@@ -1,0 +1,344 @@
+"""A change of the rate of rotation on the air: where the next engine takes over, and what happens meanwhile."""
+
+import asyncio
+import threading
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.processes.call import Progress
+from radar_service.radar.parameters import Origin
+from radar_service.records.spokes import SpokeBlock
+from radar_service.scene_file.load import load_scene
+from radar_service.service.radio.handover import Handover, Overtaken
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.source import SceneOrder
+from radar_service.simulator import Simulator
+from radar_service.world.commands import Command
+from radar_service.world.error import SceneError
+from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.service.in_process import InProcess
+from tests.service.radio.recording import RecordingSink
+
+PERIOD = 2.5  # s of a scan
+FAST, PAUSED = Settings(pace=Pace("run", float("inf"))), Settings(pace=Pace("pause"))
+
+
+def play(test: Callable[[Station, RecordingSink], Awaitable[None]], settings: Settings, make: Any = None) -> RecordingSink:
+    async def body() -> RecordingSink:
+        sink = RecordingSink()
+        station = Station("0", FakeEngine(scene()), make or factory(), settings=settings, sinks=[sink])
+        await station.start()
+        try:
+            await test(station, sink)
+        finally:
+            await station.stop()
+        return sink
+
+    return asyncio.run(asyncio.wait_for(body(), 30))
+
+
+def goes_on(sink: RecordingSink, epoch: int, period: float) -> None:
+    """Each epoch's first spoke begins the scan after the last one, at the time when that has ended."""
+    last = [b for b in sink.batches if b.epoch.name == sink.epochs[epoch - 1].name][-1].block
+    first = next(b for b in sink.batches if b.epoch.name == sink.epochs[epoch].name)
+    assert (first.first, first.block.index, first.block.scan) == (0, 0, last.scan + 1)
+    assert last.index + len(last) == AZIMUTHS
+    assert first.block.time[0] == pytest.approx(last.time[-1] + period / AZIMUTHS, rel=1e-12)
+
+
+def test_an_agreement_is_the_end_of_a_scan_ahead() -> None:
+    radar = scene().radar
+    for sent, lead, at in ((0, 0.0, 24), (23, 0.0, 24), (24, 0.0, 48), (30, 0.1, 48), (47, 0.2, 72), (30, 6.0, 96)):
+        handover = Handover()
+        assert handover.agree(1, radar, sent, False, lead) == Origin(at / AZIMUTHS * PERIOD, at // AZIMUTHS)
+        assert handover.at == at and handover.is_agreed(1) and handover.is_due(at) and not handover.is_due(at - 1)
+
+
+def test_a_later_request_replaces_the_agreement_of_an_earlier_one() -> None:
+    radar, handover = scene().radar, Handover()
+    handover.agree(1, radar, 0, False, 0.0)
+    handover.agree(3, radar, 30, False, 0.0)
+    assert handover.at == 48 and handover.is_agreed(3) and not handover.is_agreed(1)
+    with pytest.raises(Overtaken):
+        handover.agree(2, radar, 30, False, 0.0)
+    handover.cancel(1)
+    assert handover.is_agreed(3)
+    handover.overtake(4)
+    assert handover.at is None and not handover.is_agreed(4)
+    with pytest.raises(Overtaken):
+        handover.agree(3, radar, 30, False, 0.0)
+
+
+def test_an_idle_radar_hands_over_where_it_stands() -> None:
+    handover = Handover()
+    assert handover.agree(1, scene().radar, 30, True, 5.0) == Origin(30 / AZIMUTHS * PERIOD, 2)
+    assert handover.is_due(30)
+    handover.end(48)
+    assert handover.at is None and handover.agree(2, scene().radar, 0, True, 0.0) == Origin(2 * PERIOD, 2)
+
+
+def test_spokes_that_are_being_sent_are_before_the_handover() -> None:
+    handover = Handover()
+    assert handover.claim(20, 26)  # sent now, while the count of the event loop still says 20
+    assert handover.agree(1, scene().radar, 20, True, 0.0).time == pytest.approx(26 / AZIMUTHS * PERIOD)
+    assert not handover.claim(26, 30) and handover.claim(25, 26)
+
+
+def test_time_and_scans_go_on_twice() -> None:
+    async def test(station: Station, sink: RecordingSink) -> None:
+        for count, rpm in ((2, 48.0), (3, 12.0)):
+            await station.change({"rpm": rpm})
+            await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
+            await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is sink.epochs[-1])
+
+    sink = play(test, FAST)
+    assert [60 / epoch.info.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
+    goes_on(sink, 1, PERIOD)
+    goes_on(sink, 2, PERIOD / 2)
+
+
+def test_a_paused_radar_changes_at_once() -> None:
+    async def test(station: Station, sink: RecordingSink) -> None:
+        station.transmitter.pacer.step(5)
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
+        await station.change({"rpm": 48.0})
+        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
+        assert station.transmitter.simulated == pytest.approx(5 / AZIMUTHS * PERIOD)
+        station.transmitter.pacer.step(3)
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 8)
+
+    block = play(test, PAUSED).batches[-1].block
+    assert (block.scan, block.index + len(block)) == (1, 3)
+    np.testing.assert_allclose(block.time, (5 / AZIMUTHS + (3 - len(block) + np.arange(len(block))) / AZIMUTHS / 2) * PERIOD)
+
+
+class Late:
+    """Makes engines that are prepared, or compute their first spokes, when the test says so."""
+
+    def __init__(self, turns: threading.Semaphore | None = None) -> None:
+        self.ready, self.asked, self.made = threading.Event(), threading.Event(), list[FakeEngine]()
+        self._turns = turns
+
+    def __call__(self, order: SceneOrder, progress: Progress) -> FakeEngine:
+        self.asked.set()
+        assert self.ready.wait(10)
+        self.made.append(factory(turns=self._turns)(order, progress))
+        return self.made[-1]
+
+
+def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
+    late = Late()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(late.asked.wait, 10)
+        sent = sink.spokes
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 10 * AZIMUTHS)
+        late.ready.set()
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
+
+    goes_on(play(test, FAST, late), 1, PERIOD)
+
+
+def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
+    late = Late()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(late.asked.wait, 10)
+        await station.change({"pace": {"state": "pause"}})
+        await station.change({"pace": {"state": "step", "steps": 7}})
+        await asyncio.to_thread(sink.wait_for, lambda: station.transmitter.pacer.idle)
+        await station.change({"transmit": False})
+        assert not change.done() and len(sink.epochs) == 1
+        late.ready.set()
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
+        assert station.controls()["pace"]["state"] == "pause" and not station.settings.transmit
+
+    play(test, FAST, late)
+
+
+def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first one computes no spoke before the radar has gone on; a later one is in time."""
+    monkeypatch.setattr("radar_service.service.radio.handover.PATIENCE", 0.0)
+    turns = threading.Semaphore(0)
+    late = Late(turns)
+    late.ready.set()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(sink.wait_for, lambda: station.transmitter.handover.at is not None)
+        at = station.transmitter.handover.at or 0
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > at + 3 * AZIMUTHS)
+        turns.release(1000)
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
+
+    sink = play(test, FAST, late)
+    goes_on(sink, 1, PERIOD)
+    *missed, last = late.made
+    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].source is last
+
+
+def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
+    late = Late()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(late.asked.wait, 10)
+        await station.change({"rpm": 24.0})
+        late.ready.set()
+        await change
+        sent = sink.spokes
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
+
+    assert len(play(test, FAST, late).epochs) == 1 and late.made[0].closed
+
+
+@pytest.mark.parametrize("swap_first", [False, True])
+def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> None:
+    """A scene that was requested later has its own rate of rotation, one that was requested earlier takes the new one."""
+    slow, other = Late(), scene("other")
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        return (slow if order.rpm is not None and order.source is not other else factory())(order, progress)
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        request = station.world.request() if swap_first else 0
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(slow.asked.wait, 10)
+        if swap_first:
+            workers = await station.preparations.workers(make, station.world.orders(SceneOrder(other)))
+            station.world.switch_to(request, workers, stopping=False)
+        else:
+            await station.swap(SceneOrder(other))
+        await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].info.scene.name == "other")
+        slow.ready.set()
+        await change
+        if swap_first:
+            await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 3)
+
+    last = play(test, FAST, make).epochs[-1].info.scene
+    assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
+
+
+def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
+    """At a standstill of time, so that no end of a scan comes; no client is sent away."""
+    turns, sink = threading.Semaphore(0), RecordingSink()
+
+    async def body() -> None:
+        running = FakeEngine(scene(), dies_at=20, turns=turns)
+        station = Station("0", running, factory(), settings=FAST, sinks=[sink])
+        await station.start()
+        turns.release()
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
+        await station.change({"rpm": 48.0})
+        turns.release(100)
+        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+    assert sink.epochs[1].order.rpm == 48 and "close" not in sink.names()
+
+
+def test_a_change_that_fails_lets_the_radar_go_on() -> None:
+    def refuse(order: SceneOrder, progress: Progress) -> FakeEngine:
+        raise SceneError("rpm: no")
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        with pytest.raises(SceneError):
+            await station.change({"rpm": 48.0})
+        sent = sink.spokes
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
+        assert station.transmitter.handover.at is None
+
+    assert len(play(test, FAST, refuse).epochs) == 1
+
+
+def test_of_two_changes_at_once_the_last_one_wins() -> None:
+    async def test(station: Station, sink: RecordingSink) -> None:
+        await asyncio.gather(station.change({"rpm": 48.0}), station.change({"rpm": 12.0}))
+        await asyncio.to_thread(
+            sink.wait_for, lambda: sink.epochs[-1].order.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
+        )
+
+    sink = play(test, FAST)
+    for epoch in range(1, len(sink.epochs)):
+        goes_on(sink, epoch, sink.epochs[epoch - 1].info.radar.rotation_period)
+
+
+def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else another request in between would take the pending engine for that of another scene, and begin at time 0."""
+    pending = list[bool]()
+    whole = Handover.end
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        def end(handover: Handover, number: int) -> None:
+            pending.append(handover.at is not None and station.transmitter.engines.has_pending)
+            whole(handover, number)
+
+        monkeypatch.setattr(Handover, "end", end)
+        for count, rpm in ((2, 48.0), (3, 12.0)):
+            await station.change({"rpm": rpm})
+            await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
+
+    play(test, FAST)
+    assert pending == [False, False]
+
+
+STEERED: dict[str, Any] = {
+    "radar": {"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 256, "pulse_s": 1e-6},
+    "environment": {"noise": True},
+    "own_ship": {"steerable": {"max_speed_kn": 40}},
+    "body": [{"name": "buoy", "shape": "point", "rcs_dbsm": 10, "position_m": [0, 150, 5], "steerable": {}}],
+}
+
+
+def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
+    """One comes before the origin is agreed, two while the first spokes are computed."""
+    ready, asked, agreed = threading.Event(), threading.Event(), threading.Event()
+    sink, commands = RecordingSink(), list[Command]()
+
+    class Slow(InProcess):
+        def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+            agreed.set()
+            assert ready.wait(10)
+            return super().blocks(scans, size)
+
+    def make(order: SceneOrder, progress: Progress) -> InProcess:
+        asked.set()
+        return Slow(order, "fast")
+
+    async def body() -> None:
+        station = Station("0", InProcess(SceneOrder(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
+        await station.start()
+        commands.append(await station.commands.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
+        station.transmitter.pacer.step(128)
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
+        change = asyncio.create_task(station.change({"rpm": 60.0}))
+        await asyncio.to_thread(agreed.wait, 10)
+        commands.append(await station.commands.command(None, lambda time: {"speed_kn": 30}))
+        commands.append(await station.commands.command("buoy", lambda time: {"position_m": [100, 60]}))
+        ready.set()
+        await change
+        await station.change({"pace": {"state": "run", "factor": "max"}})
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > 128 + 130)
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+    alone = Simulator(load_scene(STEERED), "fast", commands=commands[:1])
+    parts = [[batch.block for batch in sink.batches if batch.epoch is epoch] for epoch in sink.epochs]
+    scans = parts[1][0].scan
+    assert commands[2].time == commands[1].time == scans * PERIOD == parts[1][0].time[0]
+    expected = [spoke.power for spoke in alone.spokes(scans)]
+    alone.command(speed_kn=30)
+    alone.command("buoy", position_m=[100, 60])
+    expected += [spoke.power for spoke in alone.at_rpm(60).spokes(2)]
+    sent = np.concatenate([block.power for part in parts for block in part])[: len(expected)]
+    assert sent.tobytes() == np.array(expected).tobytes()

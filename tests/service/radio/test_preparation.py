@@ -1,0 +1,175 @@
+"""Scenes are prepared once: an upload waits for the radar that runs it, but not for ever."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+from radar_service.processes.call import Progress
+from radar_service.radar.parameters import Origin
+from radar_service.service.jobs import Cancelled
+from radar_service.service.radio import preparation
+from radar_service.service.radio.handover import SceneChanged
+from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.preparation import Preparations
+from radar_service.service.source import SceneOrder
+from radar_service.world.commands import Command
+from radar_service.world.outline import SceneOutline
+from tests.service.fake import FakeEngine, factory, scene, steerable_scene
+
+FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})
+made: list[FakeEngine] = []
+
+
+def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+    engine = factory()(order, progress)
+    made.append(engine)
+    return engine
+
+
+def play(test: Callable[[Preparations], Awaitable[None]]) -> None:
+    async def body() -> None:
+        made.clear()
+        preparations = Preparations()
+        try:
+            await test(preparations)
+        finally:
+            preparations.close()
+        assert all(engine.closed for engine in made)
+
+    asyncio.run(asyncio.wait_for(body(), 20))
+
+
+async def only(preparations: Preparations, order: SceneOrder) -> EngineWorker:
+    """The worker of a scene with one radar."""
+    return (await preparations.workers(make, {"0": order}))["0"]
+
+
+def test_an_upload_that_is_run_next_is_prepared_once() -> None:
+    async def test(preparations: Preparations) -> None:
+        preparations.keep(await preparations.source(make, FIRST))
+        worker = await only(preparations, FIRST)
+        assert len(made) == 1 and worker.engine is made[0] and not made[0].closed
+        again = await only(preparations, FIRST)  # it is no longer kept
+        assert len(made) == 2 and again.engine is made[1]
+        for one in (worker, again):
+            one.stop()
+
+    play(test)
+
+
+def test_only_the_newest_is_kept_and_only_until_it_is_dropped() -> None:
+    async def test(preparations: Preparations) -> None:
+        for order in (FIRST, SECOND):
+            preparations.keep(await preparations.source(make, order))
+        assert [engine.closed for engine in made] == [True, False]
+        preparations.drop(FIRST)
+        assert not made[1].closed
+        preparations.drop(SECOND)
+        assert made[1].closed
+
+    play(test)
+
+
+def test_it_is_kept_for_a_time_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(preparation, "KEPT_SECONDS", 0.0)
+
+    async def test(preparations: Preparations) -> None:
+        preparations.keep(await preparations.source(make, FIRST))
+        while not made[0].closed:
+            await asyncio.sleep(0)
+
+    play(test)
+
+
+def test_a_kept_scene_that_has_died_is_made_anew() -> None:
+    async def test(preparations: Preparations) -> None:
+        dead = FakeEngine(scene(), dies_at=0)
+        dead.order = FIRST
+        preparations.keep(dead)
+        worker = await only(preparations, FIRST)
+        assert dead.closed and worker.engine is made[0]
+        worker.stop()
+
+    play(test)
+
+
+def refusing(scene: SceneOutline) -> None:
+    raise ValueError(f"not {scene.name}")
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_scene_that_is_refused_is_ended_before_its_first_spokes(kept: bool) -> None:
+    async def test(preparations: Preparations) -> None:
+        if kept:
+            preparations.keep(await preparations.source(make, FIRST))
+        with pytest.raises(ValueError, match="not first"):
+            await preparations.workers(make, {"0": FIRST}, check=refusing)
+        assert [engine.blocks_made for engine in made] == [0] and made[0].closed
+
+    play(test)
+
+
+def test_where_one_radar_of_a_scene_fails_the_others_are_ended() -> None:
+    def second_fails(order: SceneOrder, progress: Progress) -> FakeEngine:
+        if order is SECOND:
+            raise EngineFault("no memory")
+        return make(order, progress)
+
+    async def test(preparations: Preparations) -> None:
+        with pytest.raises(EngineFault, match="no memory"):
+            await preparations.workers(second_fails, {"a": FIRST, "b": SECOND})
+        assert len(made) == 1 and made[0].closed
+
+    play(test)
+
+
+def test_a_cancelled_preparation_ends_all_radars() -> None:
+    """The job is cancelled while the second radar is made, which ends well all the same, later than the job."""
+
+    async def test(preparations: Preparations) -> None:
+        loop = asyncio.get_running_loop()
+
+        async def cancel() -> None:
+            preparations.jobs.job("mine").cancel()
+
+        def cancels(order: SceneOrder, progress: Progress) -> FakeEngine:
+            engine = make(order, progress)
+            if order is SECOND:
+                asyncio.run_coroutine_threadsafe(cancel(), loop).result(20)
+            return engine
+
+        with pytest.raises(Cancelled):
+            await preparations.workers(cancels, {"a": FIRST, "b": SECOND}, "mine")
+        while not all(engine.closed for engine in made):
+            await asyncio.sleep(0)
+        assert len(made) == 2
+
+    play(test)
+
+
+def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_when_it_is_prepared() -> None:
+    of = steerable_scene()
+    given = [Command(3, 3 * 2.5 / 24, "buoy", speed_kn=5.0)]
+
+    async def test(preparations: Preparations) -> None:
+        orders = {"0": SceneOrder(of, rpm=48)}
+        agreed = preparations.workers(make, orders, agree=lambda: (Origin(2.5, 1), given))
+        (worker,) = (await agreed).values()
+        block = worker.take(1.0)
+        worker.stop()
+        assert list(worker.commands) == given and block is not None and (block.first, block.commands) == (24, 1)
+
+    play(test)
+
+
+def test_a_scene_that_has_no_origin_to_go_on_from_is_ended() -> None:
+    def refuse() -> tuple[Origin, list[Command]]:
+        raise SceneChanged
+
+    async def test(preparations: Preparations) -> None:
+        with pytest.raises(SceneChanged):
+            await preparations.workers(make, {"0": SceneOrder(scene(), rpm=48)}, agree=refuse)
+        assert made[0].closed and not made[0].blocks_made
+
+    play(test)

@@ -1,0 +1,246 @@
+"""The stream of the truth: what comes, when, and to whom."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from radar_service.display.video import Controls
+from radar_service.service.fanout.hub import FeedRefused
+from radar_service.service.radio import truth_stream
+from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.truth_stream import Follower, TruthStream
+from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SentNotices, SpokeBatch
+from radar_service.spoke_source import TruthLine
+from tests.service.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
+
+PERIOD = scene().radar.rotation_period
+
+
+class Played:
+    """A stream, its engine, and followers whose lines are collected."""
+
+    def __init__(self, engine: FakeEngine, pool: ThreadPoolExecutor) -> None:
+        self.stream, self.engine = TruthStream(engine, pool), engine
+        self.stream.start()
+        self.tasks: list[asyncio.Task[None]] = []
+        self.log = NO_COMMANDS
+
+    def follow(self, radiometric: bool = False) -> tuple[Follower, list[dict[str, Any]]]:
+        follower, lines = self.stream.join(radiometric), list[dict[str, Any]]()
+
+        async def collect() -> None:
+            async for line in self.stream.lines(follower):
+                lines.append(json.loads(line))
+
+        self.tasks.append(asyncio.create_task(collect()))
+        return follower, lines
+
+    def send(self, first: int, count: int, engine: FakeEngine | None = None) -> None:
+        """Sends spokes, one batch a scan at most."""
+        engine = engine or self.engine
+        SentNotices(self.stream).send(
+            SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls())
+        )
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            await asyncio.sleep(0)
+
+    async def over(self) -> None:
+        self.stream.end("over")
+        await asyncio.gather(*self.tasks)
+
+
+def play(test: Callable[[Played], Awaitable[None]], engine: FakeEngine | None = None) -> None:
+    async def body() -> None:
+        with ThreadPoolExecutor(1) as pool:
+            await test(Played(engine or FakeEngine(scene()), pool))
+
+    asyncio.run(asyncio.wait_for(body(), 20))
+
+
+def kinds(lines: list[dict[str, Any]]) -> list[tuple[str, float]]:
+    """Types of lines, and their times in spokes."""
+    return [(line["type"], round(line.get("time", 0.0) / PERIOD * AZIMUTHS, 6)) for line in lines]
+
+
+def test_a_crossing_comes_with_the_spokes_that_pass_it_and_a_snapshot_with_the_end() -> None:
+    async def test(played: Played) -> None:
+        _, lines = played.follow()
+        for first, count, expected in ((0, 9, 1), (9, 1, 2), (10, 7, 2), (17, 1, 3), (18, 5, 3), (23, 1, 4)):
+            played.send(first, count)
+            await played.until(lambda expected=expected: len(lines) >= expected)  # type: ignore[misc]
+            assert len(lines) == expected
+        await played.over()
+        assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 16.5), ("snapshot", 24)]
+
+    play(test)
+
+
+def test_who_joins_within_a_scan_hears_what_is_to_come() -> None:
+    async def test(played: Played) -> None:
+        played.send(0, 12)  # nobody follows
+        _, lines = played.follow()
+        played.send(12, AZIMUTHS - 12)
+        played.send(AZIMUTHS, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        later = [("crossing", 32.5), ("crossing", 40.5), ("snapshot", 48)]
+        assert kinds(lines) == [("header", 0), ("crossing", 16.5), ("snapshot", 24), *later]
+
+    play(test)
+
+
+def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() -> None:
+    async def test(played: Played) -> None:
+        _, lines = played.follow()
+        await played.until(lambda: bool(lines))
+        played.send(0, AZIMUTHS)
+        played.send(AZIMUTHS, AZIMUTHS, FakeEngine(scene()))  # as after a restart
+        other = FakeEngine(scene("another"))
+        played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", other, None)))
+        played.send(0, AZIMUTHS, other)
+        await asyncio.sleep(0)
+        await played.over()
+        names = [line["scene"] for line in lines if line["type"] == "header"]
+        assert names == ["test scene", "another"] and len(lines) == 2 + 3 * 3
+
+    play(test)
+
+
+def test_commands_change_the_lines_that_are_still_to_come() -> None:
+    class Delayed(FakeEngine):
+        """Each command brings the second crossing a spoke nearer, once the engine has computed the spokes before it."""
+
+        reached = 0
+
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+            first, *others = super().truth_lines(scan, radiometric)
+            if scan is None:
+                return [first]
+            time = others[0].time - sum(command.spoke <= self.reached for command in self.commands) * PERIOD / AZIMUTHS
+            return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
+
+    async def test(played: Played) -> None:
+        worker = EngineWorker(engine := Delayed(steerable_scene()))
+        played.log = worker.commands
+        played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", engine, None)))
+        _, lines = played.follow()
+        played.send(0, 8, engine)
+        await played.until(lambda: len(lines) >= 1)
+        commanded(worker, 13, "buoy", {"speed_kn": 1})
+        engine.reached = 12
+        played.send(8, 4, engine)  # its blocks know the command, which acts later
+        await played.until(lambda: len(lines) >= 2)
+        engine.reached = AZIMUTHS
+        played.send(12, 5, engine)
+        await played.until(lambda: len(lines) >= 3)
+        commanded(worker, 17, "buoy", {"speed_kn": 2})
+        played.send(17, AZIMUTHS - 17, engine)
+        await asyncio.sleep(0)
+        await played.over()
+        assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 15.5), ("snapshot", 24)]
+
+    play(test)
+
+
+def test_an_engine_is_asked_once_for_all_followers() -> None:
+    asked: list[int | None] = []
+
+    class Counting(FakeEngine):
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+            asked.append(scan)
+            return super().truth_lines(scan, radiometric)
+
+    async def test(played: Played) -> None:
+        all_lines = [played.follow()[1] for _ in range(3)]
+        played.send(0, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        assert all_lines[0] == all_lines[1] == all_lines[2] and len(all_lines[0]) == 4
+        assert asked == [None, 0]
+
+    play(test, Counting(scene()))
+
+
+def test_power_comes_to_those_alone_who_ask_for_it() -> None:
+    async def test(played: Played) -> None:
+        plain, measured = played.follow()[1], played.follow(radiometric=True)[1]
+        played.send(0, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        assert [line.get("snr_db") for line in plain] == [None, None, None, None]
+        assert [line.get("snr_db") for line in measured] == [None, 20.0, 20.0, None]
+
+    play(test)
+
+
+def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
+    class Failing(FakeEngine):
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+            if scan == 0:
+                raise EngineFault("gone")
+            return super().truth_lines(scan, radiometric)
+
+    async def test(played: Played) -> None:
+        _, lines = played.follow()
+        for scan in range(2):
+            played.send(scan * AZIMUTHS, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        assert [line["type"] for line in lines] == ["header", "crossing", "crossing", "snapshot"]
+        assert lines[1]["scan"] == 1
+
+    play(test, Failing(scene()))
+
+
+def test_who_reads_too_slowly_is_ended_and_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(truth_stream, "MAX_BEHIND", 3)
+
+    async def test(played: Played) -> None:
+        slow = played.stream.join()  # reads nothing
+        for spoke in range(5):
+            played.send(spoke, 1)
+            await asyncio.sleep(0)
+        assert (slow.reason, slow.code) == ("this client reads the truth too slowly", 4408)
+        assert await slow.next() is None
+        played.stream.leave(slow)
+        _, lines = played.follow()
+        await played.over()
+        assert [line["type"] for line in lines] == ["header"]
+
+    play(test)
+
+
+def test_there_is_a_limit_of_followers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(truth_stream, "MAX_FOLLOWERS", 1)
+
+    async def test(played: Played) -> None:
+        only = played.stream.join()
+        with pytest.raises(FeedRefused, match="1 clients"):
+            played.stream.join()
+        played.stream.leave(only)
+        played.stream.join()
+
+    play(test)
+
+
+def test_the_end_of_the_radar_ends_followers() -> None:
+    async def test(played: Played) -> None:
+        follower, _ = played.follow()
+        played.stream.close("the radar has stopped")
+        await asyncio.gather(*played.tasks)
+        assert (follower.reason, follower.code) == ("the radar has stopped", 1001)
+        follower.end("again")
+        assert follower.reason == "the radar has stopped"
+
+    play(test)
+
+
+def test_records_have_the_keys_of_the_document() -> None:
+    assert replace(FakeEngine(scene()).crossings(2)[0], range=5.0).as_dict()["range"] == 5.0

@@ -1,0 +1,77 @@
+"""The bytes of the native feed: exact messages, angles, and what a decoder refuses."""
+
+import math
+import struct
+import zlib
+
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import given
+from hypothesis import strategies as st
+
+from radar_service import wire
+from tests.service.codecs.native.test_views import message
+
+
+def test_angles_are_whole_parts_of_a_turn() -> None:
+    assert wire.turn_from_radians(np.array([0.0, math.pi / 2, math.pi, -math.pi / 2, 2 * math.pi])) == [
+        0,
+        16384,
+        32768,
+        49152,
+        0,
+    ]
+    assert wire.turn_from_radians(np.array([math.nan, math.pi])) == [None, 32768]
+    assert np.isnan(wire.radians_from_turn([None, 32768])).tolist() == [True, False]
+    back = wire.radians_from_turn([16384, 65535])
+    np.testing.assert_allclose(back, [math.pi / 2, 2 * math.pi * 65535 / 65536], rtol=1e-15)  # rounding
+
+
+def test_a_message_is_these_bytes() -> None:
+    # by the msgpack specification: a map of three, fixed strings, a fixed integer, bin 8
+    message = {"type": "x", "first": 5, "data": b"\x01\x02"}
+    assert wire.pack(message) == b"\x83\xa4type\xa1x\xa5first\x05\xa4data\xc4\x02\x01\x02"
+    assert wire.unpack(wire.pack(message)) == message
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"\xc1", b"\x81", b"\x90", b"\x05", b"\x81\xa4type\x05", b"\x80", b"\xdd\xff\xff\xff\xff",
+     b"\xc6\x7f\xff\xff\xffab",
+     b"\x91" * 5000, b"\x81\xa4type\xa1x\x00"],
+)  # fmt: skip
+def test_what_is_not_a_message_is_refused(data: bytes) -> None:
+    with pytest.raises(ValueError, match="message"):
+        wire.unpack(data)
+
+
+@given(st.binary(max_size=64))
+def test_rubbish_raises_nothing_but_value_errors(data: bytes) -> None:
+    try:
+        message = wire.unpack(data)
+    except ValueError:
+        return
+    assert isinstance(message["type"], str)
+
+
+def test_samples_are_little_endian_rows() -> None:
+    data = struct.pack("<6f", 1, 2, 3, 4, 5, 6)
+    message = {"encoding": "f32", "azimuth": [0, 1], "bins": 3, "data": data}
+    np.testing.assert_array_equal(wire.samples(message), [[1, 2, 3], [4, 5, 6]])
+    with pytest.raises(ValueError, match="24 bytes are not 2 rows of 16 bytes"):
+        wire.samples(message | {"bins": 4})
+
+
+@pytest.mark.parametrize(
+    ("data", "compression"),
+    [
+        (b"rubbish", "zstd"), (b"rubbish", "deflate"), ("100 MB", "deflate"), ("100 MB", "zstd"),
+        (zstandard.compress(b"short"), "zstd"), (bytes(12), "brotli"), (b"", "zstd"),
+    ],
+)  # fmt: skip
+def test_packed_samples_that_are_too_many_or_nonsense_are_refused(data: bytes | str, compression: str) -> None:
+    if isinstance(data, str):  # made here, because that takes half a second
+        data = {"deflate": zlib.compress, "zstd": zstandard.compress}[compression](bytes(10**8), 9)
+    with pytest.raises(ValueError, match="^(data|compression): "):
+        wire.samples(message(0, 0, 1) | {"data": data, "compression": compression})

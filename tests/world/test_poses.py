@@ -1,0 +1,62 @@
+"""Poses of many bodies are those of each body."""
+
+import numpy as np
+import pytest
+
+from radar_service.numerics.frames import map_from_body
+from radar_service.world.poses import BodyPoses, map_from_bodies, pose_at
+from tests.scenes import point, scene
+
+
+def test_poses_are_those_of_each_motion() -> None:
+    """At rest, on a straight course, on a polygon and on arcs, before and after its end; to rounding of 1 km."""
+    corners = [{"position_m": list(p), "speed_kn": 12} for p in [(190, 230), (320, 230)]]
+    made = scene(
+        [
+            point("rest", 1, 2, heading_deg=-30), point("straight", 3, 4, course_deg=50, speed_kn=9, heading_deg=-20),
+            point("legs", 190, 160, waypoints=corners), point("arcs", 190, 160, waypoints=corners, turn_radius_m=40),
+        ]
+    )  # fmt: skip
+    time = np.linspace(0, 60, 23)
+    poses = BodyPoses(made.bodies).at(time)
+    for b, body in enumerate(made.bodies):
+        pose = body.motion.pose(time)
+        np.testing.assert_allclose(poses.position[:, b], pose.position, atol=1e-12)
+        np.testing.assert_allclose(poses.heading[:, b], pose.heading, atol=1e-15)
+
+
+def test_points_are_transformed_as_by_the_frame() -> None:
+    rng = np.random.default_rng(1)
+    points, body = rng.normal(size=(40, 3)), rng.integers(0, 3, 40)
+    position, heading = rng.normal(size=(3, 3)) * 100, np.array([0.0, 1.2, 5.0])
+    transformed = map_from_bodies(points, body, position, heading)
+    for b in range(3):
+        expected = map_from_body(points[body == b], position[b], float(heading[b]))
+        assert transformed[body == b] == pytest.approx(expected, abs=1e-12)
+
+
+def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
+    """Of many bodies at once, of one, and back into the frame; what does not lean has no rotation of its own."""
+    keys = {"roll_deg": 20, "pitch_deg": 10, "pitch_phase_deg": 60, "heave_m": 1, "yaw_deg": 5}
+    made = scene([point("a", 1, 2), point("b", 30, 40, course_deg=50, speed_kn=9, **keys), point("c", 5, 6, yaw_deg=5)])
+    time, rng = np.array([0.5, 3.0, 7.7]), np.random.default_rng(2)
+    poses, points, body = BodyPoses(made.bodies).at(time), rng.normal(size=(30, 3)) * 9, rng.integers(0, 3, 30)
+    assert list(poses.rotation) == [1]
+    for k in range(len(time)):
+        placed = poses.map_from_bodies(k, points, body)
+        for b, one in enumerate(made.bodies):
+            pose, own = pose_at(one, float(time[k])), body == b
+            np.testing.assert_allclose(placed[own], pose.map_from_frame(points[own]), atol=1e-12)
+            np.testing.assert_allclose(pose.frame_from_map(placed[own], np.inf), points[own], atol=1e-12)
+            assert (pose.lean is None) == (b != 1) and pose.upright.rotation is None
+            if pose.lean is not None:
+                upright = pose.upright.map_from_frame(points[own] @ pose.lean.T)
+                np.testing.assert_allclose(placed[own], upright, atol=1e-12)
+
+
+def test_bodies_that_are_not_even_are_found_among_those_requested() -> None:
+    """Of one at rest, one on a straight course, and two on legs, of which one is not requested."""
+    corners = [{"position_m": list(p), "speed_kn": 12} for p in [(190, 230), (320, 230)]]
+    legs = [point(name, 190, 160, waypoints=corners) for name in ("legs", "more")]
+    made = scene([point("rest", 1, 2), legs[0], point("straight", 3, 4, course_deg=50, speed_kn=9), legs[1]])
+    assert BodyPoses(made.bodies).uneven(np.array([0.0, 1.0]), np.array([0, 1, 2])).tolist() == [1]
