@@ -2,9 +2,7 @@
 
 import asyncio
 import contextlib
-import json
 import os
-import re
 import signal
 import socket
 import subprocess
@@ -17,7 +15,6 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from websockets.asyncio.client import connect
 
 import radar_service as rs
@@ -25,7 +22,7 @@ from radar_service import wire
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
 from radar_service.numerics.arithmetic import arithmetic
-from tests.scenes import ONE_TARGET, TWO_RADARS
+from tests.scenes import ONE_TARGET
 
 
 def test_threads_reach_the_engine_and_change_no_byte(
@@ -50,62 +47,6 @@ def test_threads_reach_the_engine_and_change_no_byte(
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
     assert parser().parse_args(["serve"]).threads == 1
-
-
-def test_check_says_what_a_scene_contains(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", str(one_target)]) == 0
-    output = capsys.readouterr().out
-    assert "one target" in output and "p" in output
-
-
-def without_costs(plan: str) -> str:
-    """A plan without what is measured anew each time."""
-    priced = re.sub(r"[0-9.e+-]+ us", "", plan).replace(",", "")
-    return "\n".join(" ".join(line.split()) for line in priced.splitlines() if not line.startswith("cost"))
-
-
-def test_plan_prints_the_plan(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(one_target)]) == 0
-    printed, planned = capsys.readouterr().out.strip(), str(rs.Simulator(rs.load_scene(one_target)).plan).strip()
-    assert without_costs(printed) == without_costs(planned)
-
-
-def test_plan_answers_in_json_and_keeps_an_error_budget(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(one_target), "--json", "--error-db", "2"]) == 0
-    output = json.loads(capsys.readouterr().out)
-    assert output["settings"]["error_db"] == 2.0 and output["counts"]["resting_echoes"] == 1
-    assert (
-        output["choices"][-1]["what"] == "body p" and output["realtime_factor"] > 0 and output["arithmetic"] == arithmetic()
-    )
-
-
-def test_plan_keeps_a_pace_and_says_where_it_cannot(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(one_target), "--realtime-factor", "1e12"]) == 0
-    assert "! 1e+12 x real time is not possible on this machine" in capsys.readouterr().out
-    assert main(["plan", str(one_target), "--realtime-factor", "1", "--fidelity", "fast"]) == 2
-    assert "--realtime-factor" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("radar", "bodies"), [(None, {"p"}), ("bow", {"p"}), ("pier", {"tug", "p"})])
-def test_check_and_plan_are_those_of_a_radar(
-    radar: str | None, bodies: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "two.json"
-    path.write_text(json.dumps(TWO_RADARS))
-    chosen = [] if radar is None else ["--radar", radar]
-    assert main(["check", str(path), "--all", *chosen]) == 0
-    text = capsys.readouterr().out
-    assert "bow on tug\n" in text and f"as {radar or 'bow'} has it" in text
-    assert set(re.findall(r"^  (p|tug): ", text, re.M)) == bodies
-    assert main(["plan", str(path), "--json", "--realtime-factor", "0.01", *chosen]) == 0
-    planned = {choice["what"] for choice in json.loads(capsys.readouterr().out)["choices"]}
-    assert planned & {"body p", "body tug"} == {f"body {name}" for name in bodies}
-
-
-def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["schema"]) == 0
-    validator = Draft202012Validator(json.loads(capsys.readouterr().out))
-    assert validator.is_valid(ONE_TARGET) and not validator.is_valid(ONE_TARGET | {"colour": "red"})
 
 
 @pytest.mark.parametrize("command", ["check", "plan", "serve", "scan"])

@@ -133,8 +133,9 @@ def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path)
     broken = """
 import sys
 import radar_service.__main__ as command
+import radar_service.commands.serve as serve
 from tests.service.fake import dying
-command.simulator_options = lambda *_: dying
+serve.simulator_options = lambda *_: dying
 sys.exit(command.main(sys.argv[1:]))
 """
     command = [sys.executable, "-c", broken, "serve", str(tmp_path / "one.json"), "--port", "0", "--exit-when-failed"]

@@ -3,17 +3,50 @@
 import argparse
 from collections.abc import Iterable
 from functools import partial
+from pathlib import Path
 
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import Counts, detection_study
-from radar_service.bench.scenario import load_scenario
+from radar_service.bench.scenario import ScenarioError, load_scenario
+from radar_service.commands.shared_options import add_jobs
+from radar_service.terminal.arguments import UsageError, whole
 from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
 
 
-def bench_detection(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status: 1 where detection is not as predicted. Raises ScenarioError, SceneError and
-    OSError."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    parser.add_argument(
+        "scenario", nargs="?", default="msc192-table2", metavar="SCENARIO",
+        help="whose targets are points: a name of bench-tracker --list, or a .toml file (default msc192-table2)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--scans",
+        default=100,
+        type=partial(whole, minimum=40, maximum=100_000),
+        metavar="N",
+        help="of each range (default 100)",
+    )
+    parser.add_argument(
+        "--ranges", default=16, type=partial(whole, minimum=2, maximum=200), metavar="N", help="of each target (default 16)"
+    )
+    parser.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**32), metavar="N", help="default 0")
+    add_jobs(parser)
+    parser.add_argument("-o", "--out", type=Path, required=True, help="folder for detection.json and detection.html")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where detection is not as predicted.
+
+    Raises UsageError, SceneError and OSError.
+    """
+    try:
+        return _detection(options)
+    except ScenarioError as error:
+        raise UsageError(str(error)) from None
+
+
+def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
     study = detection_study(
@@ -21,7 +54,7 @@ def bench_detection(options: argparse.Namespace) -> int:
     )
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
-    return 1 if any(one["word"] == "fail" for series in study["series"] for one in series["targets"]) else 0
+    return 1 if any(target["word"] == "fail" for series in study["series"] for target in series["targets"]) else 0
 
 
 def _progress(name: str, seed: int, parts: Iterable[Counts], count: int) -> Iterable[Counts]:

@@ -3,18 +3,45 @@
 import argparse
 import json
 from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from radar_service.bench.bench import bench, runs_of
 from radar_service.bench.report import comparison, verdict_table, write_report
-from radar_service.bench.scenario import load_scenario, load_scenarios, scenarios
+from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.commands.shared_options import add_jobs
+from radar_service.terminal.arguments import UsageError, whole
 from radar_service.terminal.progress import progress
 
 
-def bench_tracker(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status: 1 where a limit that decides is missed. Raises ScenarioError,
-    TrackerError, SceneError and OSError."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
+    parser.add_argument("--list", action="store_true", help="list the scenarios")
+    parser.add_argument("--seeds", default=3, type=partial(whole, minimum=1, maximum=100_000), metavar="N", help="default 3")
+    add_jobs(parser)
+    parser.add_argument(
+        "--tracker", default="gnn",
+        help='gnn or jpda, module:callable, ws://host:port, or a command that gets plots and gives tracks (default gnn)',
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
+    parser.add_argument("--compare", nargs=2, type=Path, metavar="REPORT", help="print two report.json side by side")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where a limit that decides is missed.
+
+    Raises UsageError, SceneError and OSError.
+    """
+    try:
+        return _bench(options)
+    except (ScenarioError, TrackerError, ImportError) as error:
+        raise UsageError(str(error)) from None
+
+
+def _bench(options: argparse.Namespace) -> int:
     if options.list:
         for name in scenarios():
             print(f"{name}: {load_scenario(name).question}")

@@ -2,28 +2,64 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 
 from radar_service.bench.run import threshold_of
 from radar_service.bench.scenario import PlotSettings
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
+from radar_service.commands.simulator_options import simulator_options
+from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.labelled_plots import PlotReport, labelled_plots
 from radar_service.plots.picture import write_picture
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.output_files import prepare
+from radar_service.terminal.arguments import UsageError, file_ending, whole
+from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.terminal.progress import progress
-from radar_service.world.scene import Scene
 
 NEVER = "-"
 
 
-def plots(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
-    """Runs the command; returns the exit status. make: makes the simulator, with labels. Raises SceneError, ValueError and
-    OSError."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    add_simulation(parser)
+    add_radar(parser)
+    add_scene(parser)
+    parser.add_argument(
+        "--scans", default=10, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 10)"
+    )
+    parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
+    parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
+    for name, default, text in (("guard", 100.0, "beside a cell, not averaged"), ("window", 300.0, "averaged on each side")):
+        parser.add_argument(
+            f"--{name}-m", default=default, type=_length, metavar="M", help=f"length {text} (default {default:g})"
+        )
+    parser.add_argument(
+        "--max-plots", default=10_000, type=partial(whole, minimum=1, maximum=10_000), metavar="N",
+        help="the strongest of a scan (default 10000)",
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
+    parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
+    add_unit(parser, "--png")
+    add_overwrite(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError."""
+    if options.fidelity == "documented":
+        raise UsageError("--fidelity: documented has no labels; choose another fidelity")
+    try:
+        return _plots(options)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _plots(options: argparse.Namespace) -> int:
     prepare((options.out, options.png), options.overwrite)
+    make = simulator_options(options, options.threads, labels=True)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     radar = simulator.scene.radar
     settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
@@ -62,3 +98,21 @@ def table(report: PlotReport) -> str:
 
 def _number(value: float | None) -> str:
     return NEVER if value is None else f"{value:.3g}"
+
+
+def _probability(text: str) -> float:
+    return _between(text, 0.0, 1.0, "a probability between 0 and 1, as 1e-4")
+
+
+def _length(text: str) -> float:
+    return _between(text, 0.0, 1e6, "a length above 0 m, as 100")
+
+
+def _between(text: str, lower: float, upper: float, allowed: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = lower
+    if not lower < value < upper:
+        raise argparse.ArgumentTypeError(f"{text:.40} is not allowed; {allowed}")
+    return value

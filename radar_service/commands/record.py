@@ -1,17 +1,17 @@
-"""The command `record`: computes scans of a scene into a recording."""
+"""The command `record`: computes scans of a scene into a recording, with a progress bar on a terminal."""
 
 import argparse
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
+from radar_service.commands.shared_options import SCENE_HELP, add_simulation, check_sources
+from radar_service.commands.simulator_options import simulator_options
 from radar_service.numerics.types import Singles
-from radar_service.recording.error import RecordingError
-from radar_service.recording.radar_recording import RadarRecording
-from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import controls_state
@@ -19,25 +19,44 @@ from radar_service.service.settings import Pace, Settings
 from radar_service.service.source import SceneOrder
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
 from radar_service.simulator import Simulator
-from radar_service.terminal.output_files import prepare
+from radar_service.terminal.arguments import UsageError, add_sources, file_ending, whole
+from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.world.commands import CommandLog
-from radar_service.world.scene import Scene
+
+if TYPE_CHECKING:
+    from radar_service.recording.radar_recording import RadarRecording
+
 
 RADAR = "0"
 BLOCK = 32  # spokes; a message of the feed holds no more
 
 
-def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
-    """Records scans, with a progress bar on a terminal; returns the exit status.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    add_simulation(parser)
+    parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".mcap"), required=True, help="file.mcap to write")
+    add_overwrite(parser)
+    parser.add_argument(
+        "--scans", default=1, type=partial(whole, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
+    )
+    parser.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
+    add_sources(parser, "record", " too")
 
-    Raises SceneError, RecordingError and OSError.
-    """
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; returns the exit status. Raises SceneError, UsageError, MissingExtra and OSError."""
+    from radar_service.recording.radar_recording import RadarRecording  # here: they need an extra, and `--help` does not
+    from radar_service.recording.recording_file import RecordingFile
+
+    check_sources(options, "labels", "powers")
     prepare([options.out], options.overwrite)
-    simulator, request = make(load_scene(options.scene)), SourceRequest(options.labels, options.powers)
+    simulator = simulator_options(options, options.threads)(load_scene(options.scene))
+    request = SourceRequest(options.labels, options.powers)
     try:
         simulator.request_sources(request.labels, request.powers)
     except ValueError as error:
-        raise RecordingError(f"--{error}") from None
+        raise UsageError(f"--{error}") from None
     with RecordingFile(options.out) as file:
         recording = RadarRecording(file, RADAR, options.truth, request)
         record_scans(recording, simulator, options.scene, options.scans, options.truth)
@@ -47,7 +66,7 @@ def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> i
 
 
 def record_scans(
-    recording: RadarRecording, simulator: Simulator, scene: str | Path | Mapping[str, Any], scans: int, with_truth: bool
+    recording: "RadarRecording", simulator: Simulator, scene: str | Path | Mapping[str, Any], scans: int, with_truth: bool
 ) -> None:
     """Records the next scans of a simulator as one epoch. scene: its scene, as SceneOrder names it. Raises OSError."""
     settings = Settings(pace=Pace("run", math.inf))

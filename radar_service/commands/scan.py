@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, check_sources
+from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.last_scan import last_scan_png
-from radar_service.display.units import DEFAULT_UNIT, Unit
+from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scans.dataset import exporter
@@ -19,26 +22,45 @@ from radar_service.scans.file import SUFFIX
 from radar_service.scans.scan import Scan, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.output_files import prepare
+from radar_service.terminal.arguments import UsageError, add_sources, file_ending, whole
+from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.truth.truth_file import TruthFile
-from radar_service.world.scene import Scene
 
 PICTURE_SIZE = 900  # pixels
 
 
-class SourcesError(ValueError):
-    """Sources that the scans cannot tell of. The text names the option and says why."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    add_simulation(parser)
+    add_radar(parser)
+    add_scene(parser)
+    scan_file = partial(file_ending, suffix=(".npz", ".zarr", ".nc"))
+    parser.add_argument("-o", "--out", type=scan_file, required=True, help="file.npz, .zarr or .nc to write")
+    parser.add_argument(
+        "--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan"
+    )
+    add_unit(parser, "--png")
+    add_overwrite(parser)
+    parser.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
+    parser.add_argument(
+        "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
+    )
+    parser.add_argument("--radiometric", action="store_true", help="measure the power of each body too, for --truth")
+    add_sources(parser, "write", " too")
 
 
-def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
-    """Computes scans, with a progress bar on a terminal; returns the exit status. Raises SceneError, SourcesError and OSError."""
+def run(options: argparse.Namespace) -> int:
+    """Runs the command, with a progress bar on a terminal; returns the exit status. Raises SceneError, UsageError and OSError."""
+    check_sources(options, "labels", "powers", "radiometric")
+    if options.radiometric and not options.truth:
+        raise UsageError("--radiometric: it needs the file of --truth; add --truth FILE.jsonl, or leave --radiometric out")
     prepare((options.out, options.png, options.truth), options.overwrite)
     save = save_scans if options.out.suffix.lower() == SUFFIX else exporter(options.out)
-    simulator = make(load_scene(options.scene).for_radar(options.radar))
+    simulator = simulator_options(options, options.threads)(load_scene(options.scene).for_radar(options.radar))
     try:
         simulator.request_sources(options.labels, options.powers)
     except ValueError as error:
-        raise SourcesError(f"--{error}") from None
+        raise UsageError(f"--{error}") from None
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
         scans = []

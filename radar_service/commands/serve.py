@@ -14,10 +14,22 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from radar_service.commands.shared_options import (
+    DEFAULT_SCENE,
+    SCENE_HELP,
+    add_exactness,
+    add_network,
+    add_threads,
+    check_sources,
+    service_groups,
+)
+from radar_service.commands.simulator_options import simulator_options
+from radar_service.ports.registry import opened, packages
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
 from radar_service.service.access import Access, checked_token, is_loopback
+from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
@@ -33,12 +45,36 @@ OTHERS_NEED = (
 OpenPorts = Callable[[argparse.Namespace], contextlib.AbstractContextManager["Sequence[Port]"]]
 
 
-class StartError(ValueError):
+class StartError(UsageError):
     """The server cannot start. The text says why."""
 
 
 class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
+
+
+EXAMPLES = """examples:
+  radar-service serve harbour --truth
+  radar-service serve mine.toml --host 0.0.0.0 --token-file token.txt --record day.mcap"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments, in groups, with those of the ports."""
+    parser.epilog, parser.formatter_class = EXAMPLES, argparse.RawDescriptionHelpFormatter
+    groups = service_groups(parser)
+    groups["what"].add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {SCENE_HELP}")
+    add_network(groups)
+    add_exactness(groups["how exact"])
+    add_threads(groups["how fast"])
+    for package in packages():
+        package.add_arguments(groups)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError."""
+    check_sources(options, "labels", "powers")
+    options.scenes = options.scenes or [DEFAULT_SCENE]
+    return serve(options, simulator_options(options, options.threads), opened)
 
 
 def serve(options: argparse.Namespace, make_engine: "MakeEngine", open_ports: OpenPorts) -> int:

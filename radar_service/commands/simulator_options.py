@@ -1,5 +1,6 @@
 """The options of the command line that make a simulator, as one object that can be sent to another process."""
 
+import argparse
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,3 +28,8 @@ class SimulatorOptions:
 
         fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
         return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels)
+
+
+def simulator_options(options: argparse.Namespace, threads: int = 1, labels: bool = False) -> SimulatorOptions:
+    """Returns what the command line says about simulators."""
+    return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads, labels)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.commands.command_line import parser
 
 FILE = """
 question = "?"
@@ -55,3 +56,8 @@ def test_wrong_values_are_refused(wrong: list[str], capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit):
         main(["bench-detection", *wrong])
     assert "error" in capsys.readouterr().err
+
+
+def test_bench_detection_has_a_default_scenario() -> None:
+    options = parser().parse_args(["bench-detection", "-o", "out"])
+    assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")

@@ -8,6 +8,7 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.bench.scenario import scenarios
+from radar_service.commands.command_line import parser
 from tests.bench.test_bench import FILE
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
@@ -47,3 +48,15 @@ def test_wrong_input_is_one_sentence(
     monkeypatch.chdir(tmp_path)
     assert main(["bench-tracker", *arguments, *(["--jobs", "1"] if arguments else [])]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_defaults_and_values() -> None:
+    options = parser().parse_args(["bench-tracker", "a", "b", "-o", "out", "--seeds", "59"])
+    assert (options.scenarios, options.seeds, options.tracker, str(options.out)) == (["a", "b"], 59, "gnn", "out")
+    assert options.jobs >= 1 and not options.list and options.compare is None
+
+
+@pytest.mark.parametrize("wrong", [["--seeds", "0"], ["--jobs", "0"], ["--compare", "one.json"]])
+def test_wrong_values_are_refused(wrong: list[str]) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(["bench-tracker", *wrong])

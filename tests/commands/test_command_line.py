@@ -1,22 +1,25 @@
-"""The parser of the command line: every command has its function, and defaults are those that the documents name."""
+"""The parser of the command line: every command has its module, and defaults are those that the documents name."""
 
 import re
+from pathlib import Path
 
 import pytest
 
-from radar_service.__main__ import RUN
-from radar_service.commands.command_line import DEFAULT_SCENE, parser
+from radar_service.commands import command_line
+from radar_service.commands.command_line import COMMANDS, module_of, parser
+from radar_service.commands.shared_options import DEFAULT_SCENE
 
 
-def test_every_command_is_run_by_a_function(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_is_a_module(capsys: pytest.CaptureFixture[str]) -> None:
     """argparse lists the commands where it refuses one."""
     with pytest.raises(SystemExit):
         parser().parse_args(["fly"])
     listed = capsys.readouterr().err.rsplit("(choose from ", 1)[1]
-    assert {name.strip(" ')\n") for name in listed.split(",")} == set(RUN) and all(map(callable, RUN.values()))
+    assert {name.strip(" ')\n") for name in listed.split(",")} == set(COMMANDS)
+    assert all(callable(module_of(name).run) for name in COMMANDS)
 
 
-@pytest.mark.parametrize("name", sorted(RUN))
+@pytest.mark.parametrize("name", sorted(COMMANDS))
 def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         parser().parse_args([name, "--help"])
@@ -68,3 +71,15 @@ def test_wrong_input_ends_with_status_2(arguments: list[str], capsys: pytest.Cap
     with pytest.raises(SystemExit) as ended:
         parser().parse_args(arguments)
     assert ended.value.code == 2 and "usage:" in capsys.readouterr().err
+
+
+def test_the_arguments_of_one_command_are_those_that_it_has_among_all() -> None:
+    words = ["scan", "harbour", "-o", "a.npz", "--labels", "--scans", "3"]
+    assert parser("scan").parse_args(words) == parser().parse_args(words)
+
+
+def test_each_module_beside_the_shared_ones_is_a_command() -> None:
+    """A new command is a file and a line."""
+    files = {file.stem for file in Path(command_line.__file__).parent.glob("*.py")}
+    shared = {"__init__", "command_line", "shared_options", "simulator_options"}
+    assert files - shared == {name.replace("-", "_") for name in COMMANDS}

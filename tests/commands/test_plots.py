@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.commands.command_line import parser
 from tests.plots.test_labelled_plots import SCENE
 
 
@@ -51,3 +52,9 @@ def test_wrong_input_is_one_sentence(
         status = int(ended.code or 0)
     assert status == 2
     assert re.search(words, capsys.readouterr().err)
+
+
+def test_plots_have_defaults() -> None:
+    options = parser().parse_args(["plots"])
+    assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, "ca", 1e-4)
+    assert (options.guard_m, options.window_m, options.out, options.png) == (100.0, 300.0, None, None)

@@ -7,6 +7,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.__main__ import main
+from radar_service.commands.command_line import parser
 from radar_service.recording import read
 
 
@@ -69,3 +70,16 @@ def test_a_full_disk_is_a_clear_error(one_target: Path, tmp_path: Path, capsys: 
     (path := tmp_path / "full.mcap").symlink_to("/dev/full")
     assert main(["record", str(one_target), "-o", str(path), "--overwrite"]) == 2
     assert capsys.readouterr().err.splitlines()[-1] == f"{path}: No space left on device"
+
+
+def test_what_it_takes() -> None:
+    options = ["record", "harbour", "-o", "a.mcap", "--scans", "7", "--seed", "2", "--threads", "2"]
+    record = parser("record").parse_args(options)
+    assert (record.scene, record.out, record.scans, record.seed, record.truth) == ("harbour", Path("a.mcap"), 7, 2, False)
+    assert parser("serve").parse_args(["serve", "--record", "a.mcap"]).record == Path("a.mcap")
+
+
+@pytest.mark.parametrize("command", [["record", "x", "-o", "a.npz"], ["record", "x"], ["serve", "--record", "a"]])
+def test_what_it_refuses(command: list[str]) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(command)

@@ -7,7 +7,8 @@ it leaves is compared file by file: fields of all presets on the shipped scenes,
 powers and truth, errors on purpose, files and recordings, the feed's messages and its replays, answers of REST. Fields
 that differ are told by the largest difference over the strongest cell [dB]. CPU times are those of whole processes,
 interleaved; the interval of their median ratio is a bootstrap over the pairs. Exits with 1 where anything differs by more than
---limit-db allows (only fields have a difference in dB; by default all must be equal), or where an interval does not hold 1 or less below 1.05.
+--limit-db allows (only fields have a difference in dB; by default all must be equal), or where an interval does not hold 1 or
+less below 1.05.
 """
 
 import argparse

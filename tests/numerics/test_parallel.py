@@ -308,7 +308,7 @@ def test_commands_hold_the_limit_for_the_whole_process(host: Numbers, monkeypatc
         return 0
 
     for name in ("check", "scan"):  # `serve` computes in the processes of its worlds, which hold it
-        monkeypatch.setitem(command_line.RUN, name, run)
+        monkeypatch.setattr(f"radar_service.commands.{name}.run", run)
     assert command_line.main(["check"]) == command_line.main(["scan", "-o", "x.npz"]) == 0
     assert len(seen) == 2 and in_force(seen) and numbers() == host
 

@@ -53,6 +53,6 @@ def test_a_port_that_cannot_open_closes_those_before_it(tmp_path: Path, monkeypa
 
 
 def test_options_of_ports_cost_no_command_the_import_of_a_server() -> None:
-    code = "import sys; from radar_service.commands.command_line import parser; parser(); print(*sys.modules)"
+    code = "import sys; from radar_service.commands.command_line import parser; parser('serve'); print(*sys.modules)"
     imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert set(PORTS) <= set(imported) and not {"fastapi", "starlette", "uvicorn", "mcap", "trimesh"} & set(imported)

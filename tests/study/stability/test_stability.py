@@ -6,7 +6,6 @@ from types import ModuleType
 
 import pytest
 
-from radar_service.__main__ import main
 from radar_service.study import stability
 from radar_service.study.stability import studies
 from tests.study.stability.run import finding_of
@@ -50,13 +49,6 @@ def test_every_module_has_studies() -> None:
     modules: list[ModuleType] = [pkgutil.resolve_name(f"{studies.__name__}.{m.name}") for m in
                                  pkgutil.iter_modules(studies.__path__)]  # fmt: skip
     assert all(module.STUDIES for module in modules) and len(modules) >= 7
-
-
-def test_the_command_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (study,) = [study for study in stability.STUDIES if study.__name__ == "float32_range"]
-    monkeypatch.setattr(stability, "STUDIES", (study,))
-    assert main(["stability", "-o", str(tmp_path / "out")]) == 0
-    assert "range in single precision" in (tmp_path / "out" / "stability.html").read_text()
 
 
 @pytest.mark.study

@@ -1,0 +1,29 @@
+"""The command `chart`: measures all methods on a scene, with progress bars on a terminal."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from radar_service.commands.shared_options import add_scene
+from radar_service.scene_file.load import load_scene
+from radar_service.study.chart import chart
+from radar_service.study.chart.summary import summary_text
+from radar_service.terminal.arguments import whole
+from radar_service.terminal.output_files import make_folder
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    add_scene(parser)
+    parser.add_argument("-o", "--out", type=Path, required=True, help="folder for chart.svg, .png, .json and summary.txt")
+    parser.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), help="default 0")
+    parser.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; returns the exit status. Raises SceneError and OSError."""
+    make_folder(options.out)
+    effort = chart.QUICK if options.quick else chart.FULL
+    data = chart.write_chart(chart.measure(load_scene(options.scene), options.seed, effort, progress=True), options.out)
+    print(summary_text(data["summary"]), end="")
+    return 0

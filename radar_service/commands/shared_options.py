@@ -1,0 +1,114 @@
+"""Arguments that several commands share."""
+
+import argparse
+import os
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+from radar_service.plan.arguments import ERROR_HELP, error_budget
+from radar_service.records.fidelity import PRESETS, PURPOSE
+from radar_service.terminal.arguments import UsageError, pace, thread_count, whole
+
+DEFAULT_SCENE = "harbour"
+SCENE_HELP = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
+SERVICE_GROUPS = ("what", "where", "how exact", "how fast", "who may", "records")
+
+
+def add_simulation(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of all that computes spokes in this process."""
+    add_exactness(parser)
+    add_threads(parser)
+
+
+def add_exactness(to: "argparse._ActionsContainer") -> None:
+    """Adds the options that decide what is computed."""
+    presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
+    precision = to.add_mutually_exclusive_group()
+    precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
+    precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
+    to.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), metavar="N", help="default 0")
+
+
+def add_threads(to: "argparse._ActionsContainer") -> None:
+    """Adds the number of threads."""
+    to.add_argument(
+        "--threads", default=1, type=thread_count, metavar="N",
+        help="threads that compute each radar, or auto: all cores but one (default 1); changes no byte",
+    )  # fmt: skip
+
+
+def add_radar(parser: argparse.ArgumentParser) -> None:
+    """Adds the choice of one radar of a scene."""
+    parser.add_argument("--radar", metavar="ID", help="one of the scene's [[radar]] tables, by its id (default the first)")
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """Adds the scene, which has a default."""
+    parser.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=SCENE_HELP)
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Adds the number of processes."""
+    parser.add_argument(
+        "--jobs", default=max(1, (os.cpu_count() or 2) - 1), type=partial(whole, minimum=1, maximum=256), metavar="N",
+        help="processes at once (default: all cores but one)",
+    )  # fmt: skip
+
+
+def check_sources(options: argparse.Namespace, *names: str) -> None:
+    """Raises UsageError for an option about sources that the fidelity has nothing for."""
+    for name in names:
+        if getattr(options, name) and options.fidelity == "documented":
+            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
+
+
+def service_groups(parser: argparse.ArgumentParser) -> dict[str, "argparse._ArgumentGroup"]:
+    """The groups of options of all that listens on the network, by title."""
+    return {title: parser.add_argument_group(title) for title in SERVICE_GROUPS}
+
+
+def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
+    """Adds the options of all that listens on the network."""
+    what, where, fast, may = (groups[title] for title in ("what", "where", "how fast", "who may"))
+    what.add_argument(
+        "--scene-folder", action="append", default=[], type=Path, metavar="DIR", help="list the scenes of this folder too"
+    )
+    what.add_argument(
+        "--sandbox-all",
+        action="store_true",
+        help="parse the files of every scene, not only of uploads, in a limited process",
+    )
+    where.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
+    where.add_argument(
+        "--port", default=8000, type=partial(whole, minimum=0, maximum=65535), metavar="N", help="default 8000; 0: any"
+    )
+    where.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
+    where.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
+    where.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
+    fast.add_argument("--pace", default=1.0, type=pace, metavar="X", help="simulated seconds per second, or max (default 1)")
+    fast.add_argument(
+        "--wait-for", default=0, type=partial(whole, minimum=0, maximum=500), metavar="N",
+        help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
+    )  # fmt: skip
+    _add_access(may)
+
+
+def _add_access(may: "argparse._ActionsContainer") -> None:
+    """Adds the options that decide who may do what."""
+    may.add_argument("--truth", action="store_true", help="allow clients to read the truth")
+    may.add_argument(
+        "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"
+    )
+    may.add_argument("--token-file", type=Path, metavar="FILE", help="a file whose first line is that token")
+    may.add_argument("--token-for-reading", dest="read_token", metavar="TOKEN", help="token that reading needs")
+    may.add_argument(
+        "--token-file-for-reading", dest="read_token_file", type=Path, metavar="FILE",
+        help="a file whose first line is that token",
+    )  # fmt: skip
+    may.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
+    count = partial(whole, minimum=1, maximum=100_000)
+    may.add_argument("--connections", type=count, metavar="N", help="maximum number of connections")
+    may.add_argument(
+        "--connections-per-address", type=count, metavar="N", help="maximum number of connections from one other machine"
+    )

@@ -1,0 +1,66 @@
+"""A recording that a service sends as it sends radars: what needs an engine is refused in a sentence."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from radar_service.processes.call import Progress
+from radar_service.recording.error import RecordingError
+from radar_service.recording.recording import NO_TRUTH, Recording
+from radar_service.records.spokes import SpokeBlock
+from radar_service.service.controls import CONTROLS, changed_settings
+from radar_service.service.fanout.client_queue import ClientQueue
+from radar_service.service.fanout.hub import FeedRefused
+from radar_service.service.logs import log_event
+from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Settings
+from radar_service.service.source import OrderedSource, SceneOrder
+
+ENDED = "the recording has ended"
+PLAYS = "this radar replays a recording: its scene and rate of rotation stay; serve a scene to change them"
+
+
+class ReplaySource(Recording):
+    """A recording whose end is told to its clients. has_ended: whether all of it was read."""
+
+    has_ended = False
+
+    @property
+    def order(self) -> SceneOrder:
+        """The scene as it was recorded."""
+        return SceneOrder(self.record["document"] or {})
+
+    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+        """Yields the recorded blocks. Raises EngineFault at the end, and where the file is damaged."""
+        try:
+            yield from super().blocks(size=size)
+        except RecordingError as error:
+            raise EngineFault(str(error)) from None
+        self.has_ended = True
+        raise EngineFault(ENDED)
+
+
+class ReplayStation(Station):
+    """A radar that sends a recording once."""
+
+    def __init__(self, identity: str, engine: ReplaySource, *arguments: Any, settings: Settings, **options: Any) -> None:
+        """settings: display controls are those of the recording instead."""
+        display = {control.name for control in CONTROLS if control.acts_on == "display"}
+        recorded = {name: value for name, value in engine.record["controls"].items() if name in display}
+        settings = changed_settings(settings, engine.info.scene, recorded)
+        super().__init__(identity, engine, *arguments, settings=settings, restarts=0, **options)
+
+    def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
+        """As Station.join. Raises FeedRefused also for a client that requests the truth of every instant."""
+        if client.truth:
+            raise FeedRefused(f"truth: {NO_TRUTH}")
+        super().join(client, since)
+
+    def _report_failure(self, reason: str) -> None:
+        log_event("radar stopped", radar=self.identity, reason=reason)
+        self.failed()
+
+
+def refuse(order: SceneOrder, progress: Progress) -> OrderedSource:
+    """Raises EngineFault in place of another scene: a stream.source.MakeSource."""
+    raise EngineFault(PLAYS)

@@ -1,0 +1,15 @@
+"""The command `schema`."""
+
+import json
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from radar_service.__main__ import main
+from tests.scenes import ONE_TARGET
+
+
+def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    validator = Draft202012Validator(json.loads(capsys.readouterr().out))
+    assert validator.is_valid(ONE_TARGET) and not validator.is_valid(ONE_TARGET | {"colour": "red"})

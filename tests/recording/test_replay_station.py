@@ -1,0 +1,186 @@
+"""Replay: clients get the bytes that the recorded radar sent; what needs an engine is refused in a sentence."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from radar_service import wire
+from radar_service.commands.record import record_scans
+from radar_service.ports.app import create_app
+from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.recording_file import RecordingFile
+from radar_service.recording.replay_station import ReplaySource, ReplayStation, refuse
+from radar_service.scene_file.load import load_scene
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.source import SceneOrder
+from radar_service.simulator import Simulator
+from radar_service.world.commands import CommandError
+from tests.ports.asgi import Closed, Server, running
+from tests.recording.scenes import AZIMUTHS, MOVING, SEED, spokes_of
+from tests.service.in_process import InProcess
+
+FAST = Settings(pace=Pace("run", float("inf")))
+
+
+def served(station: Station, test: Callable[[Server], Awaitable[Any]]) -> Any:
+    async def body() -> Any:
+        async with running(create_app([station])) as server:
+            return await test(server)
+
+    return asyncio.run(asyncio.wait_for(body(), 60))
+
+
+def feed(station: Station, query: str, count: int = 3 * AZIMUTHS) -> list[dict[str, Any]]:
+    """So many spokes from the first one on, as a lossless client of that station gets them."""
+
+    async def test(server: Server) -> list[bytes]:
+        socket, got, spokes = await server.feed(f"?mode=lossless&{query}"), list[bytes](), 0
+        while spokes < count:
+            got.append(await socket.raw())
+            spokes += wire.unpack(got[-1]).get("count", 0)
+        return got
+
+    return [spoke for spoke in spokes_of(served(station, test)) if spoke["number"] < count]
+
+
+def replayed(path: Path, start: float = 0.0, **options: Any) -> ReplayStation:
+    return ReplayStation("0", ReplaySource(path, "0", 0, start), refuse, settings=FAST, wait_for=1, **options)
+
+
+@pytest.mark.parametrize(
+    "query", ["encoding=c64", "encoding=f32", "encoding=f16", "encoding=u8-log&bins=40", "encoding=u8&sector=10,200"]
+)
+def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path) -> None:
+    live = Station("0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1)
+    sent, again = feed(live, query), feed(replayed(recording), query)
+    assert len(sent) > 3 * AZIMUTHS / 4 and any(spoke["blind"] for spoke in sent)
+    assert again == sent
+
+
+@pytest.mark.parametrize("query", ["encoding=f32&labels=1&powers=all", "encoding=u8&bins=40&labels=1&compress=zstd"])
+def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
+    live = Station(
+        "0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1, allow_truth=True
+    )  # fmt: skip
+    query = query.replace("powers=all", "powers=256,257")
+    sent, again = told(live, query), told(replayed(labelled_recording, allow_truth=True), query)
+    assert len(sent) == 3 * AZIMUTHS and again == sent
+
+
+def told(station: Station, query: str) -> list[tuple[bytes, ...]]:
+    """Samples, labels and powers of each spoke of three scans, as a lossless client gets them."""
+
+    async def test(server: Server) -> list[tuple[bytes, ...]]:
+        socket, got = await server.feed(f"?mode=lossless&{query}"), list[tuple[bytes, ...]]()
+        while len(got) < 3 * AZIMUTHS:
+            message = await socket.receive()
+            if message["type"] == "spokes":
+                arrays = [wire.samples(message), wire.labels(message), *(wire.powers(message) or {}).values()]
+                got += [tuple(array[k].tobytes() for array in arrays if array is not None) for k in range(message["count"])]
+            else:
+                assert message["sources"][-1] == {"number": 257, "name": "b"}
+        return got[: 3 * AZIMUTHS]
+
+    got: list[tuple[bytes, ...]] = served(station, test)
+    return got
+
+
+@pytest.mark.parametrize(("query", "reason"), [("labels=1", "labels: the recording has none"),
+                                               ("powers=all", "powers: the recording has none")])  # fmt: skip
+def test_labels_that_are_not_recorded_are_refused(query: str, reason: str, recording: Path) -> None:
+    async def test(server: Server) -> None:
+        assert reason in (await (await server.feed(f"?{query}")).receive())["reason"]
+
+    served(replayed(recording, allow_truth=True), test)
+
+
+def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path) -> None:
+    async def test(server: Server) -> None:
+        socket = await server.feed("?mode=lossless&encoding=c64")
+        first = await socket.until("spokes")
+        assert first["first"] == 0 and first["time"][0] >= 2.0 > first["time"][0] - 60 / 33 / AZIMUTHS
+        assert (await socket.until("bye"))["reason"] == "the radar has stopped: the recording has ended"
+
+    station = replayed(recording, 2.0)
+    ended = []
+    station.failed = lambda: ended.append(True)
+    served(station, test)
+    assert ended and isinstance(station.epoch.source, ReplaySource) and station.epoch.source.has_ended
+
+
+def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
+    data, place = bytearray(recording.read_bytes()), ChunkTable(recording).chunks[1]
+    data[place.offset + place.length // 2] ^= 0xFF
+    (path := tmp_path / "damaged.mcap").write_bytes(data)
+
+    async def test(server: Server) -> None:
+        socket = await server.feed("?mode=lossless")
+        reason = (await socket.until("bye"))["reason"]
+        assert reason.startswith(f"the radar has stopped: {path}: the chunk at byte {place.offset} is damaged")
+
+    station = replayed(path)
+    served(station, test)
+    assert isinstance(station.epoch.source, ReplaySource) and not station.epoch.source.has_ended
+
+
+def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
+    async def test(server: Server) -> None:
+        refused = [
+            await server.http.put("/api/radars/0/scene", json={"scene": "harbour"}),
+            await server.http.patch("/api/radars/0/controls", json={"rpm": 20}),
+        ]
+        for answer in refused:
+            assert answer.status_code == 422 and "this radar replays a recording" in answer.json()["detail"][0]
+        answer = await server.http.get("/api/radars/0/truth")
+        assert answer.status_code == 422 and "the truth of beam crossings" in answer.json()["detail"][0]
+        with pytest.raises(Closed):
+            await (await server.feed("?truth=1")).until("hello")
+        assert (await server.http.patch("/api/radars/0/controls", json={"gain": 60})).status_code == 200
+        present = (await server.http.get("/api/radars/0")).json()["controls"]
+        same = await server.http.patch("/api/radars/0/controls", json={"rpm": present["rpm"], "range_m": present["range_m"]})
+        assert same.status_code == 200 and same.json() == present
+        assert (await server.http.get("/api/radars/0")).json()["scene"]["name"] == "two ships"
+        lines = await server.open("/api/radars/0/truth/stream")
+        assert json.loads(await lines.text())["type"] == "header"
+        socket = await server.feed("?mode=lossless")
+        await socket.spokes(AZIMUTHS)
+        assert {json.loads(await lines.text())["type"] for _ in range(3)} == {"crossing", "snapshot"}
+
+    served(replayed(recording, allow_truth=True), test)
+
+
+def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = ReplaySource(recording)
+    monkeypatch.setitem(source.record["controls"], "gain", 71)
+    for name, value in (("rpm", 3), ("transmit", False), ("range_m", 20.0)):  # are no controls of the display
+        monkeypatch.setitem(source.record["controls"], name, value)
+    station = ReplayStation("0", source, refuse, settings=FAST)
+    assert station.settings == replace(FAST, video=replace(FAST.video, gain=71))
+
+
+def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:
+    scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
+    steered = Simulator(load_scene(scene), "fast", 1)
+    steered.command(spoke=20, course_deg=90)
+    steered.command(spoke=100, speed_kn=15)
+    with RecordingFile(tmp_path / "steered.mcap") as file:
+        record_scans(RadarRecording(file, "0", False), steered, scene, 3, False)
+    station = replayed(tmp_path / "steered.mcap")
+
+    async def refused() -> None:
+        with pytest.raises(CommandError, match="replays a recording; nothing is steered"):
+            await station.commands.command(None, lambda time: {"speed_kn": 1.0})
+
+    async def test(server: Server) -> list[bytes]:
+        await refused()
+        socket = await server.feed("?mode=lossless&encoding=f32")
+        return [await socket.raw() for _ in range(3 * AZIMUTHS // 32 + 1)]
+
+    assert [spoke["number"] for spoke in spokes_of(served(station, test))] == list(range(3 * AZIMUTHS))
