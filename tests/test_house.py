@@ -31,9 +31,10 @@ BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upw
     "radar_feed": (*SIMULATOR, "simulator"),
     "pytest_plugin": ("radar_feed",),
     "plots": (*GROUND, *PHYSICS[: PHYSICS.index("plan")], "truth", "display", "scans", "simulator"),
-    "bench": (*SIMULATOR, "simulator", "plots"),
+    "batch": GROUND,
+    "bench": (*SIMULATOR, "simulator", "plots", "batch"),
     "study": (*SIMULATOR, "simulator"),
-    "commands": (*SIMULATOR, "simulator", "__init__", "service", "recording", "ports", "plots", "bench", "study"),
+    "commands": (*SIMULATOR, "simulator", "__init__", "service", "recording", "ports", "plots", "batch", "bench", "study"),
 }
 PARTS = {  # of rooms with several, upward; "" are the modules that are not named
     "service": ("", "codecs", "fanout", "radio"),

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
+from radar_service.batch.jobs import JobsFailed, Outcome, processes
 from radar_service.bench.detection.report import criterion, summary, write_detection
-from radar_service.bench.detection.study import Counts, detection_study
+from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import ScenarioError, load_scenario
 from radar_service.commands.shared_options import add_jobs
 from radar_service.terminal.arguments import UsageError, whole
@@ -42,20 +43,19 @@ def run(options: argparse.Namespace) -> int:
     """
     try:
         return _detection(options)
-    except ScenarioError as error:
+    except (ScenarioError, JobsFailed) as error:
         raise UsageError(str(error)) from None
 
 
 def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
-    study = detection_study(
-        scenario, options.scans, options.ranges, options.jobs, partial(_progress, scenario.name, options.seed), options.seed
-    )
+    with processes(options.jobs) as executor:
+        study = detection_study(scenario, options.scans, options.ranges, executor, _progress, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
     return 1 if any(target["word"] == "fail" for series in study["series"] for target in series["targets"]) else 0
 
 
-def _progress(name: str, seed: int, parts: Iterable[Counts], count: int) -> Iterable[Counts]:
-    return progress(parts, count, "parts", lambda part: f"{name}, seed {seed} on, {part.scans} scans")
+def _progress(parts: Iterable[Outcome], count: int) -> Iterable[Outcome]:
+    return progress(parts, count, "parts", lambda part: part.job.name)

@@ -5,9 +5,9 @@ import json
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from radar_service.bench.bench import bench, runs_of
+from radar_service.batch.jobs import JobsFailed, Outcome, processes
+from radar_service.bench.bench import bench
 from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     """
     try:
         return _bench(options)
-    except (ScenarioError, TrackerError, ImportError) as error:
+    except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
         raise UsageError(str(error)) from None
 
 
@@ -52,12 +52,13 @@ def _bench(options: argparse.Namespace) -> int:
     if not options.scenarios or options.out is None:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
     loaded = load_scenarios(options.scenarios)
-    report = bench(loaded, options.seeds, options.tracker, options.out, options.jobs, _progress)
-    write_report(report, runs_of(loaded, options.seeds, options.tracker, options.out), options.out)
+    with processes(options.jobs) as executor:
+        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, _progress)
+    write_report(report, runs, options.out)
     print(verdict_table(report) + str(options.out / "report.html"))
     failed = any(verdict["word"] == "fail" for one in report["scenarios"] for verdict in one["verdicts"])
     return 1 if failed else 0
 
 
-def _progress(runs: Iterable[Any], count: int) -> Iterable[Any]:
-    return progress(runs, count, "runs", lambda run: f"{run['scenario']}, seed {run['seed']}")
+def _progress(runs: Iterable[Outcome], count: int) -> Iterable[Outcome]:
+    return progress(runs, count, "runs", lambda run: run.job.name)

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radar_service.batch.jobs import processes
 from radar_service.bench import bench as bench_module
-from radar_service.bench.bench import CROSSINGS, at_power_centroids, bench, runs_of
+from radar_service.bench.bench import CROSSINGS, at_power_centroids, bench
 from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.scoring import ScanResult
 from tests.bench.scores.test_scoring import given, truth
@@ -72,25 +73,25 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
 
 def test_a_report_of_two_seeds_is_resumed(scenario: Scenario, made: list[tuple[str, int]], tmp_path: Path) -> None:
     """A second command makes only the runs that are missing or cut; a changed scenario is run anew."""
-    first = bench([scenario], 2, "gnn", tmp_path / "out", 1)
+    first, runs = bench([scenario], 2, "gnn", tmp_path / "out")
     assert made == [("small", 0), ("small", 1)]
     (its,) = first["scenarios"]
     assert (its["name"], its["seeds"], its["question"]) == ("small", [0, 1], "?")
     assert its["metrics"]["ospa_m"] < 10.0 and its["verdicts"][0]["metric"] == "held" and its["verdicts"][0]["failures"] == 0
-    assert bench([scenario], 2, "gnn", tmp_path / "out", 1) == first and len(made) == 2
-    kept = next((tmp_path / "out" / "runs").glob("*-1.json"))
+    assert bench([scenario], 2, "gnn", tmp_path / "out") == (first, runs) and len(made) == 2
+    kept = next((tmp_path / "out" / "runs").glob("small--seed-1-*.json"))
     kept.write_text(kept.read_text()[:100])
-    assert bench([scenario], 3, "gnn", tmp_path / "out", 1)["scenarios"][0]["seeds"] == [0, 1, 2]
+    assert bench([scenario], 3, "gnn", tmp_path / "out")[0]["scenarios"][0]["seeds"] == [0, 1, 2]
     assert made[2:] == [("small", 1), ("small", 2)]
     shorter = small(tmp_path, 23)
-    bench([shorter], 1, "gnn", tmp_path / "out", 1)
+    bench([shorter], 1, "gnn", tmp_path / "out")
     assert made[4:] == [("small", 0)]
-    assert len(runs_of([shorter], 1, "gnn", tmp_path / "out")["small"][0]["scans"]) == 23
+    assert len(bench([shorter], 1, "gnn", tmp_path / "out")[1]["small"][0]["scans"]) == 23
 
 
 def test_a_program_of_another_language_is_judged_too(scenario: Path, tmp_path: Path) -> None:
     """It reports each plot as a track without velocity: the position is right, the velocity is not."""
-    (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
+    (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     assert its["metrics"]["position_error_m"] < 1.0 and its["metrics"]["velocity_error_m_s"] == pytest.approx(
         20 * 1852 / 3600, rel=0.01
     )
@@ -99,8 +100,9 @@ def test_a_program_of_another_language_is_judged_too(scenario: Path, tmp_path: P
 @pytest.mark.same_bytes
 def test_processes_give_the_runs_of_one(tmp_path: Path) -> None:
     scenario = small(tmp_path, 8)
-    one = bench([scenario], 2, "gnn", tmp_path / "one", 1)
-    assert json.dumps(bench([scenario], 2, "gnn", tmp_path / "two", 2)) == json.dumps(one)
+    one = bench([scenario], 2, "gnn", tmp_path / "one")
+    with processes(2) as executor:
+        assert json.dumps(bench([scenario], 2, "gnn", tmp_path / "two", executor)) == json.dumps(one)
 
 
 def test_a_program_that_changed_is_run_anew(made: list[tuple[str, int]], tmp_path: Path) -> None:
@@ -108,9 +110,9 @@ def test_a_program_that_changed_is_run_anew(made: list[tuple[str, int]], tmp_pat
     scenario, command = small(tmp_path, 4), program(tmp_path, ECHO)
     for code, runs in ((ECHO, 1), (ECHO, 1), (ECHO.replace('"track": k', '"track": k + 1'), 2)):
         assert program(tmp_path, code) == command
-        bench([scenario], 1, command, tmp_path / "out", 1)
+        bench([scenario], 1, command, tmp_path / "out")
         assert len(made) == runs
-    (run,) = runs_of([scenario], 1, command, tmp_path / "out")["small"]
+    (run,) = bench([scenario], 1, command, tmp_path / "out")[1]["small"]
     assert {track["track"] for scan in run["scans"] for track in scan["tracks"]} == {"1"}
 
 
@@ -120,25 +122,25 @@ def test_runs_of_another_arithmetic_are_run_anew(
     scenario = small(tmp_path, 4)
     for name, runs in (("one", 1), ("one", 1), ("another", 2), ("another", 2)):
         monkeypatch.setattr(bench_module, "arithmetic", lambda name=name: name)
-        bench([scenario], 1, "gnn", tmp_path / "out", 1)
+        bench([scenario], 1, "gnn", tmp_path / "out")
         assert len(made) == runs
-    (run,) = runs_of([scenario], 1, "gnn", tmp_path / "out")["small"]
+    (run,) = bench([scenario], 1, "gnn", tmp_path / "out")[1]["small"]
     assert run["arithmetic"] == "another"
 
 
 @pytest.mark.same_bytes
 def test_a_server_is_judged_as_a_program_is(tmp_path: Path) -> None:
     scenario = small(tmp_path, 6)
-    (by_pipe,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
+    (by_pipe,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     with server(plots_as_tracks) as url:
-        (by_socket,) = bench([scenario], 1, url, tmp_path / "out", 1)["scenarios"]
+        (by_socket,) = bench([scenario], 1, url, tmp_path / "out")[0]["scenarios"]
     assert by_socket == by_pipe and by_pipe["metrics"]["held"] > 0
 
 
 def test_a_command_of_any_length_has_a_file(tmp_path: Path) -> None:
     """File systems take 255 characters."""
     long = f"{program(tmp_path, ECHO)} {'x' * 300}"
-    assert bench([small(tmp_path, 4)], 1, long, tmp_path / "out", 1)["tracker"] == long
+    assert bench([small(tmp_path, 4)], 1, long, tmp_path / "out")[0]["tracker"] == long
 
 
 @pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.study)])
@@ -147,7 +149,7 @@ def test_gate_the_reference_tracker_meets_the_limits(name: str, seeds: int, tmp_
     """No limit that decides is missed in any run."""
     scenario = load_scenario(name)
     assert any(limit.decides for limit in scenario.limit)
-    (its,) = bench([scenario], seeds, "gnn", tmp_path, 1)["scenarios"]
+    (its,) = bench([scenario], seeds, "gnn", tmp_path)[0]["scenarios"]
     assert [verdict["failures"] for verdict in its["verdicts"]] == [0] * len(its["verdicts"])
 
 
@@ -155,7 +157,7 @@ def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) 
     path = tmp_path / "small.toml"
     path.write_text(FILE.format(scans=2).replace("noise = true", "noise = true\nsea_state = 5"))
     scenario = load_scenario(str(path))
-    (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
+    (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     assert its["remark"].startswith("2 of 2 scans flood the plot extractor; scan ")
     assert 'set threshold to "ca"' in its["remark"]
 

@@ -4,16 +4,14 @@ Every target of a scenario stands at many ranges at once, each on a spoke and in
 lost between spokes or cells. A scan detects a target where her cell exceeds the threshold on any spoke of the half-power beam.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import starmap
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
+from radar_service.batch.jobs import Executor, Job, Progress, run
 from radar_service.bench.detection.detection import (
     CRITERION,
     PFA,
@@ -26,7 +24,6 @@ from radar_service.bench.detection.detection import (
 )  # fmt: skip
 from radar_service.bench.detection.verdicts import HIGHEST, LOWEST, Measured, judged
 from radar_service.bench.scenario import Scenario, ScenarioError
-from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.false_alarms import known_level_factor
 from radar_service.receive.compression import receiver_noise_power
@@ -37,8 +34,6 @@ from radar_service.world.scene import Scene
 SCHEMA = 1
 MARGIN = 0.03  # Pd to which ranges are spread beyond these
 SCANS_PER_JOB = 50
-
-Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
 
 @dataclass(frozen=True)
@@ -69,21 +64,25 @@ def detection_study(
     scenario: Scenario,
     scans: int,
     ranges: int,
-    jobs: int,
+    executor: Executor | None = None,
     progress: Progress = lambda parts, count: parts,
     seed: int = 0,
 ) -> dict[str, Any]:
     """Returns the study of a scenario as plain data: in free space, and over the sea where the scenario has multipath.
 
-    scans: of each range; ranges: of each target; jobs: processes at once; progress: wraps the parts of the work; seed: of
+    scans: of each range; ranges: of each target; executor, progress: as `batch.jobs.run`; seed: of
     the first part, each of SCANS_PER_JOB scans; the next ones have the next seeds.
-    Raises ScenarioError for targets or an environment that the radar equation does not cover, and SceneError.
+    Raises ScenarioError for targets or an environment that the radar equation does not cover, SceneError, and JobsFailed.
     """
     targets = targets_of(scenario)
     kinds = [False, True] if scenario.scene.get("environment", {}).get("multipath") else [False]
     shares = [min(SCANS_PER_JOB, scans - first) for first in range(0, scans, SCANS_PER_JOB)]
-    parts = [(scenario, multipath, ranges, seed + k, share) for multipath in kinds for k, share in enumerate(shares)]
-    counted = list(progress(_counted(parts, jobs), len(parts)))
+    parts = [
+        Job(f"{scenario.name}, {_sea(multipath)}, seed {seed + k}", (scenario, multipath, ranges, seed + k, share))
+        for multipath in kinds
+        for k, share in enumerate(shares)
+    ]
+    counted = run(count, parts, executor, progress=progress)
     series = []
     for number, multipath in enumerate(kinds):
         every = reduce(Counts.plus, counted[number * len(shares) : (number + 1) * len(shares)])
@@ -165,24 +164,14 @@ def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: in
     return Counts(scans, (power.max(axis=2) > known_level_factor(PFA)).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
 
 
-def _count_limited(*part: Any) -> Counts:
-    with BLAS_LIMIT.held():
-        return count(*part)
-
-
-def _counted(parts: Sequence[tuple[Any, ...]], jobs: int) -> Iterable[Counts]:
-    """The counts of all parts in order, from `jobs` processes or from this one."""
-    if jobs == 1 or len(parts) == 1:
-        yield from starmap(_count_limited, parts)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(_count_limited, *zip(*parts, strict=True))
+def _sea(multipath: bool) -> str:
+    return "over the sea" if multipath else "free space"
 
 
 def _series(made: tuple[Scene, Layout], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
     scene, layout = made
     return {
-        "environment": "over the sea" if multipath else "free space",
+        "environment": _sea(multipath),
         "targets": [
             _judged(scene, layout, counts, target, layout.target == number) for number, target in enumerate(targets)
         ],

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.batch.jobs import processes
 from radar_service.bench.detection import study as module
 from radar_service.bench.detection.study import Counts, count, detection_study, study_scene, targets_of
 from radar_service.bench.detection.verdicts import Measured, judged
@@ -33,7 +34,7 @@ def scenario(**scene: Any) -> Scenario:
 def test_gate_detection_is_what_the_radar_equation_says() -> None:
     """In free space and over the sea; 5 of 8 ranges or more have a Pd that is tested. Of eight tests at 0.001 one fails for one
     seed of 125: seed 0 does with 60 scans (p = 0.0005), and passes with 600 (p = 1)."""
-    study = detection_study(scenario(environment={"noise": True, "multipath": True}), 50, 8, 1, seed=1)
+    study = detection_study(scenario(environment={"noise": True, "multipath": True}), 50, 8, seed=1)
     assert [series["environment"] for series in study["series"]] == ["free space", "over the sea"]
     for series in study["series"]:
         assert [one["target"] for one in series["targets"]] == ["buoy", "boat"]
@@ -78,14 +79,15 @@ def test_parts_add_up_in_any_number_of_processes(monkeypatch: pytest.MonkeyPatch
         seen.append(whole)
         return parts
 
-    one = detection_study(scenario(body=BODIES[:1]), 6, 4, 1, progress)
-    assert seen == [2] and detection_study(scenario(body=BODIES[:1]), 6, 4, 2) == one
+    one = detection_study(scenario(body=BODIES[:1]), 6, 4, None, progress)
+    with processes(2) as executor:
+        assert seen == [2] and detection_study(scenario(body=BODIES[:1]), 6, 4, executor) == one
     half = Counts(1, np.array([1]), np.array([2.0]), np.array([4.0]))
     assert half.plus(half) == Counts(2, np.array([2]), np.array([4.0]), np.array([8.0]))
 
 
 def test_a_target_that_is_never_in_doubt_is_reported_so() -> None:
-    study = detection_study(scenario(body=[{**BODIES[0], "name": "ship", "rcs_dbsm": 60.0}, BODIES[0]]), 2, 2, 1)
+    study = detection_study(scenario(body=[{**BODIES[0], "name": "ship", "rcs_dbsm": 60.0}, BODIES[0]]), 2, 2)
     ship = study["series"][0]["targets"][0]
     assert ship["word"] == "no range to test" and ship["p"] is None and ship["ranges"] == []
     assert ship["first_lost_m"] == {"predicted": None, "measured": None} and ship["last_held_m"]["predicted"] > 6900.0
@@ -113,6 +115,7 @@ def test_what_the_radar_equation_does_not_cover_is_refused(change: dict[str, Any
 @pytest.mark.study
 def test_table_2_of_the_standard() -> None:
     """Each target, in free space and over the sea, over 100 scans."""
-    study = detection_study(load_scenario("msc192-table2"), 100, 16, 2)
+    with processes(2) as executor:
+        study = detection_study(load_scenario("msc192-table2"), 100, 16, executor)
     words = {(series["environment"], one["target"]): one["word"] for series in study["series"] for one in series["targets"]}
     assert len(words) == 12 and "fail" not in words.values()

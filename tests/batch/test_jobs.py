@@ -1,0 +1,97 @@
+"""Many jobs: their order, their failures, and where they are done."""
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from radar_service.batch.jobs import GIVE_UP, Job, JobsFailed, Outcome, processes, run
+from radar_service.batch.result_folder import ResultFolder
+from radar_service.numerics.parallel import BLAS_LIMIT
+
+
+def jobs(*numbers: int) -> list[Job]:
+    return [Job(f"job {number}", (number,)) for number in numbers]
+
+
+def squared(number: int) -> dict[str, int]:
+    if number < 0:
+        raise ValueError(f"{number} is negative")
+    return {"square": number**2}
+
+
+def died(number: int) -> int:
+    if number == 0:
+        os._exit(1)
+    return number
+
+
+def test_results_come_in_the_order_of_the_jobs_wherever_they_are_done() -> None:
+    numbers = list(range(8))
+    expected = [{"square": number**2} for number in numbers]
+    assert run(squared, jobs(*numbers)) == expected
+    with ThreadPoolExecutor(3) as threads:  # any executor with `submit`
+        assert run(squared, jobs(*numbers), threads) == expected
+    with processes(2) as executor:
+        assert executor is not None and run(squared, jobs(*numbers), executor) == expected
+
+
+def test_one_process_is_this_one() -> None:
+    with processes(1) as executor:
+        assert executor is None and run(lambda: os.getpid(), [Job("here", ())], executor) == [os.getpid()]
+
+
+def test_blas_is_held_to_one_thread_in_each_job() -> None:
+    assert not BLAS_LIMIT.is_held and run(lambda: BLAS_LIMIT.is_held, [Job("held", ())]) == [True]
+
+
+def test_a_job_that_fails_stops_no_other_and_is_named(tmp_path: Path) -> None:
+    folder, seen = ResultFolder(tmp_path), list[str]()
+
+    def progress(outcomes: Iterable[Outcome], count: int) -> Iterable[Outcome]:
+        for outcome in outcomes:
+            seen.append(f"{outcome.job.name} of {count}")
+            yield outcome
+
+    with pytest.raises(JobsFailed, match=r"^2 failed and 2 of 4 are done; job -1: -1 is negative$") as failed:
+        run(squared, jobs(3, -1, -2, 4), kept=folder, progress=progress)
+    assert isinstance(failed.value.__cause__, ValueError) and seen == [f"job {k} of 4" for k in (3, -1, -2, 4)]
+    assert [folder.read(job) for job in jobs(3, -1, 4)] == [{"square": 9}, None, {"square": 16}]
+
+
+def test_the_only_job_fails_with_its_own_words() -> None:
+    with pytest.raises(JobsFailed, match="^-5 is negative$"):
+        run(squared, jobs(-5))
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_where_nothing_works_the_rest_is_not_tried(elsewhere: bool) -> None:
+    tried: list[int] = []
+
+    def failing(number: int) -> None:
+        tried.append(number)
+        raise OSError("no such program")
+
+    with ThreadPoolExecutor(1) as threads, pytest.raises(JobsFailed, match=rf"^{GIVE_UP} failed and 0 of 50 are done; "):
+        run(failing, jobs(*range(50)), threads if elsewhere else None)
+    assert GIVE_UP <= len(tried) < 50
+
+
+def test_a_process_that_dies_fails_its_jobs_and_hangs_nothing() -> None:
+    with processes(2) as executor, pytest.raises(JobsFailed, match="terminated abruptly"):
+        run(died, jobs(0, 1), executor)
+
+
+def test_kept_results_are_not_made_again(tmp_path: Path) -> None:
+    folder, made = ResultFolder(tmp_path), list[int]()
+
+    def counted(number: int) -> dict[str, Any]:
+        made.append(number)
+        return {"number": number, "version": 1}
+
+    with_version = [Job(f"job {number}", (number,), {"version": 1}) for number in (1, 2)]
+    assert run(counted, with_version[:1], kept=folder) == [{"number": 1, "version": 1}]
+    assert run(counted, with_version, kept=folder) == [{"number": k, "version": 1} for k in (1, 2)] and made == [1, 2]
