@@ -4,10 +4,12 @@ Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies b
 """
 
 import ast
+import inspect
 import math
 import re
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +160,42 @@ def rooms() -> str:
     return table(("folder or file", "holds"), rows)
 
 
+PUBLIC = ("radar_service", "radar_service.scans", "radar_service.recording", "radar_service.plots", "radar_service.bench", "radar_service.wire")
+INTERFACES = (
+    "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
+    "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
+    "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
+    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing",
+    "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
+    "radar_service.ports.registry:PortPackage", "radar_service.ports.port:Port",
+    "radar_service.bench.trackers.tracker:Tracker", "radar_service.batch.jobs:Executor", "radar_service.batch.jobs:Kept",
+    "radar_service.commands.command_line:Command",
+)  # fmt: skip
+
+
+def public() -> str:
+    """The public packages and their names."""
+    rows = [(f"`{name}`", ", ".join(f"`{each}`" for each in import_module(name).__all__)) for name in PUBLIC]
+    return table(("package", "names"), rows)
+
+
+def interfaces() -> str:
+    """The interfaces that others implement, with their members."""
+    rows = []
+    for name in INTERFACES:
+        module, _, kind = name.partition(":")
+        interface = getattr(import_module(module), kind)
+        members = [member for member in vars(interface) if not member.startswith("_")]
+        path = module.replace(".", "/") + ".py"
+        rows.append((f"`{kind}`", first_paragraph(interface), ", ".join(f"`{m}`" for m in members), f"`{path}`"))
+    return table(("interface", "what it is", "members", "in"), rows)
+
+
+def first_paragraph(of: object) -> str:
+    """The first paragraph of a docstring, on one line."""
+    return (inspect.getdoc(of) or "").split("\n\n")[0].replace("\n", " ")
+
+
 def db(ratio: float) -> str:
     """A power ratio in dB, to a tenth."""
     return f"{10.0 * math.log10(ratio) + 0.0:.3g}"
@@ -187,6 +225,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "materials": materials,
     "presets": presets,
     "rest": rest,
+    "public": public,
+    "interfaces": interfaces,
     "rooms": rooms,
     "transmitter-states": transmitter_states,
     "transitions": transitions,
