@@ -10,6 +10,8 @@ Each name is imported when it is first used, so that the service, which has its 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from radar_service.public_names import lazily
+
 if TYPE_CHECKING:
     from radar_service.records.fidelity import Fidelity
     from radar_service.records.spokes import Spoke, SpokeBlock
@@ -35,18 +37,14 @@ MODULES = {
 }  # fmt: skip
 
 
+_public, _names = lazily(__name__, MODULES)
+
+
 def __getattr__(name: str) -> Any:
     """Returns a public name, imported now."""
-    if name == "__version__":
-        value: Any = import_module("importlib.metadata").version("radar-service")
-    elif name in MODULES:
-        value = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
-    else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = value
-    return value
+    return import_module("importlib.metadata").version("radar-service") if name == "__version__" else _public(name)
 
 
 def __dir__() -> list[str]:
     """Returns the public names, imported or not."""
-    return sorted({*globals(), *__all__, "__version__"})
+    return [*_names(), "__version__"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-GROUND = ("numerics", "records", "strict_json", "packaged", "terminal", "processes", "wire")
+GROUND = ("public_names", "numerics", "records", "strict_json", "terminal", "processes", "wire")
 PHYSICS = (
     "radar", "world", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "sources", "plan",
 )  # fmt: skip  # upward, each may use all below it

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.packaged import packaged_folder
+from radar_service.scene_file.document import packaged_folder
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ("radar_service", "clients", "scenes")
@@ -63,7 +63,7 @@ import sys
 import radar_service as rs
 from radar_service.clients.ppi import FeedError, spokes
 from radar_service.clients.ppi.client import FeedError as raised
-from radar_service.packaged import packaged_folder
+from radar_service.scene_file.document import packaged_folder
 assert FeedError is raised and "clients" not in sys.modules
 assert rs.load_scene("harbour").name
 print(packaged_folder("scenes"), packaged_folder("clients"), sep="\\n")

@@ -1,1 +1,47 @@
 """The test bench of trackers: scenarios, trackers, scores, verdicts, report; detection against the radar equation."""
+
+from typing import TYPE_CHECKING
+
+from radar_service.public_names import lazily
+
+if TYPE_CHECKING:
+    from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario, scenarios
+    from radar_service.bench.scores.bias import Bias, bias_cause
+    from radar_service.bench.trackers.stone_soup import Tuning, reference_tracks
+    from radar_service.bench.trackers.stone_soup_readers import PlotReader, TruthReader
+    from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
+
+__all__ = [
+    "Bias",
+    "PlotReader",
+    "Scenario",
+    "ScenarioError",
+    "TrackState",
+    "Tracker",
+    "TrackerInput",
+    "TruthReader",
+    "Tuning",
+    "bias_cause",
+    "load_scenario",
+    "reference_tracks",
+    "scenarios",
+]
+
+__getattr__, __dir__ = lazily(
+    __name__,
+    {
+        "Bias": "scores.bias",
+        "PlotReader": "trackers.stone_soup_readers",
+        "Scenario": "scenario",
+        "ScenarioError": "scenario",
+        "TrackState": "trackers.tracker",
+        "Tracker": "trackers.tracker",
+        "TrackerInput": "trackers.tracker",
+        "TruthReader": "trackers.stone_soup_readers",
+        "Tuning": "trackers.stone_soup",
+        "bias_cause": "scores.bias",
+        "load_scenario": "scenario",
+        "reference_tracks": "trackers.stone_soup",
+        "scenarios": "scenario",
+    },
+)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from radar_service.numerics.random import SCENARIO, generator, name_key
-from radar_service.packaged import packaged_folder
+from radar_service.scene_file.document import packaged_folder
 
 SUFFIX = ".toml"
 

@@ -11,8 +11,8 @@ from radar_service.commands.shared_options import add_radar, add_scene, add_simu
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.labelled_plots import PlotReport, labelled_plots
 from radar_service.plots.picture import write_picture
+from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from radar_service.display.units import DEFAULT_UNIT, UNITS, Unit
-from radar_service.plots.labelled_plots import KINDS, PlotReport
+from radar_service.plots.plot_report import KINDS, PlotReport
 
 COLOURS = {  # of kinds
     "ship": "#ff5050", "buoy": "#40ff40", "land": "#c8a060", "clutter": "#50a0ff", "interference": "#ff60ff", "noise": "#ffffff",

@@ -9,7 +9,6 @@ from fastapi import FastAPI
 from starlette.routing import Route
 from starlette.staticfiles import StaticFiles
 
-from radar_service.packaged import packaged_folder
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.http.docs import add_docs
 from radar_service.ports.http.requests import Requests, RequestsMiddleware
@@ -21,6 +20,7 @@ from radar_service.ports.rest.body_limits import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, needs
 from radar_service.processes.fork_server import ForkServer
+from radar_service.scene_file.document import packaged_folder
 from radar_service.service.access import Access, Tickets
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations

@@ -1,23 +1,16 @@
 """Recordings: MCAP files with the feed of radars, their scenes, their truth and pictures. `read` opens one in process.
 
-Names are imported when they are first used: the package `mcap` is an extra, and the command line needs it for two commands.
+The package `mcap` is an extra: where it is absent, the first use of `read` or `Recording` raises MissingExtra.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from radar_service.recording.error import RecordingError
+from radar_service.public_names import lazily
 
 if TYPE_CHECKING:
-    from radar_service.recording.recording import Recording
-    from radar_service.recording.recording import Recording as read
+    from radar_service.recording.error import RecordingError
+    from radar_service.recording.recording import Recording, read
 
 __all__ = ["Recording", "RecordingError", "read"]
 
-
-def __getattr__(name: str) -> Any:
-    """Returns a public name. Raises MissingExtra where the package is not installed."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from radar_service.recording.recording import Recording
-
-    return Recording
+__getattr__, __dir__ = lazily(__name__, {"Recording": "recording", "RecordingError": "error", "read": "recording"})

@@ -199,3 +199,6 @@ def _run_number() -> Callable[[SpokeBlock], int]:
         return number
 
     return run
+
+
+read = Recording

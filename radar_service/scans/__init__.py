@@ -1,1 +1,26 @@
 """Scans, their files and datasets, sectors of a scan."""
+
+from typing import TYPE_CHECKING
+
+from radar_service.public_names import lazily
+
+if TYPE_CHECKING:
+    from radar_service.scans.dataset import scan_to_xarray, scans_from_xarray, scans_to_xarray
+    from radar_service.scans.scan import Scan, load_scan, save_scans, scan_of
+    from radar_service.scans.sector import Sector
+
+__all__ = ["Scan", "Sector", "load_scan", "save_scans", "scan_of", "scan_to_xarray", "scans_from_xarray", "scans_to_xarray"]
+
+__getattr__, __dir__ = lazily(
+    __name__,
+    {
+        "Scan": "scan",
+        "Sector": "sector",
+        "load_scan": "scan",
+        "save_scans": "scan",
+        "scan_of": "scan",
+        "scan_to_xarray": "dataset",
+        "scans_from_xarray": "dataset",
+        "scans_to_xarray": "dataset",
+    },
+)

@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from radar_service.packaged import packaged_folder
 from radar_service.scene_file.folder import FORWARD, read_limited
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.scene_file.validation_messages import error_from_problems, plain_data, problems_from_validation
@@ -21,6 +20,13 @@ MAX_SCENE_BYTES = 10 * 2**20
 MAX_BRACKETS = 1_000  # open at once: both parsers recurse
 MAX_KEY_PARTS = 200  # of a dotted key: the TOML parser is quadratic in their number
 _KEY_SEPARATORS = re.compile(r"[,={}\[\]]")  # a dotted key has none of them; a list has one after each number
+PACKAGE = Path(__file__).parents[1]
+
+
+def packaged_folder(name: str) -> Path:
+    """The folder `name`: inside the package when it is installed, beside it in a checkout."""
+    inside = PACKAGE / name
+    return inside if inside.is_dir() else PACKAGE.parent / name
 
 
 def model_and_folder(source: Source, folder: Path | None) -> tuple[SceneModel, Path | None]:

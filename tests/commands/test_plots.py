@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
-from tests.plots.test_labelled_plots import SCENE
+from tests.plots.test_plot_report import SCENE
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageColor
 
-from radar_service.plots.labelled_plots import KINDS
 from radar_service.plots.picture import COLOURS, write_picture
-from tests.plots.test_labelled_plots import report_of
+from radar_service.plots.plot_report import KINDS
+from tests.plots.test_plot_report import report_of
 
 
 def test_ships_and_buoys_are_marked_where_they_are(tmp_path: Path) -> None:

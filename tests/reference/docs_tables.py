@@ -160,7 +160,14 @@ def rooms() -> str:
     return table(("folder or file", "holds"), rows)
 
 
-PUBLIC = ("radar_service", "radar_service.scans", "radar_service.recording", "radar_service.plots", "radar_service.bench", "radar_service.wire")
+PUBLIC = (
+    "radar_service",
+    "radar_service.scans",
+    "radar_service.recording",
+    "radar_service.plots",
+    "radar_service.bench",
+    "radar_service.wire",
+)
 INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",

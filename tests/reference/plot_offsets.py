@@ -16,9 +16,9 @@ import radar_service as rs
 from radar_service.bench.run import tracker_input, truths_of
 from radar_service.bench.scores.plot_scores import PlotMatch, matches
 from radar_service.bench.scores.scoring import ScanResult
-from radar_service.packaged import packaged_folder
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor
+from radar_service.scene_file.document import packaged_folder
 from tests.reference.docs_tables import DOCS, table
 
 PAGE = DOCS.parent / "docs/plots.md"

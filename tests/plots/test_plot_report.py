@@ -7,7 +7,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.labelled_plots import PlotReport, kinds_of, labelled_plots
+from radar_service.plots.plot_report import PlotReport, kinds_of, labelled_plots
 from radar_service.plots.thresholds import KnownThreshold
 
 PFA = 0.01
