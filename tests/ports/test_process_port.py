@@ -176,9 +176,15 @@ def test_what_was_handed_on_is_done_before_the_end(ear: Ear) -> None:
 
 def test_where_it_dies_another_one_goes_on_and_knows_what_was_lost(ear: Ear, monkeypatch: pytest.MonkeyPatch) -> None:
     """The lost numbers are those of batches that the dead process had not said; the next one is told of them."""
+
+    async def until_another_speaks(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        while len({words["process"] for words in ear.heard}) < 2:
+            await feed.spokes(AZIMUTHS)
+
     monkeypatch.setattr(process_port, "AFTER_DEATH", 0.0)
     port = ProcessPort(Dying, ear.port)
-    host = play(port, flat_out(40), FLAT_OUT, wait_for=1)
+    host = play(port, until_another_speaks, FLAT_OUT, wait_for=1)
     (thread,) = [thread for each, thread in host.threads.items() if each is port]
     processes = list(dict.fromkeys(words["process"] for words in ear.heard))
     assert len(processes) >= 2 and port.starts >= len(processes) and thread.faults > 0
