@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radar_service.bench.ppi_picture import image_of
-from radar_service.bench.scores.dead_reckoning import distance_at
+from radar_service.bench.trackers.tracker import distance_at
 from radar_service.numerics.types import Floats
 
 if TYPE_CHECKING:

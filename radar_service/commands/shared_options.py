@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from radar_service.plan.arguments import ERROR_HELP, error_budget
+from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
 from radar_service.terminal.arguments import UsageError, pace, thread_count, whole
 

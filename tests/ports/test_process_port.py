@@ -16,7 +16,7 @@ import pytest
 from radar_service.ports import port_thread, process_port
 from radar_service.ports.port import Port
 from radar_service.ports.process_port import PortError, ProcessPort, work
-from radar_service.ports.recorder.recorder_port import RecorderPort
+from radar_service.ports.recorder.service_recorder import RecorderPort
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.settings import Settings

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.commands.command_line import parser
-from radar_service.ports.recorder.recorder_port import RecorderPort
+from radar_service.ports.recorder.service_recorder import RecorderPort
 from radar_service.ports.registry import PORTS, REPLAY_PORTS, opened
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.terminal.arguments import UsageError

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.bench.scores.dead_reckoning import distance_at, moved_on
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState, distance_at, moved_on
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats

@@ -1,10 +1,15 @@
-"""What a tracker gets and gives: the plots of one scan, and the states of its tracks."""
+"""What a tracker gets and gives: the plots of one scan, and the states of its tracks, which may be moved on to another time."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
+from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
+
+Vector = Floats | Sequence[float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,3 +54,17 @@ class Tracker(Protocol):
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         """Takes the plots of the next scan; returns the states of all confirmed tracks, best at the time of their plot."""
+
+
+def moved_on(position: Vector, velocity: Vector, time: float) -> Floats:
+    """Returns a position (2,) [m] after a time [s] at a velocity (2,) [m/s]; a negative time goes back."""
+    return np.asarray(position, dtype=np.float64) + time * np.asarray(velocity, dtype=np.float64)
+
+
+def distance_at(position: Vector, time: float, true: Vector, velocity: Vector, true_time: float) -> float:
+    """Returns the distance [m] of a position (2,) [m] of a time [s] from a truth, moved on from its own time to that time.
+
+    true, velocity: (2,) [m], [m/s], of the truth at true_time [s].
+    """
+    apart = np.asarray(position, dtype=np.float64) - moved_on(true, velocity, time - true_time)
+    return float(np.hypot(apart[0], apart[1]))

@@ -26,8 +26,7 @@ from radar_service.ports.http.websocket import flushed, frame_writer, on_end, wr
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
 from radar_service.service.access import Access, is_loopback
-from radar_service.service.codecs.codec import Codec
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import GRACE, ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.feed_request import View

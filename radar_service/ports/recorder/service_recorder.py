@@ -3,17 +3,18 @@
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import IO, NamedTuple, Self
 
+from radar_service.ports.port import Port
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.logs import log_event
-from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 MAX_WAITING = 64 * 2**20  # bytes of spokes that wait for the disk; beyond it the radars wait too
 PATIENCE = 20.0  # s that the radars wait for the disk: twice the time that a truth may take
@@ -134,3 +135,23 @@ class RecordingSink:
 
     def close(self, reason: str) -> None:
         """Does nothing: the recording goes on with the next epoch."""
+
+
+class RecorderPort(Port):
+    """Records all radars of a service. They wait for it where a disk is slow, up to the patience of its recorder."""
+
+    name, delays = "recorder", True
+
+    def __init__(self, path: Path, with_truth: bool, sources: SourceRequest) -> None:
+        """Opens the file. Raises OSError."""
+        self.sources = sources
+        self._recorder = ServiceRecorder(path, with_truth, recorded=sources)
+        self._recorder.__enter__()
+
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """As Port.sinks."""
+        return (self._recorder.sink(radar),)
+
+    def close(self) -> None:
+        """Writes what waits, and closes the file."""
+        self._recorder.__exit__(None, None, None)

@@ -27,8 +27,8 @@ from radar_service.ports.rest.scene_routes import JobName, not_found
 from radar_service.ports.rest.scene_store import SceneStore, without_folder
 from radar_service.ports.roles import needs
 from radar_service.service.blind import told_plan
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.codecs.native import messages
-from radar_service.service.codecs.registry import CODECS
 from radar_service.service.controls import control_definitions
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state

@@ -14,8 +14,7 @@ import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
-from radar_service.scattering.physical_optics.triangle_cuts import cut
-from radar_service.scattering.physical_optics.waterline import above_water
+from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import BodyPose
 

@@ -28,8 +28,8 @@ from radar_service.scattering.physical_optics.path_fields import (
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, cross, dot, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.sea_field import FLATTEST
+from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
-from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.world.body import Body, Mesh

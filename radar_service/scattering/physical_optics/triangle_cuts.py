@@ -5,6 +5,17 @@ import numpy as np
 from radar_service.numerics.types import Flags, Floats, Indices
 
 
+def above_water(corners: Floats, level: float) -> tuple[Floats, Indices]:
+    """The parts of triangles (M, 3, 3) that rise above `level` [m], and the triangle that each comes from (N,).
+
+    Triangles that lie above as a whole come first, as they are. Others are cut exactly along the level.
+    """
+    height = corners[:, :, 2] - level
+    if not (height < 0.0).any():
+        return corners, np.arange(len(corners))
+    return cut(corners, height)[0]
+
+
 def cut(corners: Floats, value: Floats) -> tuple[tuple[Floats, Indices], tuple[Floats, Indices]]:
     """The parts of triangles (M, 3, D) where a value is not negative, and those where it is, each with the triangle that it
     comes from (N,).

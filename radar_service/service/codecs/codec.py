@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from radar_service.records.truth import Truth
+from radar_service.service.codecs.native.messages import NativeCodec
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 
@@ -12,7 +13,7 @@ class Codec(Protocol):
     """One protocol. Methods return one message as bytes, without I/O and without state, and may run in any thread.
 
     b"" stands for a message that the protocol does not have: it is not sent. To add a protocol, write one file with a
-    codec and register it in `codecs.registry`; its feed then has the address `path`, and recorders can use it too.
+    codec and add it to `CODECS` below; its feed then has the address `path`, and recorders can use it too.
     """
 
     @property
@@ -49,3 +50,8 @@ class Codec(Protocol):
 
     def trim(self, data: bytes, count: int) -> bytes:
         """Returns a message of `spokes` cut down to its last `count` spokes."""
+
+
+_CODECS: tuple[Codec, ...] = (NativeCodec(),)
+
+CODECS: dict[str, Codec] = {codec.name: codec for codec in _CODECS}

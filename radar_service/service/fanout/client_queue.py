@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from radar_service.service.codecs.codec import Codec
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.feed_request import Mode, View
 
 _NUMBERS = itertools.count(1)

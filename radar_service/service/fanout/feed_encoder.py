@@ -8,7 +8,7 @@ from operator import or_
 from typing import Any
 
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.fanout.feed_truth import FeedTruth
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import Mode, View

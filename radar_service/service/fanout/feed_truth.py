@@ -5,7 +5,7 @@ from collections import deque
 from concurrent.futures import Executor
 
 from radar_service.numerics.types import Floats
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.fanout.hub import Hub
 from radar_service.service.spokes import Epoch
 

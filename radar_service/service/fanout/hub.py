@@ -19,8 +19,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from radar_service.service.codecs.codec import Codec
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
 from radar_service.service.fanout.delays import PATIENCE, Delays
 from radar_service.service.feed_request import Mode, View

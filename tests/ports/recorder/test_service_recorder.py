@@ -13,11 +13,14 @@ import numpy as np
 import pytest
 
 from radar_service.ports.app import create_app
-from radar_service.ports.recorder.service_recorder import MAX_WAITING, ServiceRecorder, Work
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.recorder.service_recorder import MAX_WAITING, RecorderPort, ServiceRecorder, Work
 from radar_service.recording import Recording, read
+from radar_service.recording.error import RecordingError
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
+from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.ports.asgi import running
 from tests.service.fake import AZIMUTHS, SOURCES, FakeEngine, factory, labels_of, scene
 
@@ -165,3 +168,31 @@ def test_an_end_of_scan_waits_for_the_one_before(tmp_path: Path) -> None:
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="none/a.mcap"):
         ServiceRecorder(tmp_path / "none" / "a.mcap", False)
+
+
+def test_what_its_sinks_take_is_in_the_file(tmp_path: Path) -> None:
+    port, engine = RecorderPort(tmp_path / "a.mcap", False, SourceRequest()), FakeEngine(scene())
+    host = PortHost((port,))
+    (sink,) = host.sinks("0")
+    epoch = Epoch("one", engine, None)  # type: ignore[arg-type]
+    sink.open_epoch(RadarInfo("0", "radar 0", epoch, 0.0, {"pace": {}}, False))
+    sink.send(SpokeBatch(epoch, 0, engine.block(0, 5), None))  # type: ignore[arg-type]
+    port.close()
+    assert [spoke.number for spoke in read(tmp_path / "a.mcap").spokes()] == list(range(5))
+
+
+def test_the_sources_that_are_recorded_are_asked_for(tmp_path: Path) -> None:
+    port = RecorderPort(tmp_path / "a.mcap", False, SourceRequest(True, (256,)))
+    assert PortHost((port,)).sources == SourceRequest(True, (256,))
+    port.close()
+
+
+def test_its_file_is_closed_without_a_spoke_too(tmp_path: Path) -> None:
+    RecorderPort(tmp_path / "a.mcap", False, SourceRequest()).close()
+    with pytest.raises(RecordingError, match="ends before its first message"):
+        Recording(tmp_path / "a.mcap")
+
+
+def test_a_file_that_cannot_be_written_is_an_error_at_once(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        RecorderPort(tmp_path / "none" / "a.mcap", False, SourceRequest())

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from radar_service import wire
-from radar_service.service.codecs.registry import CODECS
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.fanout.client_queue import QUEUE_NOTICES, ClientQueue, QueueItem, gap
 from radar_service.service.feed_request import View
 from tests.service.fanout.batches import U8, batch, everything, numbered, opened, run
