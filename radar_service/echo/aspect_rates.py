@@ -1,7 +1,7 @@
 """How fast the aspect of a body changes the phases of its echoes, and where it has corners.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
-k coherence x (rate of the line of sight in the body's frame). They are `UPRIGHT` times as high as long, so roll and pitch
+k coherence x (rate of the line of sight in the body's frame). They are `upright` times as high as long, so roll and pitch
 count so many times.
 """
 
@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
+from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
-NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
 JUMP_PHASE = 0.02  # rad: jumps of the phase at the ends of an echo below it are no corners
 KINK_PHASE = 0.16  # rad: what a rate that jumps changes from one node to the next; cubics across it err by a tenth
 
@@ -27,7 +26,7 @@ class AspectRates:
     scene: with own ship, the radar and the sea.
     body: of the scene.
     radius: of the body [m]. size: its longest extent [m].
-    coherence: size [m] of what an echo stands for, at a distance [m].
+    coherence: size [m] of what an echo stands for, at a distance [m]. upright: its height over that.
     """
 
     scene: Scene
@@ -35,6 +34,7 @@ class AspectRates:
     radius: float
     size: float
     coherence: Callable[[float], float]
+    upright: float
 
     def track(self, time: Floats) -> tuple[Floats, Floats]:
         """Middle of the body relative to the antenna (K, 3) [m] and its heading (K,) [rad] at each time (K,) [s]."""
@@ -58,7 +58,7 @@ class AspectRates:
             rate += 2.0 * antenna_height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         rate *= self._phase_per_radian(middle)
         if self.body.motion.sway is not None:
-            rate += self._phase_per_radian(middle, UPRIGHT) * self._tilt_rate(position, heading, nearest)
+            rate += self._phase_per_radian(middle, self.upright) * self._tilt_rate(position, heading, nearest)
             rate += 8.0 * np.pi / self.scene.radar.wavelength * waterline_rise(self.body) * antenna_height / nearest
         return np.asarray(rate)
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.aspect_rates import NEAREST, AspectRates
+from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
@@ -29,6 +29,7 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
+from radar_service.scattering.predictions import NEAREST
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
@@ -119,8 +120,8 @@ class BeamPassages:
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._rates = [
-            AspectRates(scene, body, body.radius, body.diagonal, partial(aspect.model.coherence, aspect.local))
-            for aspect, body in zip(self._aspects, bodies, strict=True)
+            AspectRates(scene, body, body.radius, body.diagonal, partial(model.coherence, local), model.upright)
+            for (model, local, _), body in zip(self._aspects, bodies, strict=True)
         ]
         self._shadows = [ShadowRates(scene, body) for body in bodies]
         self._own_speed = scene.own_ship.top_speed + mast_speed(scene)

@@ -8,7 +8,7 @@ from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
@@ -22,14 +22,14 @@ def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> li
 
 
 def _microseconds(scene: Scene, statistics: EngineStatistics) -> list[float | None]:
-    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes, and those by
-    physical optics that of their aspects."""
+    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes, and those
+    whose echoes depend on aspect that of their aspects."""
     if statistics.costs is None or statistics.bodies is None:
         return [None] * len(scene.bodies)
     moving = np.array([not _rests(body, scene) for body in scene.bodies], dtype=np.bool_)
-    metal = np.array([issubclass(scattering_model(body), PhysicalOptics) for body in scene.bodies], dtype=np.bool_)
+    by_aspect = np.array([scattering_model(body).by_aspect for body in scene.bodies], dtype=np.bool_)
     echoes = np.where(moving, statistics.bodies.echoes, 0)
-    shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * metal))
+    shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * by_aspect))
     return [float(time) for time in shares[0] + shares[1]]
 
 
@@ -52,7 +52,8 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
         return PlanItem(what, False, NEVER_VISIBLE, 0.0, microseconds=0.0)
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
-    how = model.description(body, scene, fidelity, "computed once" if _rests(body, scene) else "computed at each azimuth")
+    conditions = Conditions.of_scene(scene, fidelity, scatterers)
+    how = model.description(body, conditions, "computed once" if _rests(body, scene) else "computed at each azimuth")
     error = body_error(body, statistics.culling.applied_to(scene), fidelity, scatterers)
     text = "; ".join((how + _counted(body, key, statistics), *error.remarks))
     return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)

@@ -3,25 +3,24 @@
 import math
 
 from radar_service.plan.body_errors import body_error
-from radar_service.plan.run import HORIZON, BodyRun, body_run, ends_at_horizon, is_steered
+from radar_service.plan.run import HORIZON, body_run, ends_at_horizon, is_steered
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
+from radar_service.scattering.models import scattering_model
+from radar_service.scattering.predictions import BodyRun, Conditions
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
 
 def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:
     """Sentences about each body, by its name."""
-    runs = {body.name: body_run(body, scene) for body in scene.bodies}
-    quality = mesh_quality(scene, fidelity.bounces, {name: run.nearest for name, run in runs.items()})
-    return {
-        body.name: [
-            *_passage(body, scene, runs[body.name]),
-            *quality.get(body.name, []),
-            *(body_error(body, scene, fidelity, None).remarks if body.name not in quality else ()),
-        ]
-        for body in scene.bodies
-    }
+    return {body.name: _remarks(body, scene, fidelity) for body in scene.bodies}
+
+
+def _remarks(body: Body, scene: Scene, fidelity: Fidelity) -> list[str]:
+    """What a model says of the mesh of a body takes the place of remarks about its errors."""
+    run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
+    mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
+    return [*_passage(body, scene, run), *(mesh or body_error(body, scene, fidelity, None).remarks)]
 
 
 def _passage(body: Body, scene: Scene, run: BodyRun) -> list[str]:

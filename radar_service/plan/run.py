@@ -6,13 +6,12 @@ closest approach, and is sampled evenly in aspect about it.
 """
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.aspect_rates import NEAREST
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.types import Floats
+from radar_service.scattering.predictions import NEAREST, BodyRun
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
 from radar_service.world.scene import Scene
@@ -23,27 +22,6 @@ PER_ARC = 16  # pieces of an arc
 MAX_PIECES = 4096  # of a run; a longer track is sampled at as many of its knots
 ASPECTS = np.tan(np.linspace(-1.54, 1.54, 33))  # rad from the closest approach: it passes within 3 % of its distance
 LEVER = 1e-3  # s over which rates are taken
-
-
-class BodyRun(NamedTuple):
-    """What a body does over a run, seen from the antenna.
-
-    nearest: least ground distance of its nearest part [m], at least 0.
-    approach: least ground distance of its middle [m].
-    time: when its middle is nearest [s].
-    turn: highest rate at which its aspect changes [rad/s].
-    radial: highest rate of range [m/s].
-    sea_turn: highest rate of the angle between the direct ray and the one by the sea [rad/s].
-    start: ground distance of its middle at the start [m].
-    """
-
-    nearest: float
-    approach: float
-    time: float
-    turn: float
-    radial: float
-    sea_turn: float
-    start: float
 
 
 def body_run(body: Body, scene: Scene) -> BodyRun:

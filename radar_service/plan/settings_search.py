@@ -22,9 +22,8 @@ from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.records.fidelity import MIN_SCATTERERS, Fidelity
-from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, surface_db
+from radar_service.scattering.surface_sampling import MAX_STRATA, density_db
 from radar_service.world.scene import Scene
 
 BEAM_KERNEL_WIDTHS = (4, 6)
@@ -127,13 +126,11 @@ def multipath_db(scene: Scene, fidelity: Fidelity) -> float:
 def _min_scatterers(scene: Scene, budget: ErrorBudget) -> int:
     """Scatterers that keep the budget on any surface of the scene, at least those of `balanced`."""
     multipath = scene.environment.multipath
-    surfaces = [
-        body for body in scene.bodies if body.mesh is not None and issubclass(scattering_model(body), FixedScatterers)
-    ]
-    if not any(body.rcs is None or multipath for body in surfaces):  # a declared cross-section is shared exactly
-        return MIN_SCATTERERS
-    counts = range(MIN_SCATTERERS, MAX_STRATA)
-    return next((count for count in counts if surface_db(count, multipath) <= budget.target_db), MAX_STRATA)
+    models = {scattering_model(body) for body in scene.bodies if body.mesh is not None}
+    for count in range(MIN_SCATTERERS, MAX_STRATA):
+        if all(model.sampling_db(count, multipath) <= budget.target_db for model in models):
+            return count
+    return MAX_STRATA
 
 
 def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:

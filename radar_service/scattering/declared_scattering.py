@@ -10,11 +10,12 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, ScatteringContext, Sector
+from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
 from radar_service.world.body import Body
 from radar_service.world.poses import PoseArrays
-from radar_service.world.scene import Scene
 
+TURNED_DB, WIDE_DB = 0.2, 0.4  # energy between two visibility steps: within the beam, and wider than it
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 
 
@@ -96,13 +97,28 @@ class DeclaredScattering(FixedScatterers):
         return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
 
     @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+    def description(body: Body, conditions: Conditions, computed: str) -> str:
         """As `ScatteringModel.description`."""
         return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
 
     @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+    def sampling_db(scatterers: int, multipath: bool) -> float:
+        """None, as scatterers share the cross-section exactly, except in the lobes of sea reflection."""
+        return surface_db(scatterers, multipath) if multipath else 0.0
+
+    @classmethod
+    def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """Exact, except for a mesh in the lobes of sea reflection."""
-        if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
+        if conditions.scatterers is None or conditions.scatterers <= 1:
             return 0.0
-        return surface_db(scatterers, multipath=True)
+        return cls.sampling_db(conditions.scatterers, conditions.environment.multipath)
+
+    @staticmethod
+    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
+        """The energy of a declared body between two visibility steps; at each of them it is exact."""
+        if conditions.scatterers == 1 or run.turn == 0.0:
+            return RunError()
+        wide = 2.0 * body.radius > cell_spacing(conditions.radar).azimuth * max(run.approach, NEAREST)
+        remark = "at its closest it is wider than the beam; " if wide else ""
+        text = f"{remark}its phases change at each visibility step, its energy does not"
+        return RunError(WIDE_DB if wide else TURNED_DB, (text,))

@@ -3,10 +3,11 @@
 The scatterers of all bodies of a model lie in one set of arrays, so that visibility and amplitudes are computed together.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
@@ -34,13 +36,17 @@ from radar_service.world.poses import (
     pose_at,
     rotated_from_bodies,
 )
-from radar_service.world.scene import Scene
 
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 
 
 class FixedScatterers(ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
+
+    by_aspect: ClassVar[bool] = False
+    diffracts: ClassVar[bool] = True
+    lit_by_sea: ClassVar[bool] = False
+    tells_sea_delay: ClassVar[bool] = True
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
@@ -100,6 +106,16 @@ class FixedScatterers(ABC):
     def clear(self) -> None:
         """Nothing is cached that depends on an instant."""
         return
+
+    @staticmethod
+    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
+        """None: each scatterer is an echo, whatever the aspect."""
+        return 0.0
+
+    @staticmethod
+    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
+        """None: scatterers lie on triangles of any size."""
+        return []
 
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
@@ -198,17 +214,38 @@ class DiffuseScattering(FixedScatterers):
         return PEAK_TO_MEAN * body.material.gamma * float(triangle_frames(body.mesh)[2].sum())
 
     @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+    def description(body: Body, conditions: Conditions, computed: str) -> str:
         """As `ScatteringModel.description`."""
-        return f"diffuse, {computed}, {fidelity.scatterers_per_cell:g} scatterers per resolution cell"
+        return f"diffuse, {computed}, {conditions.fidelity.scatterers_per_cell:g} scatterers per resolution cell"
 
     @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
-        """As `ScatteringModel.error_db`."""
-        error = density_db(fidelity.scatterers_per_cell)
+    def sampling_db(scatterers: int, multipath: bool) -> float:
+        """As `ScatteringModel.sampling_db`."""
+        return surface_db(scatterers, multipath)
+
+    @classmethod
+    def error_db(cls, body: Body, conditions: Conditions) -> float | None:
+        """That of the scatterers in a cell, and of all of them."""
+        error, scatterers = density_db(conditions.fidelity.scatterers_per_cell), conditions.scatterers
         if scatterers is None or scatterers <= 1:
             return error
-        return max(error, surface_db(scatterers, scene.environment.multipath))
+        return max(error, cls.sampling_db(scatterers, conditions.environment.multipath))
+
+    @staticmethod
+    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
+        """What a surface loses by coming nearer than it was when its scatterers were drawn: its cells have fewer."""
+        if run.approach >= run.start:
+            return RunError()
+        radar, per_cell = conditions.radar, conditions.fidelity.scatterers_per_cell
+        start, closest = (max(radar.beamwidth * distance, radar.range_step) for distance in (run.start, run.approach))
+        there, before = per_cell * closest / start, density_db(per_cell)
+        if conditions.scatterers is not None:
+            there = max(there, conditions.scatterers / max(1.0, body.length * body.beam / (closest * radar.range_step)))
+        after = density_db(there)
+        if after <= before:
+            return RunError()
+        text = f"at its closest, {run.nearest:.0f} m, {there:.2g} scatterers per resolution cell"
+        return RunError(math.sqrt(after**2 - before**2), (f"{text}: {after:.2g} dB",))
 
 
 def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:

@@ -1,23 +1,23 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
 To add a model: write a class like `ScatteringModel` in a file of this package, list it in `scattering.models`, and add its name
-to `world.body.Scattering`: scene files then know it.
+to `world.body.Scattering`: scene files then know it. All that the plan and the truth say of a model, they ask it.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, Self, runtime_checkable
+from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
+from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
 from radar_service.world.environment import Environment
-from radar_service.world.scene import Scene
 
 ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
 
@@ -138,7 +138,18 @@ class ScatteringContext:
 
 
 class ScatteringModel(Protocol):
-    """How some bodies (B,) of a scene scatter."""
+    """How some bodies (B,) of a scene scatter.
+
+    by_aspect: whether it is an `AspectModel`.
+    diffracts: whether echoes reach beyond the horizon by diffraction.
+    lit_by_sea: whether parts that only the path by the sea reaches have echoes.
+    tells_sea_delay: whether the plan tells how much longer the path by the sea is than the direct range that echoes keep.
+    """
+
+    by_aspect: ClassVar[bool]
+    diffracts: ClassVar[bool]
+    lit_by_sea: ClassVar[bool]
+    tells_sea_delay: ClassVar[bool]
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
@@ -162,19 +173,44 @@ class ScatteringModel(Protocol):
         ...
 
     @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+    def description(body: Body, conditions: Conditions, computed: str) -> str:
         """How the body is modelled, for the plan; computed: "computed once" or "computed at each azimuth"."""
         ...
 
     @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
-        """Predicted error of the body's mean power [dB], None where unknown; scatterers: how many it has, None: not built."""
+    def sampling_db(scatterers: int, multipath: bool) -> float:
+        """Predicted error of the mean power of a surface with so many scatterers [dB]; 0 for models without."""
+        ...
+
+    @classmethod
+    def error_db(cls, body: Body, conditions: Conditions) -> float | None:
+        """Predicted error of the body's mean power at the start of a run [dB], None where unknown."""
+        ...
+
+    @staticmethod
+    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
+        """What the error of a body with a mesh grows by over a run."""
+        ...
+
+    @staticmethod
+    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
+        """Size [m] over which phases are summed into one echo of a body whose nearest part is so far away [m]; 0 where echoes do
+        not depend on aspect."""
+        ...
+
+    @staticmethod
+    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
+        """What `check` says of the body's mesh at its `nearest` distance [m]: whether it is fine enough for this model."""
         ...
 
 
-@runtime_checkable
 class AspectModel(ScatteringModel, Protocol):
-    """A model whose echoes hold for one aspect alone: each body is evaluated at instants at which the beam passes it."""
+    """A model whose echoes hold for one aspect alone: each body is evaluated at instants at which the beam passes it.
+
+    upright: height of what an echo stands for, over its `coherence`.
+    """
+
+    upright: ClassVar[float]
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, exactly as it is at the instant; arguments as in `echoes`."""

@@ -25,7 +25,5 @@ def scattering_model(body: Body, sampler: str = "scatterers") -> type[Scattering
 
 
 def height_over_horizon(body: Body, scene: Scene, sampler: str = "scatterers") -> float:
-    """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where it has none. Surfaces that rays sample have
-    none, as `beyond_horizon` hides them."""
-    sampled = issubclass(scattering_model(body, sampler), RaySampledSurfaces)
-    return 0.0 if sampled else diffraction_height(scene.radar, scene.environment)
+    """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where its model has none."""
+    return diffraction_height(scene.radar, scene.environment) if scattering_model(body, sampler).diffracts else 0.0

@@ -7,7 +7,7 @@ no such integral: they keep their own models and only occlude.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -18,12 +18,12 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
 from radar_service.world.body import Body
 from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
-from radar_service.world.scene import Scene
 
 SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 
@@ -132,6 +132,11 @@ class RayCaster:
 class RaySampledSurfaces:
     """Diffuse bodies (B,) estimated by rays. Rays are always cast over the full circle."""
 
+    by_aspect: ClassVar[bool] = False
+    diffracts: ClassVar[bool] = False  # the horizon hides what rays would hit beyond it
+    lit_by_sea: ClassVar[bool] = False
+    tells_sea_delay: ClassVar[bool] = False
+
     def __init__(self, key: Indices, caster: RayCaster) -> None:
         """key: (B,) index of each body in the scene."""
         self.key, self._caster = key, caster
@@ -164,19 +169,39 @@ class RaySampledSurfaces:
         return DiffuseScattering.max_rcs(body, radar, fidelity)
 
     @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+    def description(body: Body, conditions: Conditions, computed: str) -> str:
         """As `ScatteringModel.description`."""
-        radar = scene.radar
+        radar, sampler = conditions.radar, SAMPLER_NAMES[conditions.fidelity.sampler]
         missed = missed_area_range(radar.rays, radar.beamwidth, radar.beamwidth_el)
         return (
-            f"diffuse, {computed}, by {SAMPLER_NAMES[fidelity.sampler]} rays, {radar.rays} to 3 x 3 beamwidths (one azimuth in "
+            f"diffuse, {computed}, by {sampler} rays, {radar.rays} to 3 x 3 beamwidths (one azimuth in "
             f"twenty misses a square metre beyond {missed:.0f} m); no ray leaves beyond 1.5 beamwidths above and below"
         )
 
     @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+    def sampling_db(scatterers: int, multipath: bool) -> float:
+        """None: there are no scatterers."""
+        return 0.0
+
+    @classmethod
+    def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """Unknown: it depends on how many rays meet the body."""
         return None
+
+    @staticmethod
+    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
+        """Unknown, as at the start."""
+        return RunError()
+
+    @staticmethod
+    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
+        """None: each hit is an echo."""
+        return 0.0
+
+    @staticmethod
+    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
+        """None: rays hit triangles of any size."""
+        return []
 
 
 def _closer_hits(

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class ScattererSet:
     @cached_property
     def steady(self) -> "ScattererSet":
         """The same bodies without those models whose echoes depend on aspect."""
-        return replace(self, models=tuple(model for model in self.models if not isinstance(model, AspectModel)))
+        return replace(self, models=tuple(model for model in self.models if not model.by_aspect))
 
     @property
     def by_aspect(self) -> "ScattererSet":
@@ -46,7 +47,7 @@ class ScattererSet:
     @property
     def aspect_models(self) -> list[AspectModel]:
         """The models whose echoes depend on aspect."""
-        return [model for model in self.models if isinstance(model, AspectModel)]
+        return [cast(AspectModel, model) for model in self.models if model.by_aspect]
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""

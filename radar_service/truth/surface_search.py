@@ -9,6 +9,7 @@ import numpy as np
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.legs import reflection_points
+from radar_service.scattering.models import scattering_model
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.truth.surface_points import (
     MAX_EDGES,
@@ -54,7 +55,7 @@ class SurfaceSearch:
         yield ends, lambda lit: ~self._occluded(ends[lit], antenna, time)
         met = self._in_columns(body, view, antenna, time)
         yield met.position, lambda lit: seen(_chosen(met, lit))
-        if self._scene.bodies[body].scattering == "optics" and self._scene.environment.multipath:
+        if scattering_model(self._scene.bodies[body]).lit_by_sea and self._scene.environment.multipath:
             yield faces.position, lambda lit: self._visible_by_sea(_chosen(faces, lit), antenna, time)
 
     def _surface(self, body: int) -> Surface:

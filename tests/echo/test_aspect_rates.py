@@ -24,7 +24,7 @@ TIMES = np.arange(-50, 51) * 0.0035 + 100.0
 def rates(own_ship: dict[str, Any] | None = None, **body: Any) -> AspectRates:
     """Of a box, each echo of which stands for 0.5 m."""
     made = scene([BOX | body], own_ship=own_ship or {})
-    return AspectRates(made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5)
+    return AspectRates(made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5, 2.0)
 
 
 def corners(**keys: Any) -> list[int]:
@@ -77,7 +77,7 @@ def test_a_body_that_passes_turns_by_its_bearing_and_one_that_comes_by_its_refle
             [BOX | {"course_deg": course, "speed_kn": 20, "position_m": [0, 1000, 15]}], environment={"multipath": sea}
         )
         body = made.bodies[0]
-        each = AspectRates(made, body, body.radius, body.diagonal, lambda distance: 0.5)
+        each = AspectRates(made, body, body.radius, body.diagonal, lambda distance: 0.5, 2.0)
         return float(each.phase_rate(np.arange(4) * 0.01)[0]), body.radius
 
     (across, radius), (on, _) = rate(90.0), rate(180.0)

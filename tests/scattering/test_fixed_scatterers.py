@@ -12,6 +12,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.predictions import Conditions
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 
@@ -190,10 +191,12 @@ def test_more_scatterers_err_less() -> None:
     made = scene([PLATE])
     body = made.bodies[0]
     errors = [
-        DiffuseScattering.error_db(body, made, replace(PRESETS["balanced"], scatterers_per_cell=n), 10_000)
+        DiffuseScattering.error_db(
+            body, Conditions.of_scene(made, replace(PRESETS["balanced"], scatterers_per_cell=n), 10_000)
+        )
         for n in (1, 4, 16)
     ]
     assert errors[0] == pytest.approx(2 * errors[1]) == pytest.approx(4 * errors[2])  # type: ignore[operator]
-    sparse = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
+    sparse = DiffuseScattering.error_db(body, Conditions.of_scene(made, PRESETS["reference"], 48))
     assert sparse is not None and sparse > errors[2]  # type: ignore[operator]
-    assert DeclaredScattering.error_db(body, made, PRESETS["balanced"], 1) == 0.0
+    assert DeclaredScattering.error_db(body, Conditions.of_scene(made, PRESETS["balanced"], 1)) == 0.0

@@ -1,19 +1,24 @@
 """The registry: each body has the model that its scene file names."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 
+import radar_service
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
-from radar_service.scattering.fixed_scatterers import DiffuseScattering
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.models import SCATTERING_MODELS, scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.rays import RaySampledSurfaces
 from radar_service.world.body import Scattering
 from tests.scenes import point, scene
 
+PACKAGE = Path(radar_service.__file__).parent
 BOX = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, 300, 0]}
 KINDS: list[tuple[dict[str, Any], type]] = [
     (point("p", 0, 500), DeclaredScattering),
@@ -35,13 +40,31 @@ def test_the_registry_has_every_name_that_a_scene_file_may_give() -> None:
     assert set(SCATTERING_MODELS) == set(get_args(Scattering))
 
 
-@pytest.mark.parametrize("model", [*SCATTERING_MODELS.values(), RaySampledSurfaces])
+MODELS = [*SCATTERING_MODELS.values(), RaySampledSurfaces]
+
+
+def test_models_that_depend_on_aspect_have_what_the_beam_asks_of_them() -> None:
+    methods = ("body_echoes", "casters", "coherence", "upright")
+    assert {model.by_aspect for model in MODELS} == {False, True}
+    for model in MODELS:
+        assert [hasattr(model, name) for name in methods] == [model.by_aspect] * len(methods), model
+
+
+def test_only_the_registry_and_the_studies_name_a_model() -> None:
+    """What else needs to know of a model asks it: a new one is a file here and a line in the registry."""
+    names = re.compile("|".join([*(model.__name__ for model in MODELS), FixedScatterers.__name__]))
+    free = (PACKAGE / "scattering", PACKAGE / "study")
+    files = [file for file in PACKAGE.rglob("*.py") if not any(file.is_relative_to(folder) for folder in free)]
+    assert not [file.name for file in files if names.search(file.read_text(encoding="utf-8"))] and len(files) > 100
+
+
+@pytest.mark.parametrize("model", MODELS)
 def test_models_describe_bodies_before_they_are_built(model: Any) -> None:
     """Descriptions name how often echoes are computed, and a box of 9 m has a maximum above 1 m^2."""
     made = scene([{**BOX, "scattering": "optics" if model is PhysicalOptics else "diffuse"}])
     body = made.bodies[0] if model is not DeclaredScattering else scene([{**BOX, "rcs_dbsm": 3}]).bodies[0]
     sampler = "sobol" if model is RaySampledSurfaces else "scatterers"
     fidelity = PRESETS["balanced"]
-    described = model.description(body, made, replace(fidelity, sampler=sampler), "computed once")
+    described = model.description(body, Conditions.of_scene(made, replace(fidelity, sampler=sampler)), "computed once")
     assert "computed once" in described
     assert model.max_rcs(body, made.radar, fidelity) > 1.0

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
+from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Mesh
 
 MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
@@ -15,7 +16,6 @@ MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 BEAM_SHARE, RANGE_SHARE = 1.0 / 6.0, 1.0 / 4.0
 EXTENT_SHARE = 1.0 / 9.0  # of the body, likewise: its sidelobes are what is left of many cells
 FACET_SHARE = 3.0 / 5.0  # of the range cell, of a facet: few lie along the line of sight
-NEAREST = 16.0  # m; nearer than this facets are as fine as at 16 m: no marine antenna observes nearer bodies
 
 
 class EdgeLimits(NamedTuple):

@@ -4,7 +4,6 @@ Layers of a mesh so close to each other that neither shadows the other both refl
 """
 
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,6 @@ from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import TOLERANCE
 from radar_service.world.body import Body, Mesh
-from radar_service.world.scene import Scene
 
 PARALLEL = 0.999  # cosine between normals: 2.6 degrees
 APART = 2e-4  # m, at most, by which layers in one place are told apart: a tenth of TOLERANCE
@@ -60,29 +58,17 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
     return Layers(int(doubled.sum()), float(area[doubled].sum() / area.sum()))
 
 
-def mesh_quality(scene: Scene, bounces: int, nearest: Mapping[str, float]) -> dict[str, list[str]]:
-    """Sentences about each body by physical optics, by its name; nearest: least distance over the run [m], by name."""
-    return {
-        body.name: _body_quality(body, body.mesh, scene, bounces, nearest[body.name])
-        for body in scene.bodies
-        if body.scattering == "optics" and body.mesh is not None
-    }
-
-
-def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int, distance: float) -> list[str]:
-    limit = edge_limits(scene.radar, mesh).longest_edge(distance)
+def mesh_quality(body: Body, radar: Radar, bounces: int, distance: float) -> list[str]:
+    """Sentences about a body by physical optics at its least distance over the run [m]."""
+    mesh = body.mesh
+    assert mesh is not None
+    limit = edge_limits(radar, mesh).longest_edge(distance)
     corners, outside = mesh.vertices[mesh.faces], outward_side(mesh)
     facing = concave(mesh, outside)
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""
     sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(facing, len(mesh.faces), bounces)}"]
-    return (
-        sentences
-        + _sides(outside)
-        + _layers(mesh, outside)
-        + _curves(mesh, scene.radar)
-        + _enlargement(body, scene.radar, distance)
-    )
+    return sentences + _sides(outside) + _layers(mesh, outside) + _curves(mesh, radar) + _enlargement(body, radar, distance)
 
 
 def _concavity(facing: int, count: int, bounces: int) -> str:

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -23,21 +23,37 @@ from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Caster, Instan
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement, optical_body
+from radar_service.scattering.physical_optics.mesh_quality import (
+    CURVES_DB,
+    MAX_SAG,
+    curve_sag,
+    length_text,
+    mesh_quality,
+)
+from radar_service.scattering.physical_optics.optical_body import (
+    OpticalBody,
+    PathCentres,
+    edge_limits,
+    facet_enlargement,
+    optical_body,
+)
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
+from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
-from radar_service.world.scene import Scene
 
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
+SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
@@ -60,6 +76,12 @@ def _key(body: Body) -> tuple[bytes, str]:
 
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
+
+    by_aspect: ClassVar[bool] = True
+    diffracts: ClassVar[bool] = True
+    lit_by_sea: ClassVar[bool] = True
+    tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
+    upright: ClassVar[float] = UPRIGHT
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext
@@ -204,21 +226,62 @@ class PhysicalOptics:
         return 4.0 * math.pi * (fidelity.bounces * area / radar.wavelength) ** 2
 
     @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+    def description(body: Body, conditions: Conditions, computed: str) -> str:
         """As `ScatteringModel.description`."""
         assert body.mesh is not None
-        distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
-        times = facet_enlargement(body, scene.radar, distance)
+        distance = math.dist(body.middle_at(0.0), conditions.antenna) - body.radius
+        times = facet_enlargement(body, conditions.radar, distance)
         coarse = "" if times == 1.0 else f"; facets {times:.1f} times longer than they should be, at most {MAX_FACETS}"
         if not concave_sides(body.mesh).any():
             return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}{coarse}"
-        return f"physical optics, up to {fidelity.bounces} bounces, {computed}{coarse}"
+        return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}{coarse}"
 
     @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+    def sampling_db(scatterers: int, multipath: bool) -> float:
+        """None: there are no scatterers."""
+        return 0.0
+
+    @classmethod
+    def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
+
+    @staticmethod
+    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
+        """Errors of facets at the closest approach, beyond those of plates and corners."""
+        assert body.mesh is not None
+        distance, radar = max(run.nearest, NEAREST), conditions.radar
+        times, edge = facet_enlargement(body, radar, distance), edge_limits(radar, body.mesh).longest_edge(distance)
+        shadow = SHADOW_SHARE / math.sqrt(2.0) * min(1.0, times * edge / body.diagonal) ** 1.5
+        errors, remarks = [20.0 * math.log10(1.0 + shadow)], []
+        if times > 1.0:
+            errors.append(FACETS_DB * times**2)
+        if times > 1.0 and times > facet_enlargement(body, radar, max(run.start - body.radius, NEAREST)):
+            remarks.append(
+                f"at its closest, {run.nearest:.0f} m, facets are {times:.1f} times too long: {errors[-1]:.1g} dB"
+            )
+        sag = curve_sag(body.mesh)
+        curves = CURVES_DB * sag / (MAX_SAG * radar.wavelength)
+        if 0.0 < curves <= MAX_CURVES_DB:
+            errors.append(curves)
+            remarks.append(f"curves sag by {length_text(sag)}: {curves:.1g} dB")
+        elif curves > MAX_CURVES_DB:
+            remarks.append(
+                f"bends that are meant as curves sag by {length_text(sag)} and err by over {MAX_CURVES_DB:.0f} dB"
+            )
+        return RunError(math.hypot(*errors), tuple(remarks))
+
+    @staticmethod
+    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
+        """The longer side of the cells in which facets are summed."""
+        assert body.mesh is not None
+        return max(edge_limits(radar, body.mesh).at(nearest))
+
+    @staticmethod
+    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
+        """As `mesh_quality`."""
+        return mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
 
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:

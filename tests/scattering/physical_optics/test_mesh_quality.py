@@ -9,14 +9,16 @@ import pytest
 import radar_service as rs
 from radar_service.numerics.types import Floats
 from radar_service.plan.run import body_run
+from radar_service.records.fidelity import PRESETS
+from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.mesh_quality import (
     concave,
     curve_sag,
     doubled_layers,
     length_text,
-    mesh_quality,
 )
 from radar_service.scattering.physical_optics.patches import outward_side
+from radar_service.scattering.predictions import Conditions
 from radar_service.scene_file.readers.mesh import mesh_from_bytes
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, cylinder, dihedral, plate, sphere
@@ -34,8 +36,13 @@ def messages(wavelengths: float = 1.0, **body: Any) -> str:
 
 
 def judged(scene: rs.Scene) -> dict[str, list[str]]:
-    """What is told of bodies at their closest."""
-    return mesh_quality(scene, 3, {body.name: body_run(body, scene).nearest for body in scene.bodies})
+    """What their models say of meshes of bodies at their closest; not of those about which they say nothing."""
+    conditions = Conditions.of_scene(scene, PRESETS["balanced"])
+    remarks = {
+        body.name: scattering_model(body).mesh_remarks(body, conditions, body_run(body, scene).nearest)
+        for body in scene.bodies
+    }
+    return {name: sentences for name, sentences in remarks.items() if sentences}
 
 
 @pytest.mark.parametrize(("radius", "sag"), [(0.3, 0.004), (2.0, 0.0005)])
