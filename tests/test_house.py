@@ -16,7 +16,7 @@ SERVICE = (*GROUND, "radar", "world", "scene_file", "receive", "errors", "displa
 BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upward, as the table of rooms has them
     **dict.fromkeys(GROUND, GROUND),
     **{room: (*GROUND, *PHYSICS[:i]) for i, room in enumerate(PHYSICS)},
-    "scene_file": (*GROUND, "radar", "world"),
+    "scene_file": (*GROUND, "radar", "world", "scattering"),
     "truth": (*GROUND, *PHYSICS[: PHYSICS.index("receive")]),
     "errors": (*GROUND, "radar", "world"),
     "display": (*GROUND, "radar"),

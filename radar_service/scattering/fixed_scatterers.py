@@ -113,6 +113,11 @@ class FixedScatterers(ABC):
         return 0.0
 
     @staticmethod
+    def shape_sag(shape: str, wavelength: float) -> float | None:
+        """As far as a rough surface is smooth."""
+        return None
+
+    @staticmethod
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
         """None: scatterers lie on triangles of any size."""
         return []

@@ -1,7 +1,7 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
-To add a model: write a class like `ScatteringModel` in a file of this package, list it in `scattering.models`, and add its name
-to `world.body.Scattering`: scene files then know it. All that the plan and the truth say of a model, they ask it.
+To add a model: write a class like `ScatteringModel` in a file of this package, and list it in `scattering.models`: scene files
+then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -196,6 +196,11 @@ class ScatteringModel(Protocol):
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
         """Size [m] over which phases are summed into one echo of a body whose nearest part is so far away [m]; 0 where echoes do
         not depend on aspect."""
+        ...
+
+    @staticmethod
+    def shape_sag(shape: str, wavelength: float) -> float | None:
+        """How far facets of a built-in shape may be off its curves at a wavelength [m]; None: as far as `world.shapes` has it."""
         ...
 
     @staticmethod

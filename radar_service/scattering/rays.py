@@ -199,6 +199,11 @@ class RaySampledSurfaces:
         return 0.0
 
     @staticmethod
+    def shape_sag(shape: str, wavelength: float) -> float | None:
+        """As that of fixed scatterers."""
+        return None
+
+    @staticmethod
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
         """None: rays hit triangles of any size."""
         return []

@@ -12,6 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.scattering.model import ScatteringModel
+from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.checks.mesh_axes import axis_findings
 from radar_service.scene_file.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
@@ -35,7 +37,7 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model
 from radar_service.scene_file.validation_messages import error_from_problems
-from radar_service.world.body import Body, Mesh, Scattering
+from radar_service.world.body import Body, Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.geo import Origin, map_from_geographic
@@ -165,7 +167,7 @@ class _Loader:
     def _body(self, k: int) -> Body:
         body, location = self.model.body[k], f"body[{k}]"
         material = material_from_name(body.material, f"{location}.material")
-        scattering: Scattering = "rcs" if body.rcs_dbsm is not None else body.scattering or material.scattering
+        scattering = "rcs" if body.rcs_dbsm is not None else body.scattering or material.scattering
         start = self._start(body)
         if body.heightmap is not None:
             terrain = self._terrain(body, start, location)
@@ -173,8 +175,7 @@ class _Loader:
             start = terrain.position
             self.findings.append((f"{location}.heightmap", body.heightmap, terrain.loaded.findings))
         else:
-            wavelength = min(radar.wavelength for radar in self.radars)
-            mesh = self._mesh(body, location, wavelength if scattering == "optics" else None)
+            mesh = self._mesh(body, location, SCATTERING_MODELS[scattering])
         self._count(mesh, location)
         motion = self._motion(k) if body.heightmap is None else constant_motion(start, 0.0, 0.0, 0.0)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
@@ -205,7 +206,7 @@ class _Loader:
             content, name, body, start, self.origin, Coverage(*reach(self.radars, self.platforms)), location
         )
 
-    def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:
+    def _mesh(self, body: BodyModel, location: str, model: type[ScatteringModel]) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{location}.mesh")
             self.findings.append((f"{location}.mesh", body.mesh, (*loaded.findings, *axis_findings(body, loaded.mesh))))
@@ -213,8 +214,9 @@ class _Loader:
         if body.shape is None or body.shape == "point":
             return None
         sizes = {key: getattr(body, key) for key in SHAPE_SIZES[body.shape]}
-        key = (body.shape, wavelength, *sizes.values())
-        return _cached(self.meshes, key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, wavelength), ())).mesh
+        sag = model.shape_sag(body.shape, min(radar.wavelength for radar in self.radars))
+        key = (body.shape, sag, *sizes.values())
+        return _cached(self.meshes, key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, sag), ())).mesh
 
     def _mesh_file(self, body: BodyModel, location: str) -> LoadedMesh:
         name = str(body.mesh)

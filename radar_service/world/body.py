@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 
 Floats = NDArray[np.float64]
-Scattering = Literal["rcs", "diffuse", "optics"]  # names of the models in radar_service.scattering.models
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class Material:
 
     name: str
     gamma: float  # sigma0 = gamma cos(incidence), power ratio
-    scattering: Scattering  # default for bodies of this material
+    scattering: str  # name of a model in radar_service.scattering.models: default for bodies of this material
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,8 @@ class Body:
     name: unique in the scene.
     mesh: its surface; None for a point.
     motion: its position and heading at any time.
-    material, scattering: how its surface scatters.
+    material: of its surface.
+    scattering: name of its model in `scattering.models`.
     rcs: declared radar cross-section [m^2], or None.
     swerling: case of fluctuation, 0 for a steady target.
     mmsi: identity for AIS, or None.
@@ -56,7 +55,7 @@ class Body:
     mesh: Mesh | None
     motion: Motion
     material: Material
-    scattering: Scattering
+    scattering: str
     rcs: float | None
     swerling: int
     mmsi: int | None

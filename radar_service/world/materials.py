@@ -6,10 +6,10 @@ mountains and towns. The spread about these means is about 5 dB. No table covers
 joints): their values assume that the power reflected by a smooth slab at normal incidence is scattered evenly.
 """
 
-from radar_service.world.body import Material, Scattering
+from radar_service.world.body import Material
 from radar_service.world.error import SceneError
 
-_GAMMA_DB: dict[str, tuple[float, Scattering]] = {
+_GAMMA_DB: dict[str, tuple[float, str]] = {
     "steel": (
         0.0,
         "optics",

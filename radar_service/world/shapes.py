@@ -16,29 +16,25 @@ from radar_service.world.body import Mesh
 Floats = NDArray[np.float64]
 
 SAG = 0.004  # m between facet and curve: an eighth of an X-band wavelength, Rayleigh's limit for a smooth surface
-# Physical optics adds facets coherently, and equal facets repeat their error of phase, so it forms a beam of its own. With
-# these sags it is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
-OPTICS_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 _MAX_SPLITS = 6  # 81 920 triangles
 _MAX_SIDES = 2048
-_MAX_OPTICS_SIDES = 4096  # enough for radii up to 7600 wavelengths
+_MAX_FINE_SIDES = 4096  # of a cylinder of a given sag: at 1/400 wavelength enough for radii up to 7600 wavelengths
 # A sphere with n parts to an edge of the icosahedron has 20 n^2 triangles, which sag by at most 0.292 r / n^2.
 _PARTS_SAG = 0.292
-_MIN_PARTS, _MAX_PARTS = 4, 80  # 80: OPTICS_SAG up to a radius of 73 wavelengths, 1/100 wavelength up to 219
+_MIN_PARTS, _MAX_PARTS = 4, 80  # 80: 1/300 wavelength up to a radius of 73 wavelengths, 1/100 up to 219
 
 
-def shape_mesh(shape: str, sizes: dict[str, float], wavelength: float | None = None) -> Mesh:
+def shape_mesh(shape: str, sizes: dict[str, float], sag: float | None = None) -> Mesh:
     """Returns the mesh of a built-in shape; sizes [m] have the names of the scene file (`radius_m`, ...).
 
-    wavelength: [m] for a body that scatters by physical optics, whose curves are finer (OPTICS_SAG); None for others.
+    sag: how far facets may be off the curves of a sphere or a cylinder [m], as a scattering model wants them; None: SAG.
     """
     plain = {key.removesuffix("_m"): value for key, value in sizes.items()}
-    if wavelength is None or shape not in OPTICS_SAG:
-        return SHAPES[shape](**plain)
-    sag = OPTICS_SAG[shape] * wavelength
-    if shape == "sphere":
+    if sag is not None and shape == "sphere":
         return fine_sphere(plain["radius"], sag)
-    return cylinder(**plain, sag=sag, max_sides=_MAX_OPTICS_SIDES)
+    if sag is not None and shape == "cylinder":
+        return cylinder(**plain, sag=sag, max_sides=_MAX_FINE_SIDES)
+    return SHAPES[shape](**plain)
 
 
 def sphere(radius: float, sag: float = SAG) -> Mesh:

@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 
@@ -15,7 +15,8 @@ from radar_service.scattering.models import SCATTERING_MODELS, scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.rays import RaySampledSurfaces
-from radar_service.world.body import Scattering
+from radar_service.world.error import SceneError
+from radar_service.world.materials import MATERIALS
 from tests.scenes import point, scene
 
 PACKAGE = Path(radar_service.__file__).parent
@@ -36,8 +37,15 @@ def test_bodies_have_the_model_of_their_file(body: dict[str, Any], model: type) 
     assert scattering_model(made, "sobol") is (RaySampledSurfaces if model is DiffuseScattering else model)
 
 
-def test_the_registry_has_every_name_that_a_scene_file_may_give() -> None:
-    assert set(SCATTERING_MODELS) == set(get_args(Scattering))
+def test_a_scene_file_may_give_every_name_of_the_registry_and_no_other() -> None:
+    for name in SCATTERING_MODELS:
+        scene([{**BOX, "scattering": name, **({"rcs_dbsm": 3} if name == "rcs" else {})}])
+    with pytest.raises(SceneError, match=".*".join(SCATTERING_MODELS)):
+        scene([{**BOX, "scattering": "mirror"}])
+
+
+def test_materials_name_models_of_the_registry() -> None:
+    assert {material.scattering for material in MATERIALS.values()} <= set(SCATTERING_MODELS)
 
 
 MODELS = [*SCATTERING_MODELS.values(), RaySampledSurfaces]

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.world import shapes
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import shape_mesh
@@ -68,22 +69,26 @@ def sag_of_sphere(mesh: Mesh, radius: float) -> float:
     return radius - float(np.einsum("ij,ij->i", mesh.vertices[mesh.faces].mean(axis=1), normals).min())
 
 
+def fine(shape: str, sizes: dict[str, float]) -> Mesh:
+    """The mesh of a shape as physical optics asks for it."""
+    return shape_mesh(shape, sizes, PhysicalOptics.shape_sag(shape, WAVELENGTH))
+
+
 @pytest.mark.parametrize("radius", [0.1, 1.0, 10.0])
 def test_curves_by_optics_are_finer(radius: float) -> None:
     """Phases ask for 1/300 and 1/400 wavelength, bounds end it at 73 wavelengths of radius for spheres, and shapes without
     curves stay as they are."""
-    fine = shape_mesh("sphere", {"radius_m": radius}, wavelength=WAVELENGTH)
-    assert sag_of_sphere(fine, radius) < max(WAVELENGTH / 300, 0.0000457 * radius)
+    assert sag_of_sphere(fine("sphere", {"radius_m": radius}), radius) < max(WAVELENGTH / 300, 0.0000457 * radius)
     size = {"radius_m": radius, "height_m": 3.0}
-    sides = len(shape_mesh("cylinder", size, wavelength=WAVELENGTH).faces) // 4
+    sides = len(fine("cylinder", size).faces) // 4
     assert radius * (1.0 - math.cos(math.pi / sides)) < WAVELENGTH / 400
     plain = {"length_m": 4.0, "width_m": 2.0, "height_m": 1.0}
-    assert len(shape_mesh("box", plain, wavelength=WAVELENGTH).faces) == len(shape_mesh("box", plain).faces)
+    assert len(fine("box", plain).faces) == len(shape_mesh("box", plain).faces)
 
 
 @pytest.mark.parametrize("radius", [0.01, 0.2, 1.0])
 def test_a_fine_sphere_is_closed_and_has_no_more_facets_than_needed(radius: float) -> None:
-    mesh = shape_mesh("sphere", {"radius_m": radius}, wavelength=WAVELENGTH)
+    mesh = fine("sphere", {"radius_m": radius})
     assert open_edges(mesh) == 0 and len(mesh.vertices) == len(mesh.faces) // 2 + 2  # Euler
     np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), radius, rtol=SMALL)
     parts = math.sqrt(len(mesh.faces) / 20)
@@ -92,9 +97,9 @@ def test_a_fine_sphere_is_closed_and_has_no_more_facets_than_needed(radius: floa
 
 def test_large_curves_by_optics_stay_within_bounds() -> None:
     """50 m takes 128,000 triangles, which sag by r / 21 900, as `check` then says; a cylinder has 4096 sides at most."""
-    large = shape_mesh("sphere", {"radius_m": 50.0}, wavelength=WAVELENGTH)
+    large = fine("sphere", {"radius_m": 50.0})
     assert len(large.faces) == 20 * 80**2 and sag_of_sphere(large, 50.0) < 50.0 / 21_900
-    endless = shape_mesh("cylinder", {"radius_m": 50_000.0, "height_m": 3.0}, wavelength=WAVELENGTH)
+    endless = fine("cylinder", {"radius_m": 50_000.0, "height_m": 3.0})
     assert len(endless.faces) == 4 * 4096
 
 

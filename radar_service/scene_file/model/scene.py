@@ -4,10 +4,11 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
 
+from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.fields import (
@@ -30,9 +31,13 @@ from radar_service.scene_file.model.platform import Radars, check_error_owners, 
 from radar_service.scene_file.model.presence import FadingModel, Instant
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.scene_file.model.sway import SwaySection
-from radar_service.world.body import Scattering
 
 MAX_BODIES = 10_000
+
+if TYPE_CHECKING:
+    ScatteringName = str
+else:
+    ScatteringName = Literal[tuple(SCATTERING_MODELS)]
 
 
 class OriginModel(Section):
@@ -155,7 +160,7 @@ class BodyModel(MovingSection):
     longitude_deg: Longitude | None = None
     up_m: Height | None = Field(None, description="height above the sea, with latitude_deg and longitude_deg")
     material: str = "steel"
-    scattering: Scattering | None = Field(None, description="default by material")
+    scattering: ScatteringName | None = Field(None, description="default by material")
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)

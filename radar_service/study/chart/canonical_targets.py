@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.types import Floats
+from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import SHAPES, shape_mesh
 
@@ -66,8 +67,8 @@ def canonical_targets(wavelength: float) -> list[CanonicalTarget]:
         return CanonicalTarget(name, mesh, max_turn, cross_section, float(cross_section(np.zeros(1))[0]))
 
     lobe = wavelength / (4.0 * a)  # half way from a plate's peak to its first null
-    upright = shape_mesh("cylinder", {"radius_m": r, "height_m": a}, wavelength)
-    ball = shape_mesh("sphere", {"radius_m": r}, wavelength)
+    upright = shape_mesh("cylinder", {"radius_m": r, "height_m": a}, PhysicalOptics.shape_sag("cylinder", wavelength))
+    ball = shape_mesh("sphere", {"radius_m": r}, PhysicalOptics.shape_sag("sphere", wavelength))
     return [
         target("sphere", ball, np.pi, constant(np.pi * r**2)),
         target("cylinder", lowered(upright, a / 2.0), np.pi, constant(2.0 * np.pi * r * a**2 / wavelength)),

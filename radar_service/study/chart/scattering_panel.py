@@ -12,7 +12,6 @@ from radar_service.study.chart.plates import plates
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread
 from radar_service.study.chart.turntables import Turntables, random_turns, turntables
-from radar_service.world.body import Scattering
 from radar_service.world.scene import Scene
 
 BOUNCES = (1, 2, 3)
@@ -51,9 +50,7 @@ def scattering_models(scene: Scene, groups: list[list[CanonicalTarget]], turns: 
             presets.setdefault(preset.bounces, []).append(name)
     columns = np.split(turns, np.cumsum([len(group) for group in groups])[:-1], axis=1)
 
-    def model(
-        family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None
-    ) -> Model:
+    def model(family: str, setting: str, scattering: str | None, bounces: int = 1, preset: str | None = None) -> Model:
         fidelity = replace(PRESETS["balanced"], bounces=bounces)
         tables = (turntables(scene, *one, scattering, fidelity, seed) for one in zip(groups, columns, strict=True))
         return Model(family, setting, tuple(tables), preset)

@@ -20,7 +20,7 @@ from radar_service.study.chart.canonical_targets import DISTANCE, CanonicalTarge
 from radar_service.study.chart.frozen_scene import all_scatterers
 from radar_service.study.chart.plates import ANTENNA_HEIGHT
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body, Mesh, Scattering
+from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.poses import BodyPoses, map_from_bodies
@@ -79,7 +79,7 @@ def turntables(
     scene: Scene,
     targets: Sequence[CanonicalTarget],
     turns: Floats,
-    scattering: Scattering | None,
+    scattering: str | None,
     fidelity: Fidelity,
     seed: int,
 ) -> Turntables:
@@ -112,7 +112,7 @@ def _bearings(targets: Sequence[CanonicalTarget]) -> Floats:
 
 
 def turntable_scene(
-    scene: Scene, targets: Sequence[CanonicalTarget], turns: Floats, spokes: Indices, scattering: Scattering | None
+    scene: Scene, targets: Sequence[CanonicalTarget], turns: Floats, spokes: Indices, scattering: str | None
 ) -> Scene:
     """Returns the scene with steel targets about the antenna in place of its bodies, over a flat earth, without a vertical beam.
 
@@ -156,7 +156,7 @@ def _screen(target: CanonicalTarget, antenna: Floats, bearing: float) -> Body:
     return _body(f"screen of {target.name}", mesh, motion, "rcs", 1.0)
 
 
-def _body(name: str, mesh: Mesh, motion: Motion, scattering: Scattering, declared: float | None) -> Body:
+def _body(name: str, mesh: Mesh, motion: Motion, scattering: str, declared: float | None) -> Body:
     size = float(np.ptp(mesh.vertices[:, 0])), float(np.ptp(mesh.vertices[:, 1]))
     return Body(name, mesh, motion, material_from_name("steel", "chart"), scattering, declared, 0, None, *size)
 
