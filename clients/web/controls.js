@@ -15,7 +15,8 @@ export class Controls {
   /** unit(): "nm" or "m"; changed(): called after the radar's state may have changed. */
   constructor(unit, changed) {
     this.unit = unit;
-    this.changed = changed;
+    this.changes = ["status", "controls", "scene"]; // as a panel: see panels.js
+    this.stateChanged = changed;
     this.definitions = [];
     this.sent = {}; // values that the radar may still tell as new
     this.declared = ""; // the definitions as JSON
@@ -42,7 +43,7 @@ export class Controls {
   }
 
   /** Adopts the radar and the controls of a hello; the limits of its scene are fetched. */
-  adopt(hello) {
+  hello(hello) {
     const title = JSON.stringify([hello.radar.id, hello.scene.name]);
     this.version++;
     this.radar = hello.radar.id;
@@ -81,8 +82,16 @@ export class Controls {
     };
   }
 
+  settingChanged(name) {
+    if (name === "unit") this.showRanges();
+  }
+
+  forget() {
+    this.health = null;
+  }
+
   /** Refreshes once for all changes that come together. */
-  refreshSoon() {
+  changed() {
     this.soon ??= setTimeout(() => {
       this.soon = undefined;
       this.refresh();
@@ -192,7 +201,7 @@ export class Controls {
     element("step").disabled = !this.paused;
     element("factor").value = String(this.state.pace?.factor ?? 1);
     this.showRanges();
-    this.changed();
+    this.stateChanged();
   }
 
   /** Fills the list of range scales in the current unit, and selects that of the radar. */

@@ -1,23 +1,22 @@
 // Connects the parts of the page: radar, feed, controls, picture and settings.
 
 import { addressValue, adoptAddress, followScope } from "./address.js";
-import { Order, callApi, feedAddress, useToken } from "./api.js";
+import { callApi, feedAddress, useToken } from "./api.js";
 import { Changes } from "./changes.js";
 import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
 import { bindKeys } from "./keys.js";
 import { FrameMeter, Meter } from "./meter.js";
+import { PANELS, Panels } from "./panels.js";
 import { Playout } from "./playout.js";
 import { bindPointer } from "./pointer.js";
 import { listRadars, renameRadar } from "./radars.js";
-import { Scenes } from "./scenes.js";
 import { Scope } from "./scope.js";
 import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
 import * as status from "./status.js";
 import { dismissAll } from "./toast.js";
-import { listTruth } from "./truth.js";
 import { scaleFor } from "./units.js";
 
 const element = (id) => document.getElementById(id);
@@ -33,17 +32,13 @@ const preferences = new Preferences(scope, settingChanged);
 const controls = new Controls(() => settings.unit, controlsChanged);
 const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
-const scenes = new Scenes(() => radar.id);
-const changes = new Changes(changed);
-const errors = new Order(); // of the requests for the errors on purpose
+const page = { settings, scope, radar: null, origin: null, givesTruth: false, fidelity: "" }; // see panels.js
+const panels = new Panels([controls, ...PANELS.map((panel) => panel(page))], element("feed"));
+const changes = new Changes((change) => change.radar === page.radar?.id && panels.changed(change));
 const sequence = new SequenceTracker(); // counts since the page was opened, over all radars
 const now = () => performance.now() / 1000;
 let meter = new Meter();
 let feed = null;
-let radar = null; // of the last hello
-let origin = null; // of its scene: {latitude_deg, longitude_deg}
-let fidelity = ""; // by the last hello
-let givesTruth = false; // by the last hello
 let requestsTruth = false; // in the address of the current connection
 let connection = ["connecting", ""];
 let isBroken = false; // the connection was lost and is not yet restored
@@ -57,7 +52,7 @@ function connectTo(id) {
   feed?.end();
   meter = new Meter();
   const feedUrl = (since) => {
-    requestsTruth = givesTruth && settings.truth === "on";
+    requestsTruth = page.givesTruth && settings.truth === "on";
     return feedAddress(id, BINS, since, requestsTruth);
   };
   sequence.startFeed();
@@ -66,52 +61,34 @@ function connectTo(id) {
 }
 
 function hello(message, isNew, isRestart) {
-  if (isRestart) forget();
-  if (radar?.id === message.radar.id) scenes.tellOthers(message.epoch, message.scene.name);
-  radar = message.radar;
-  origin = message.scene.origin;
-  givesTruth = message.truth;
+  if (isRestart) {
+    dismissAll();
+    panels.tell("forget");
+  }
+  const { radar, fidelity } = message;
+  Object.assign(page, { radar, fidelity, origin: message.scene.origin, givesTruth: message.truth });
   if (isNew) {
     playout.clear();
     scope.adopt(message);
   }
   meter.restart();
-  controls.adopt(message);
+  panels.tell("hello", message);
   lastSpokeAt = now();
-  fidelity = message.fidelity;
   status.showHello(message);
   renameRadar(radar, message.scene);
   if (isFirst) adoptAddress(scope);
   isFirst = false;
   showFraming();
-  scenes.adopt(message);
   requestTruth();
-  showErrors();
   if (isNew) status.announce(`Scene ${message.scene.name}`);
 }
 
 /** Reconnects with truth messages if the user selects them and the service gives them. */
 function requestTruth() {
+  const { givesTruth } = page;
   element("truth").disabled = !givesTruth;
   element("truth-row").title = givesTruth ? "Marks and names of all bodies, seen or not" : "This service does not send the truth; start it with --truth";
-  element("targets").hidden = !(givesTruth && settings.truth === "on");
   if (givesTruth && settings.truth === "on" && !requestsTruth) feed.reconnect("");
-}
-
-/** Removes the notices of a service that has ended. */
-function forget() {
-  dismissAll();
-  scenes.forget();
-  controls.health = null;
-}
-
-/** Shows which errors on purpose are in force, to viewers who may see the truth: a blind test stays blind. */
-async function showErrors() {
-  const { id } = radar;
-  const turn = errors.next();
-  const path = `radars/${encodeURIComponent(id)}/errors`;
-  const tables = givesTruth ? await callApi(path).catch(() => ({})) : {};
-  if (errors.isNewest(turn) && radar.id === id) status.showErrors(givesTruth ? tables : {});
 }
 
 function spokes(message) {
@@ -139,7 +116,7 @@ function truth(message) {
 
 function showFraming() {
   status.showRange(scope.scale, scope.framing, settings.unit);
-  if (radar) followScope(scope, scaleFor(radar.range_max_m, settings.unit));
+  if (page.radar) followScope(scope, scaleFor(page.radar.range_max_m, settings.unit));
 }
 
 /** Blanks the picture when the radar goes to standby. */
@@ -168,7 +145,7 @@ function frame(time) {
   status.showUnnamed(scope.layout.unnamed);
   if (latest) {
     if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
-    status.showShip(latest, origin);
+    status.showShip(latest, page.origin);
     showPositions();
     latest = null;
   }
@@ -177,7 +154,7 @@ function frame(time) {
 
 function showPositions() {
   const { ship } = scope;
-  const site = { position: ship.position, height: radar?.height_m ?? 0, origin };
+  const site = { position: ship.position, height: page.radar?.height_m ?? 0, origin: page.origin };
   status.showPosition("cursor", scope.cursor, ship.heading, settings.unit, site);
   status.showPosition("marker", scope.marker, ship.heading, settings.unit, site);
 }
@@ -199,12 +176,13 @@ function stopReason() {
 function slowReason() {
   const { behind, factor, slower } = controls;
   if (behind === null) return "";
-  const remedies = [slower && `set Speed to ${slower}`, fidelity !== "fast" && "start the server with --fidelity fast"];
+  const remedies = [slower && `set Speed to ${slower}`, page.fidelity !== "fast" && "start the server with --fidelity fast"];
   const text = remedies.filter(Boolean).join(", or ") || "take a smaller scene";
   return `Too slow: ${behind.toFixed(2)}× of ${factor}×. Remedy: ${text}`;
 }
 
 function spokePeriod() {
+  const { radar } = page;
   return radar ? 60 / radar.rpm / radar.azimuths / (controls.factor ?? 1) : 0;
 }
 
@@ -217,8 +195,7 @@ function showStatus() {
 
 function everySecond() {
   showStatus();
-  const targets = element("targets");
-  if (scope.truth && targets.open) listTruth(targets.querySelector("table"), scope.truth, settings.unit);
+  panels.tell("second");
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service resets its clock when it continues
   const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());
@@ -228,16 +205,9 @@ function everySecond() {
   }
 }
 
-/** Shows what has changed, by this viewer or another one, or by the service itself. Commands show in the spokes alone. */
-function changed({ radar: id, kind }) {
-  if (radar?.id !== id) return;
-  if (kind === "errors") showErrors();
-  else if (kind !== "commands") controls.refreshSoon();
-}
-
 /** Applies a changed setting. */
 function settingChanged(name) {
-  if (name === "unit") controls.showRanges();
+  panels.tell("settingChanged", name);
   if (name === "truth") {
     scope.truth = null;
     requestTruth();

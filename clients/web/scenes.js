@@ -6,10 +6,12 @@ import { toast } from "./toast.js";
 const SCENE_FILE = /\.(toml|json)$/i;
 const element = (id) => document.getElementById(id);
 
-export class Scenes {
-  /** radar(): returns the id of the radar on the page. */
-  constructor(radar) {
-    this.radar = radar;
+export const scenesPanel = (page) => new Scenes(page);
+
+class Scenes {
+  constructor(page) {
+    this.page = page;
+    this.shown = null; // id of the radar of the last hello
     this.entries = [];
     this.running = "";
     this.isWorking = false;
@@ -39,7 +41,9 @@ export class Scenes {
   }
 
   /** Shows the scene and the plan of a hello. */
-  adopt(hello) {
+  hello(hello) {
+    if (this.shown === hello.radar.id) this.tellOthers(hello.epoch, hello.scene.name);
+    this.shown = hello.radar.id;
     showPlan(hello.plan);
     if (this.running !== hello.scene.name || !this.entries.length) this.list(hello.scene.name);
   }
@@ -76,7 +80,7 @@ export class Scenes {
   /** Starts a scene of the list. title: the name of the user's file, if it was uploaded just now. */
   load(name, title = name) {
     return this.work(`Preparing ${title} …`, title, async () => {
-      const answer = await callApi(`radars/${encodeURIComponent(this.radar())}/scene`, "PUT", { scene: name });
+      const answer = await callApi(`radars/${encodeURIComponent(this.page.radar.id)}/scene`, "PUT", { scene: name });
       this.ownEpoch = answer.epoch;
       if (answer.plan) showPlan(answer.plan);
       const stored = title === name ? "" : ` as ${name}`;

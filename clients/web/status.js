@@ -129,15 +129,6 @@ export function showFeed(sequence, rate, lag, frames) {
   show("frames-text", frames ? `${frames.rate.toFixed(0)}, ${(frames.work * 1000).toFixed(1)} ms of work each` : "–");
 }
 
-const ERRORS = ["gyro", "log", "position", "antenna", "feed"];
-
-/** Shows which errors on purpose are in force. tables: as REST gives them, null where a part has none. */
-export function showErrors(tables) {
-  const parts = ERRORS.filter((name) => tables[name]);
-  show("errors-text", parts.length ? `Errors: ${parts.join(", ")}` : "");
-  element("errors-text").hidden = parts.length === 0;
-}
-
 /** Shows how many names of true targets have no room on the picture. */
 export function showUnnamed(count) {
   show("unnamed-text", count ? `${count} ${count === 1 ? "name" : "names"} not drawn` : "");

@@ -1,12 +1,10 @@
-// Shows true positions on the picture and in a table, whether or not the radar detects the bodies.
+// Shows true positions on the picture, whether or not the radar detects the bodies.
 
 import { placeLabels } from "./labels.js";
 import { inside, label, labelWidth } from "./overlay.js";
-import { bearingText, rangeNumber, unitName } from "./units.js";
 
-const KNOT = 1852 / 3600; // m/s
 const VECTOR_TIME = 60; // s; a line ahead of a body shows its motion in this time
-const UNDERWAY = 0.05; // m/s; slower bodies show no course
+export const UNDERWAY = 0.05; // m/s; slower bodies show no course
 const [HALF, SMALL_HALF, MAX_HALF] = [9, 7, 80]; // CSS pixels, half the side of a mark: the echo inside stays free
 const SMALL_RADIUS = 230; // CSS pixels; a smaller picture has smaller marks
 const CORNER = 0.5; // length of the legs of a mark's corners over half its side
@@ -16,8 +14,8 @@ const MAX_NAMES = 80; // on the picture
 const MAX_LETTERS = 28; // of a name on the picture
 
 /** Whether own ship is within the circle of the body's extent: the direction to its position means nothing. */
-const isAround = (body) => body.extent >= body.range;
-const isLand = (body) => isAround(body) || body.extent > LONGEST_SHIP;
+export const isAround = (body) => body.extent >= body.range;
+export const isLand = (body) => isAround(body) || body.extent > LONGEST_SHIP;
 
 /** Lays the marks and names of a `truth` message out: {marks, unnamed}, where unnamed is the number of names without room.
  *  taken: boxes [x, y, width, height] of other labels. */
@@ -92,30 +90,4 @@ function line(context, x, y, half, [u, v]) {
   if (edge >= 1) return;
   context.moveTo(x + edge * (u - x), y + edge * (v - y));
   context.lineTo(u, v);
-}
-
-/** Fills the table with all bodies: ships and buoys, the nearest first, then land. */
-export function listTruth(table, truth, unit) {
-  const near = [...truth.bodies].sort((a, b) => isLand(a) - isLand(b) || a.range - b.range);
-  table.querySelector(".unit").textContent = unitName(unit);
-  table.querySelector("tbody").replaceChildren(...near.map((body) => row(cells(body, unit))));
-}
-
-function cells(body, unit) {
-  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(0)}` : "–";
-  const place = isAround(body) ? ["around", "–"] : [rangeNumber(body.range, unit), bearingText(body.azimuth)];
-  return [body.name, ...place, motion, body.visible ? "yes" : body.reason];
-}
-
-function row(texts) {
-  const made = document.createElement("tr");
-  made.append(...texts.map((text, k) => cell(text, k === 0)));
-  return made;
-}
-
-function cell(text, isName) {
-  const made = document.createElement(isName ? "th" : "td");
-  if (isName) made.scope = "row";
-  made.textContent = text;
-  return made;
 }

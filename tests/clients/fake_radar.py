@@ -183,10 +183,10 @@ class FakeRadar:
         """Close the connections of changes."""
         self._run(lambda client: [client.close(1012)], self.followers)
 
-    def tell(self, kind: str, **values: Any) -> None:
-        """Tell every client of a change, from the test's thread; waits for the first client."""
+    def tell(self, kind: str, radar: str = "0", **values: Any) -> None:
+        """Tell every client of a change of a radar, from the test's thread; waits for the first client."""
         assert self.followed.wait(10.0)
-        change = {"radar": "0", "kind": kind, "values": values, "time": 0.0}
+        change = {"radar": radar, "kind": kind, "values": values, "time": 0.0}
         self._run(lambda client: [client.send_json(change)], self.followers)
 
     def _run(self, what: Callable[[WebSocket], list[Awaitable[None]]], sockets: list[WebSocket] | None = None) -> None:
