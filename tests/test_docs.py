@@ -97,6 +97,16 @@ def test_files_named_exist(name: str) -> None:
     assert not missing, f"{name}: {', '.join(missing)}: no such file"
 
 
+SHORT = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:py|js))`")
+
+
+@pytest.mark.parametrize("name", ["docs/code-map.md", "docs/threads.md", "docs/interfaces.md", "docs/ports.md"])
+def test_files_named_by_the_end_of_their_path_exist(name: str) -> None:
+    files = ["/" + file.relative_to(ROOT).as_posix() for file in CODE]
+    missing = [path for path in SHORT.findall(text(name)) if not any(file.endswith("/" + path) for file in files)]
+    assert not missing, f"{name}: {', '.join(missing)}: no such file"
+
+
 def test_the_index_lists_every_document() -> None:
     linked = {f"docs/{target}" for target in LINK.findall(text("docs/README.md"))}
     decisions = {f"docs/decisions/{target}" for target in LINK.findall(text("docs/decisions/README.md"))}

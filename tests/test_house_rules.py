@@ -54,7 +54,7 @@ RETIRED = {
         pace_to_keep WITNESSES witnesses mirrored shelf glances
     """,
     "radar_service/receive": "drawn deaf",
-    "radar_service/stream": "say again coming follow_with shaped journal mailbox",
+    **dict.fromkeys(("radar_service/service", "radar_service/ports"), "say again coming follow_with shaped journal mailbox"),
     "radar_service/study": "surface_twin anchors sheet still",
     "radar_service/propagation": "way _mirror",
 }

@@ -14,7 +14,7 @@ PORTS = (
     "radar_service.ports.feed",
     "radar_service.ports.recorder",
 )
-REPLAY_PORTS = PORTS[:2]
+REPLAY_PORTS = ("radar_service.ports.rest", "radar_service.ports.feed")
 
 
 class PortPackage(Protocol):

@@ -57,7 +57,7 @@ def load_scene(source: Source, *, folder: Path | None = None, mesh_reader: MeshR
 
     source: a path, the name of a packaged scene ("harbour" and "scenes/harbour.toml" work in any folder), or a mapping.
     folder: the folder of its meshes, height maps and tracks; by default that of the file. mesh_reader: reads meshes and
-    height maps; use files.sandbox.Sandbox for untrusted files. Raises only SceneError; with a Sandbox also MachineBusyError.
+    height maps; use readers.sandbox.Sandbox for untrusted files. Raises only SceneError; with a Sandbox also MachineBusyError.
     """
     return scene_from_model(*model_and_folder(source, folder), mesh_reader)
 

@@ -18,7 +18,7 @@ class View:
     spokes: at most this many neighbouring azimuths become one row by their peaks.
     compression: of the samples; "" for none.
     labels: whether spokes name the strongest source of each bin. powers: of which sources they have the power in each bin.
-    codec: name of the protocol in `codecs.registry`.
+    codec: name of the protocol in `codecs.codec`.
     """
 
     encoding: str

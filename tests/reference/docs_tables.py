@@ -172,7 +172,7 @@ INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
-    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing",
+    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing", "radar_service.service.source:Spared",
     "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
     "radar_service.ports.registry:PortPackage", "radar_service.ports.port:Port",
     "radar_service.bench.trackers.tracker:Tracker", "radar_service.batch.jobs:Executor", "radar_service.batch.jobs:Kept",
@@ -192,7 +192,7 @@ def interfaces() -> str:
     for name in INTERFACES:
         module, _, kind = name.partition(":")
         interface = getattr(import_module(module), kind)
-        members = [member for member in vars(interface) if not member.startswith("_")]
+        members = [name for name in {**vars(interface), **interface.__annotations__} if not name.startswith("_")]
         path = module.replace(".", "/") + ".py"
         rows.append((f"`{kind}`", first_paragraph(interface), ", ".join(f"`{m}`" for m in members), f"`{path}`"))
     return table(("interface", "what it is", "members", "in"), rows)
