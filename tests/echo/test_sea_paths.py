@@ -32,6 +32,8 @@ PATHS = ((DIRECT, 1.0), (ONE_WAY, 2.0), (BOTH_WAYS, 1.0))  # the amplitudes of a
 class OtherPaths:
     """The models of a set, with the echoes of points in other forms."""
 
+    by_aspect = False
+
     def __init__(self, model: Any, height_span: float | None) -> None:
         self._model, self._span = model, height_span
         self.key, self.scatterers = model.key, model.scatterers
