@@ -60,6 +60,13 @@ def limit_memory(maximum: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
+def forbid_access() -> None:
+    """Forbids this process new files, sockets and processes, and writing to files, where the system has such limits."""
+    if sys.platform != "win32":
+        for kind, maximum in ((resource.RLIMIT_FSIZE, 0), (resource.RLIMIT_NPROC, 0), (resource.RLIMIT_NOFILE, 3)):
+            resource.setrlimit(kind, (maximum, maximum))
+
+
 def set_session_niceness(niceness: int) -> None:
     """Sets the niceness, 0 or more, of the session of this process, where the system has one."""
     for _ in range(SESSION_TRIES):

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.model.manoeuvre import ManoeuvreModel
-from radar_service.scene_file.model.scene import MovingSection, SteerableModel, WaypointModel
+from radar_service.scene_file.model.moving import MovingSection, SteerableModel, WaypointModel
 from radar_service.scene_file.model.sway import AMPLITUDES, SwaySection
 from radar_service.world.error import SceneError
+from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
 from radar_service.world.motion import Motion, leg_headings
 from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
@@ -82,6 +83,19 @@ def constant_motion(start: Floats, heading_deg: float | None, course_deg: float 
     heading = math.radians(_first(heading_deg, course_deg, 0.0))
     velocity = speed * np.array([math.sin(course), math.cos(course), 0.0])
     return Motion(np.zeros(1), start.reshape(1, 3), np.array([heading]), velocity)
+
+
+def start_position(
+    latitude_deg: float | None,
+    longitude_deg: float | None,
+    up: float,
+    position: Sequence[float] | None,
+    origin: Origin | None,
+) -> Floats:
+    """Returns a position (3,) [m] that is given in degrees and a height, or on the map; by default the origin."""
+    if latitude_deg is not None and longitude_deg is not None and origin is not None:
+        return np.array([*map_from_geographic(latitude_deg, longitude_deg, origin), up])
+    return np.array([*(position or ()), 0.0, 0.0, 0.0][:3])
 
 
 def _first(*values: float | None) -> float:

@@ -85,7 +85,14 @@ def _resolved(node: Schema) -> Schema:
     options = [option for option in node.get("anyOf", ()) if option.get("type") != "null"]
     if len(options) == 1:
         return _resolved({**{k: v for k, v in node.items() if k != "anyOf"}, **options[0]})
+    if len(options) > 1 and all("properties" in _resolved(option) for option in options):
+        return _joined([_resolved(option) for option in options])
     return {**node, "anyOf": options} if options else node
+
+
+def _joined(tables: list[Schema]) -> Schema:
+    """Returns one table with the keys of all: of bodies, whatever their kind."""
+    return {**tables[0], "properties": {key: node for table in tables for key, node in table["properties"].items()}}
 
 
 def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:

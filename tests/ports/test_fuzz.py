@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from radar_service.ports.app import create_app
 from radar_service.scene_file.document import validated
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
@@ -195,11 +196,12 @@ def spoil_meshes(sandbox: Sandbox, cases: int) -> tuple[int, int]:
             content[at] = data.draw(st.integers(0, 255))
         cut = data.draw(st.integers(1, len(content)))
         try:
-            mesh = sandbox.mesh(bytes(content[: cut if cut % 3 == 0 else None]), f"a.{kind}", "here", 1.0, "z").mesh
+            (body,) = sandbox.read(MeshFile(bytes(content[: cut if cut % 3 == 0 else None]), f"a.{kind}", "here"))
         except SceneError as fault:
             assert str(fault).startswith("here")
             refused += 1
         else:
+            mesh = body.mesh
             assert 0 < len(mesh.faces) <= 2 * 12 and 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
             taken += 1
 

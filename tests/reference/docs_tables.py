@@ -7,7 +7,7 @@ import ast
 import inspect
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 
 from radar_service.ports.app import create_app
 from radar_service.records.fidelity import PRESETS
+from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.service.radio.transmitter_state import TRANSITIONS, State
 from radar_service.world.materials import MATERIALS, power_reflectivity
@@ -93,15 +94,15 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
     return f'`"{value}"`' if isinstance(value, str) else f"`{plain(value)}`"
 
 
-def section(name: str, beyond: str = "") -> str:
-    """The keys of one table of the scene file, but for those that the table `beyond` has too."""
+def section(name: str, beyond: str = "", keys: Collection[str] = ()) -> str:
+    """The keys of one table of the scene file, but for those that the table `beyond` has too; only `keys` if there are any."""
     whole = SceneModel.model_json_schema()
     model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
     required = model.get("required", [])
     rows = [
         (f"`{key}`", unit(key), allowed(schema), default(key, schema, required), schema.get("description", ""))
         for key, schema in model["properties"].items()
-        if not beyond or key not in whole["$defs"][beyond]["properties"]
+        if (not beyond or key not in whole["$defs"][beyond]["properties"]) and (not keys or key in keys)
     ]
     return table(("key", "unit", "allowed", "default", "remarks"), rows)
 
@@ -171,6 +172,7 @@ PUBLIC = (
 INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
+    "radar_service.scene_file.readers.mesh_reader:BodyFile",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
     "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing", "radar_service.service.source:Spared",
     "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
@@ -217,7 +219,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "pulse": lambda: section("PulseModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
-    "body": lambda: section("BodyModel"),
+    "body": lambda: section("ShapeBodyModel", keys=BodyModel.model_fields),
+    **{f"body-{kind}": partial(section, model.__name__, keys=OWN_KEYS[kind]) for kind, model in KINDS.items()},
     "waypoint": lambda: section("WaypointModel"),
     "manoeuvre": lambda: section("ManoeuvreModel"),
     "fading": lambda: section("FadingModel"),

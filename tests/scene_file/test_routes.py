@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.describe import describe
-from radar_service.scene_file.model.scene import WaypointModel
+from radar_service.scene_file.model.moving import WaypointModel
 from radar_service.scene_file.routes import constant_motion, motion_from_waypoints
 from radar_service.world.error import SceneError
 from radar_service.world.steered_motion import SteeredMotion, SteeringLimits

@@ -6,16 +6,17 @@ map stands above the sea, a skirt closes it: a wall, which faces outward, from t
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.fields import MAX_HEIGHT, MIN_HEIGHT
-from radar_service.scene_file.model.scene import BodyModel
-from radar_service.scene_file.readers.mesh import LoadedMesh
-from radar_service.scene_file.readers.raster import Raster
+from radar_service.scene_file.readers.mesh import LoadedBody
+from radar_service.scene_file.readers.raster import FORMATS, Raster, raster_from_bytes
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
@@ -36,16 +37,49 @@ class Coverage(NamedTuple):
     radius: float
 
 
-class Terrain(NamedTuple):
-    """A loaded height map: its mesh in its own frame, and the position (3,) [m] of that frame's origin."""
+@dataclass(frozen=True)
+class HeightMapFile:
+    """A height map that is to be read. body, start, origin, coverage: as for heightmap_terrain.
 
-    loaded: LoadedMesh
-    position: Floats
+    body_location: key path of its body.
+    """
+
+    max_bodies: ClassVar[int] = 1
+    placed: ClassVar[bool] = True
+
+    content: bytes
+    name: str
+    body: HeightMapBodyModel
+    start: Floats
+    origin: Origin | None
+    coverage: Coverage
+    body_location: str
+
+    @property
+    def location(self) -> str:
+        """Key path and name of the file."""
+        return f"{self.body_location}.heightmap: {self.name}"
+
+    def read(self) -> tuple[LoadedBody, ...]:
+        """Returns its land; errors as raster_from_bytes and heightmap_terrain."""
+        raster = raster_from_bytes(self.content, self.name, self.location)
+        return (heightmap_terrain(self.body, raster, self.start, self.origin, self.coverage, self.body_location),)
+
+    @classmethod
+    def examples(cls) -> list["HeightMapFile"]:
+        """Returns a small file of each format."""
+        keys = {"low_m": 0.0, "high_m": 9.0, "south_west_deg": (50.0, 1.0), "north_east_deg": (50.1, 1.1)}
+        body = HeightMapBodyModel.model_validate({"name": "example", "heightmap": "example", **keys})
+        around, reached = (50.0, 1.0), Coverage(0.0, 0.0, 1e5)
+        contents = [(each.endings[0], content) for each in FORMATS for content in each.examples()]
+        return [
+            cls(content, f"example{ending}", body, np.zeros(3), around, reached, "example") for ending, content in contents
+        ]
 
 
 def heightmap_terrain(
-    body: BodyModel, raster: Raster, start: Floats, origin: Origin | None, coverage: Coverage, location: str
-) -> Terrain:
+    body: HeightMapBodyModel, raster: Raster, start: Floats, origin: Origin | None, coverage: Coverage, location: str
+) -> LoadedBody:
     """Returns the terrain of a height map: east, north by its extent or corners, heights in metres.
 
     raster: the file's samples. start: position_m (3,) [m]; its height is added to the samples. coverage: triangles
@@ -79,10 +113,10 @@ def heightmap_terrain(
         findings.append(f"its rim stands up to {heights.ravel()[rim].max():.3g} m above the sea: a wall closes it")
     if len(faces) < total:
         findings.append(f"{len(faces)} of {total} triangles kept, those above the sea and within radar coverage")
-    return Terrain(LoadedMesh(mesh, tuple(findings)), middle)
+    return LoadedBody(mesh, tuple(findings), middle)
 
 
-def heights_from_raster(body: BodyModel, raster: Raster, location: str) -> Floats:
+def heights_from_raster(body: HeightMapBodyModel, raster: Raster, location: str) -> Floats:
     """Returns heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres.
 
     Those of samples without data mean nothing.
@@ -107,7 +141,7 @@ def heights_from_raster(body: BodyModel, raster: Raster, location: str) -> Float
 
 
 def _placement(
-    body: BodyModel, raster: Raster, start: Floats, origin: Origin | None, location: str
+    body: HeightMapBodyModel, raster: Raster, start: Floats, origin: Origin | None, location: str
 ) -> Callable[[tuple[int, ...]], Floats]:
     """Returns a function from the shape of the map to the east, north (rows, columns, 2) [m] of its samples."""
     if body.extent_m is not None:

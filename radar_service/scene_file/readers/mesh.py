@@ -1,52 +1,89 @@
-"""Reads mesh files as triangles: OBJ by `obj`; STL, PLY and GLB by trimesh, which only this module imports.
-
-trimesh receives bytes, never a path, so it cannot open a file that a mesh refers to (materials, buffers, textures).
-`mesh_check` checks the declared counts before; this module checks the triangles after.
+"""Reads mesh files as triangles: `formats` tells their format and checks their declared counts before, this module the triangles
+after.
 """
 
-import io
-import warnings
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.scene_file.readers.file_format import (
+    Faces,
+    Floats,
+    Format,
+    Triangles,
+    check_face_count,
+    check_range,
+    unreadable,
+)
 from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
-from radar_service.scene_file.readers.mesh_check import MAX_FACES, check_content
-from radar_service.scene_file.readers.obj import obj_triangles
+from radar_service.scene_file.readers.formats import FORMATS, checked_format
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
-
-Floats = NDArray[np.float64]
-Faces = NDArray[np.int64]
 
 MAX_FILE_BYTES = 200 * 2**20
 
 
-class LoadedMesh(NamedTuple):
-    """A usable mesh, and its defects in words without a subject, for warnings."""
+class LoadedBody(NamedTuple):
+    """What a file gives for a body.
+
+    mesh: usable, in its own frame.
+    findings: its defects in words without a subject, for warnings.
+    position: (3,) [m] of the frame's origin where the file tells it; None: where the scene puts the body.
+    name: of the body where the file tells it.
+    """
 
     mesh: Mesh
     findings: tuple[str, ...]
+    position: Floats | None = None
+    name: str = ""
 
 
-def mesh_from_bytes(content: bytes, name: str, location: str, scale: float = 1.0, up: str = "z") -> LoadedMesh:
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh file that is to be read. scale: metres per unit of the file, up: its axis, by default those of its format."""
+
+    max_bodies: ClassVar[int] = 1
+    placed: ClassVar[bool] = False
+
+    content: bytes
+    name: str
+    location: str
+    scale: float | None = None
+    up: str | None = None
+
+    def read(self) -> tuple[LoadedBody, ...]:
+        """Returns its body; errors as mesh_from_bytes."""
+        return (mesh_from_bytes(self.content, self.name, self.location, self.scale, self.up),)
+
+    @classmethod
+    def examples(cls) -> list["MeshFile"]:
+        """Returns a small file of each format."""
+        contents = [(each.endings[0], content) for each in FORMATS for content in each.examples()]
+        return [cls(content, f"example{ending}", "example") for ending, content in contents]
+
+
+def mesh_from_bytes(
+    content: bytes, name: str, location: str, scale: float | None = None, up: str | None = None
+) -> LoadedBody:
     """Returns the triangles of a mesh file's `content`, in metres and z up.
 
     name: the file's name, whose ending gives the format. location: key path for messages. scale: metres per unit of the
-    file. up: "y" maps (x, y, z) to (x, -z, y). Raises SceneError if the file has no usable mesh.
+    file, up: "y" maps (x, y, z) to (x, -z, y); by default those of the format. Raises SceneError if the file has no usable
+    mesh.
     """
-    kind = check_content(content, name, location)
-    vertices, faces = obj_triangles(content, location) if kind == "obj" else _parse(content, kind, location)
+    kind = checked_format(content, name, location)
+    vertices, faces = _parsed(kind, content, location)
     if len(faces) == 0:
         raise SceneError(f"{location}: the file has no triangles; a mesh needs at least one with an area: export it again")
-    _check_range(vertices, faces, location)
+    check_range(vertices, faces, location)
     if not np.isfinite(vertices).all():
         count = int((~np.isfinite(vertices).all(axis=1)).sum())
         raise SceneError(f"{location}: {count} vertices are not finite numbers; correct the file")
-    vertices = vertices * scale
-    if up == "y":
+    vertices = vertices * (kind.unit if scale is None else scale)
+    if (up or kind.up) == "y":
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
     if len(vertices) and np.abs(vertices).max() > MAX_COORDINATE:
         raise SceneError(
@@ -56,51 +93,18 @@ def mesh_from_bytes(content: bytes, name: str, location: str, scale: float = 1.0
     return _cleaned(vertices, faces, location)
 
 
-def _parse(content: bytes, kind: str, location: str) -> tuple[Floats, Faces]:
-    """Returns vertices (V, 3) and faces (F, 3) of all geometry in the file, after the file's own transforms."""
-    import trimesh  # here, because it takes a third of the start-up time
-
+def _parsed(kind: Format[Triangles], content: bytes, location: str) -> Triangles:
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about materials and normals, which are not read
-            scene = trimesh.load_scene(
-                io.BytesIO(content), file_type=kind, process=False, skip_materials=True, group_material=False
-            )
-            parts = [p for p in scene.dump(concatenate=False) if isinstance(p, trimesh.Trimesh)]
-            vertices = [np.asarray(part.vertices, dtype=np.float64) for part in parts]
-            faces = [np.asarray(part.faces, dtype=np.int64) for part in parts]
+        return kind.parse(content, location)
+    except (SceneError, MemoryError):
+        raise
     except Exception as error:  # parsers of arbitrary bytes raise any exception
-        raise SceneError(
-            f"{location}: the file is not readable as {kind.upper()} ({_error_text(error)}); export it again"
-        ) from None
-    if not faces:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    for points, triangles in zip(vertices, faces, strict=True):
-        _check_range(points, triangles, location)
-    starts = np.cumsum([0, *map(len, vertices)])
-    joined = np.concatenate([triangles + start for triangles, start in zip(faces, starts[:-1], strict=True)])
-    return np.concatenate(vertices), joined
+        raise unreadable(kind.name, error, location) from None
 
 
-def _check_range(vertices: Floats, faces: Faces, location: str) -> None:
-    if len(faces) and (vertices.ndim != 2 or vertices.shape[1] != 3):
-        raise SceneError(f"{location}: the vertices are not points in space; export the file again")
-    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise SceneError(
-            f"{location}: faces refer to vertices {int(faces.min())} to {int(faces.max())}, but there are only "
-            f"{len(vertices)} (counted from 0); export the file again"
-        )
-
-
-def _error_text(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
-
-
-def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedMesh:
+def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedBody:
     """Returns the mesh without duplicate or empty faces and unused vertices. Raises SceneError if no face is left."""
-    if len(faces) > MAX_FACES:
-        raise SceneError(f"{location}: the mesh has {len(faces)} triangles; at most {MAX_FACES} are allowed: simplify it")
+    check_face_count(len(faces), location)
     points, index = _unique_rows(vertices)
     welded = index[faces]
     a, b, c = points[welded].transpose(1, 0, 2)
@@ -126,7 +130,7 @@ def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedMesh:
         edges = numbered_edges(welded[kept])
     findings.extend(_surface_defects(edges))
     used, compact = np.unique(faces[kept], return_inverse=True)
-    return LoadedMesh(Mesh(vertices[used], compact.reshape(-1, 3).astype(np.int64)), tuple(findings))
+    return LoadedBody(Mesh(vertices[used], compact.reshape(-1, 3).astype(np.int64)), tuple(findings))
 
 
 def _unique_rows(rows: Floats) -> tuple[Floats, NDArray[np.int64]]:

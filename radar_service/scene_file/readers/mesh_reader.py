@@ -2,30 +2,40 @@
 
 from typing import Protocol
 
-from radar_service.scene_file.model.scene import BodyModel
-from radar_service.scene_file.readers.heightmap import Coverage, Floats, Terrain, heightmap_terrain
-from radar_service.scene_file.readers.mesh import LoadedMesh, mesh_from_bytes
-from radar_service.scene_file.readers.raster import raster_from_bytes
-from radar_service.world.geo import Origin
+from radar_service.scene_file.readers.heightmap import HeightMapFile
+from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
+
+FILES = (MeshFile, HeightMapFile)  # all kinds of BodyFile
+
+
+class BodyFile(Protocol):
+    """A file with bodies that is to be read: its content, and what the scene says of it.
+
+    location: key path and name of the file, with which messages begin.
+    max_bodies: how many it may hold. placed: whether it tells their positions.
+    """
+
+    @property
+    def location(self) -> str: ...
+
+    @property
+    def max_bodies(self) -> int: ...
+
+    @property
+    def placed(self) -> bool: ...
+
+    def read(self) -> tuple[LoadedBody, ...]:
+        """Returns its bodies. Raises SceneError if there is no usable one."""
 
 
 class MeshReader(Protocol):
-    """Reads meshes and terrains from the bytes of files.
-
-    max_triangles: the most triangles that all bodies of a scene may have together.
-    """
+    """Reads the bodies in files. max_triangles: the most triangles that all bodies of a scene may have together."""
 
     @property
     def max_triangles(self) -> int: ...
 
-    def mesh(self, content: bytes, name: str, location: str, scale: float, up: str) -> LoadedMesh:
-        """Returns the mesh in a file; arguments and errors as mesh.mesh_from_bytes."""
-
-    def terrain(
-        self, content: bytes, name: str, body: BodyModel, start: Floats, origin: Origin | None, coverage: Coverage,
-        location: str,
-    ) -> Terrain:  # fmt: skip
-        """Returns the terrain in the height map `name`; arguments and errors as heightmap.heightmap_terrain."""
+    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
+        """Returns the bodies in a file. Raises SceneError if there is no usable one."""
 
 
 class InProcessReader:
@@ -33,17 +43,9 @@ class InProcessReader:
 
     max_triangles = 40_000_000  # some 2 GB as vertices, faces and ray-tracing tree
 
-    def mesh(self, content: bytes, name: str, location: str, scale: float, up: str) -> LoadedMesh:
-        """Returns the mesh in a file; arguments and errors as mesh.mesh_from_bytes."""
-        return mesh_from_bytes(content, name, location, scale, up)
-
-    def terrain(
-        self, content: bytes, name: str, body: BodyModel, start: Floats, origin: Origin | None, coverage: Coverage,
-        location: str,
-    ) -> Terrain:  # fmt: skip
-        """Returns the terrain in the height map `name`; arguments and errors as heightmap.heightmap_terrain."""
-        samples = raster_from_bytes(content, name, f"{location}.heightmap: {name}")
-        return heightmap_terrain(body, samples, start, origin, coverage, location)
+    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
+        """Returns the bodies in a file. Raises SceneError if there is no usable one."""
+        return file.read()
 
 
 IN_PROCESS = InProcessReader()

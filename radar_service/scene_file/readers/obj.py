@@ -3,18 +3,18 @@
 All other lines are ignored, so no file that an OBJ file refers to is opened.
 """
 
+import re
+
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.scene_file.readers.file_format import Format, Triangles
+from radar_service.scene_file.readers.trimesh_parser import exported_box
 from radar_service.world.error import SceneError
-
-Floats = NDArray[np.float64]
-Faces = NDArray[np.int64]
 
 MAX_VERTICES = 2**31
 
 
-def obj_triangles(content: bytes, location: str) -> tuple[Floats, Faces]:
+def obj_triangles(content: bytes, location: str) -> Triangles:
     """Returns vertices (V, 3) in units of the file, and triangles (F, 3). Raises SceneError with the line."""
     coordinates: list[bytes] = []
     corners: list[int] = []
@@ -56,3 +56,22 @@ def _fan(words: list[bytes], count: int, location: str) -> list[int]:
     if len(indices) == 3:
         return indices
     return [k for a, b in zip(indices[1:], indices[2:], strict=False) for k in (indices[0], a, b)]
+
+
+def _is_obj(content: bytes) -> bool:
+    """Whether it is text with lines of vertices or faces, and neither JSON nor XML."""
+    start = content[:4096]
+    if b"\0" in start or re.match(rb"\s*[{\[<]", start):
+        return False
+    return re.search(rb"^[ \t]*(v|f)[ \t]", content[: 2**20], re.MULTILINE) is not None
+
+
+FORMATS = (
+    Format[Triangles](
+        name="obj",
+        endings=(".obj",),
+        detect=_is_obj,
+        parse=obj_triangles,
+        examples=lambda: (exported_box("obj"),),
+    ),
+)

@@ -1,26 +1,27 @@
-"""Reads raster files as samples: grey PNG, .npy and TIFF. Sizes are checked before the data is unpacked."""
+"""Reads raster files as samples: grey PNG, .npy and TIFF, the FORMATS. Sizes are checked before the data is unpacked."""
 
 import io
 import warnings
+from functools import partial
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.scene_file.readers.file_format import Format
 from radar_service.world.error import SceneError
 
 MAX_SIDE = 4097
 MAX_FILE_BYTES = 200 * 2**20
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
-TIFF = (b"II*\0", b"MM\0*")
-MAGIC = {".png": (b"\x89PNG\r\n\x1a\n",), ".npy": (b"\x93NUMPY",), ".tif": TIFF, ".tiff": TIFF}
 GREY_TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I": np.int32, "F": np.float32}
 # TIFF tags of GeoTIFF 1.1 (OGC 19-008r4, 2019)
 PIXEL_SCALE, TIEPOINT, GEO_KEYS, NO_DATA = 33550, 33922, 34735, 42113
 GT_MODEL_TYPE, GT_RASTER_TYPE, GEODETIC_CRS = 1024, 1025, 2048
 WGS84 = 4326
+EXAMPLE_SIDE = 140  # samples: above heightmap.MAX_GEODESIC_SAMPLES, so that examples use all that maps may
 
 
 class Raster(NamedTuple):
@@ -38,30 +39,6 @@ class Raster(NamedTuple):
     corners: Corners | None = None
     findings: tuple[str, ...] = ()
     empty: NDArray[np.bool_] | None = None
-
-
-def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
-    """Returns the samples of a raster file; the ending of `name` gives the format. Raises SceneError at `location`."""
-    kind = PurePosixPath(name).suffix.lower()
-    if kind not in MAGIC:
-        raise SceneError(f"{location}: the file name does not end in {', '.join(MAGIC)}; convert it to one of them")
-    if not content.startswith(MAGIC[kind]):
-        raise SceneError(
-            f"{location}: this is not a {kind[1:].upper()} file (it begins with {content[:8]!r}); export it again"
-        )
-    try:
-        raster = _npy(content, location) if kind == ".npy" else _image(content, kind, location)
-    except SceneError:
-        raise
-    except Exception as error:  # decoders of arbitrary bytes raise any exception
-        raise SceneError(
-            f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
-        ) from None
-    unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
-    if unknown.any():
-        count = int(unknown.sum())
-        raise SceneError(f"{location}: {count} samples are not finite numbers; fill them, with -1 for sea")
-    return raster
 
 
 def _check_size(shape: tuple[int, ...], location: str) -> None:
@@ -85,17 +62,17 @@ def _npy(content: bytes, location: str) -> Raster:
     return Raster(np.load(file, allow_pickle=False), grey=False)
 
 
-def _image(content: bytes, kind: str, location: str) -> Raster:
+def _image(kind: str, content: bytes, location: str) -> Raster:
     from PIL import Image  # here: few scenes have pictures, and it would slow every start
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about sizes, which are checked here, and metadata, which is not used
-        with Image.open(io.BytesIO(content), formats=["PNG" if kind == ".png" else "TIFF"]) as image:
+        with Image.open(io.BytesIO(content), formats=[kind]) as image:
             _check_size((image.height, image.width), location)
             if image.mode not in GREY_TYPES:
                 raise SceneError(f'{location}: the pixels are "{image.mode}", not grey; convert it to 8 or 16 bit grey')
             samples = np.array(image).astype(GREY_TYPES[image.mode])
-            if kind == ".png":
+            if kind == "PNG":
                 return Raster(samples.astype(np.uint16) if image.mode == "I" else samples, grey=True)
             return _georeferenced(samples, dict(getattr(image, "tag_v2", {})), location)
 
@@ -128,3 +105,70 @@ def _corners(shape: tuple[int, ...], tags: dict[int, Any], location: str) -> Cor
             f"{location}: the tags give latitude {south:g} to {north:g}, longitude {west:g} to {east:g}; correct them"
         )
     return (south, west), (north, east)
+
+
+def _npy_example() -> tuple[bytes, ...]:
+    file = io.BytesIO()
+    np.save(file, np.full((EXAMPLE_SIDE, EXAMPLE_SIDE), 40_000, dtype=np.uint16))
+    return (file.getvalue(),)
+
+
+def _image_examples(kind: str, *compressions: str | None) -> tuple[bytes, ...]:
+    from PIL import Image
+
+    picture = Image.fromarray(np.full((EXAMPLE_SIDE, EXAMPLE_SIDE), 40_000, dtype=np.uint16))
+    files = [io.BytesIO() for _ in compressions]
+    for file, compression in zip(files, compressions, strict=True):
+        picture.save(file, kind, **({} if compression is None else {"compression": compression}))
+    return tuple(file.getvalue() for file in files)
+
+
+FORMATS = (
+    Format[Raster](
+        name="png",
+        endings=(".png",),
+        detect=lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"),
+        parse=partial(_image, "PNG"),
+        examples=partial(_image_examples, "PNG", None),
+    ),
+    Format[Raster](
+        name="npy",
+        endings=(".npy",),
+        detect=lambda content: content.startswith(b"\x93NUMPY"),
+        parse=_npy,
+        examples=_npy_example,
+    ),
+    Format[Raster](
+        name="tiff",
+        endings=(".tif", ".tiff"),
+        detect=lambda content: content.startswith((b"II*\0", b"MM\0*")),
+        parse=partial(_image, "TIFF"),
+        examples=partial(_image_examples, "TIFF", None, "tiff_lzw", "tiff_adobe_deflate"),
+    ),
+)
+
+
+def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
+    """Returns the samples of a raster file; the ending of `name` gives the format. Raises SceneError at `location`."""
+    ending = PurePosixPath(name).suffix.lower()
+    kind = next((each for each in FORMATS if ending in each.endings), None)
+    if kind is None:
+        endings = ", ".join(each for kind in FORMATS for each in kind.endings)
+        raise SceneError(f"{location}: the file name does not end in {endings}; convert it to one of them")
+    if not kind.detect(content):
+        raise SceneError(
+            f"{location}: this is not a {ending[1:].upper()} file (it begins with {content[:8]!r}); export it again"
+        )
+    try:
+        raster = kind.parse(content, location)
+    except SceneError:
+        raise
+    except Exception as error:  # decoders of arbitrary bytes raise any exception
+        raise SceneError(
+            f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
+        ) from None
+    unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
+    if unknown.any():
+        count = int(unknown.sum())
+        raise SceneError(f"{location}: {count} samples are not finite numbers; fill them, with -1 for sea")
+    return raster

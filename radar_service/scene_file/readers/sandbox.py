@@ -15,26 +15,35 @@ import subprocess
 import sys
 import threading
 from collections.abc import Sequence
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.processes.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
-from radar_service.scene_file.model.scene import BodyModel
-from radar_service.scene_file.readers.heightmap import Coverage, Floats, Terrain
-from radar_service.scene_file.readers.mesh import LoadedMesh
+from radar_service.scene_file.readers.mesh import LoadedBody
+from radar_service.scene_file.readers.mesh_reader import BodyFile
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin
 
 MAX_MEMORY = 2 * 2**30  # bytes above the interpreter's own; an STL of 64 MiB needs 1.2 GiB
 MAX_TRIANGLES = 4_000_000  # of a scene: some 300 MB with their ray-tracing tree
 MAX_HEADER_BYTES = 2**20  # of an answer
 CPU_TIME_STATUS = -24  # exit status of a process that SIGXCPU ended
 CHILD = "radar_service.scene_file.readers.sandbox_child"
-DTYPES = {"vertices": "<f8", "faces": "<i8", "position": "<f8"}
+MAX_PROBLEMS, MAX_PROBLEM = 20, 2000  # of an answer, characters of each
+MAX_FINDINGS, MAX_FINDING, MAX_NAME = 20, 500, 200  # of a body, characters of each
+DTYPES = {"vertices": "<f8", "faces": "<i8", "position": "<f8"}  # of arrays by their names
+SIDES: dict[str, list[int]] = {"vertices": [3], "faces": [3], "position": []}  # of their rows
+
+
+class Answer(NamedTuple):
+    """What the child says of a file: problems as lines of a refusal, bodies, and whether it is to be replaced."""
+
+    problems: tuple[str, ...]
+    bodies: tuple[LoadedBody, ...]
+    exhausted: bool
 
 
 class Sandbox:
@@ -67,33 +76,19 @@ class Sandbox:
         with self._lock:
             self._end()
 
-    def mesh(self, content: bytes, name: str, location: str, scale: float, up: str) -> LoadedMesh:
-        """Returns the mesh in a file, as mesh.mesh_from_bytes.
+    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
+        """Returns the bodies in a file, as an InProcessReader.
 
-        Raises SceneError also at the limits of the child, and MachineBusyError at the backstop.
+        Raises SceneError also at the limits of the child and for an invalid answer, and MachineBusyError at the backstop.
         """
-        arrays, findings = self._request(location, ("mesh", content, name, location, scale, up))
-        return LoadedMesh(mesh_from_answer(arrays, location), findings)
+        answer = self._answer(file)
+        if answer.problems:
+            raise SceneError(*answer.problems)
+        if not is_valid(answer.bodies, file):
+            raise SceneError(f"{file.location}: the parser returned an invalid answer; export the file again")
+        return answer.bodies
 
-    def terrain(
-        self,
-        content: bytes,
-        name: str,
-        body: BodyModel,
-        start: Floats,
-        origin: Origin | None,
-        coverage: Coverage,
-        location: str,
-    ) -> Terrain:
-        """Returns the terrain in a height map, as heightmap.heightmap_terrain. Raises as `mesh`."""
-        file_location = f"{location}.heightmap: {name}"
-        arrays, findings = self._request(file_location, ("terrain", content, name, body, start, origin, coverage, location))
-        position = arrays["position"]
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise SceneError(f"{file_location}: the parser returned an invalid answer; export the file again")
-        return Terrain(LoadedMesh(mesh_from_answer(arrays, file_location), findings), position)
-
-    def _request(self, location: str, request: tuple[Any, ...]) -> tuple[dict[str, NDArray[Any]], tuple[str, ...]]:
+    def _answer(self, file: BodyFile) -> "Answer":
         with self._lock:
             child, timed_out = self._running_child(), threading.Event()
 
@@ -104,21 +99,28 @@ class Sandbox:
             timer = threading.Timer(self._backstop, end_child)
             timer.start()
             try:
-                header, arrays = _exchange(child, pickle.dumps(request))
-            except (OSError, ValueError, LookupError, TypeError, AttributeError, struct.error):
+                answer = _exchange(child, pickle.dumps(file))
+            except (
+                OSError,
+                ValueError,
+                LookupError,
+                TypeError,
+                AttributeError,
+                struct.error,
+                OverflowError,
+                RecursionError,
+            ):
                 self._end()
                 if timed_out.is_set():
-                    raise machine_busy(location, self._backstop) from None
+                    raise machine_busy(file.location, self._backstop) from None
                 reason = self._reason(child.returncode)
-                raise SceneError(f"{location}: {reason}; make it smaller or export it again") from None
+                raise SceneError(f"{file.location}: {reason}; make it smaller or export it again") from None
             finally:
                 timer.cancel()
-            if header.get("exhausted"):
+            if answer.exhausted:
                 self._end()
                 self._running_child()
-        if header["problems"]:
-            raise SceneError(*(str(line)[:2000] for line in header["problems"][:20]))
-        return arrays, tuple(str(line)[:500] for line in header["findings"][:20])
+        return answer
 
     def _running_child(self) -> subprocess.Popen[bytes]:
         """Returns the child; starts one if none is running."""
@@ -153,8 +155,8 @@ class Sandbox:
         return f"the file takes more than {self._memory / 2**20:.0f} MiB to read, or crashes its parser"
 
 
-def _exchange(child: subprocess.Popen[bytes], request: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Sends a request, returns header and arrays. Raises errors of many types if the child ends or its answer is invalid."""
+def _exchange(child: subprocess.Popen[bytes], request: bytes) -> Answer:
+    """Sends a request, returns the answer. Raises errors of many types if the child ends or its answer has another form."""
     assert child.stdin is not None and child.stdout is not None
     child.stdin.write(struct.pack("<Q", len(request)) + request)
     child.stdin.flush()
@@ -162,14 +164,25 @@ def _exchange(child: subprocess.Popen[bytes], request: bytes) -> tuple[dict[str,
     if size > MAX_HEADER_BYTES:
         raise ValueError("the answer is too long")
     header = json.loads(_read(child.stdout, size))
+    room = dict.fromkeys(DTYPES, 3 * MAX_TRIANGLES)  # rows that arrays of each name may still have
+    bodies = tuple(_body(described, child.stdout, room) for described in header["bodies"])
+    problems = tuple(str(line)[:MAX_PROBLEM] for line in header["problems"][:MAX_PROBLEMS])
+    return Answer(problems, bodies, bool(header.get("exhausted")))
+
+
+def _body(described: dict[str, Any], pipe: IO[bytes], room: dict[str, int]) -> LoadedBody:
+    """Returns a body with its arrays from the pipe, which may hold anything of the right shape; takes their rows from `room`."""
     arrays = {}
-    for key, shape in header["arrays"].items():
+    for key, shape in described["arrays"].items():
         rows = [int(side) for side in shape]
-        if rows[1:] not in ([], [3]) or not 0 <= rows[0] <= 3 * MAX_TRIANGLES:
+        if rows[1:] != SIDES[key] or not 0 <= rows[0] <= room[key]:
             raise ValueError("an array has a wrong shape")
-        data = _read(child.stdout, 8 * math.prod(rows))
+        room[key] -= rows[0]
+        data = _read(pipe, 8 * math.prod(rows))
         arrays[key] = np.frombuffer(data, DTYPES[key]).reshape(rows).copy()
-    return header, arrays
+    findings = tuple(str(line)[:MAX_FINDING] for line in described["findings"][:MAX_FINDINGS])
+    mesh = Mesh(arrays["vertices"], arrays["faces"])
+    return LoadedBody(mesh, findings, arrays.get("position"), str(described["name"])[:MAX_NAME])
 
 
 def _read(pipe: IO[bytes], size: int) -> bytes:
@@ -179,12 +192,21 @@ def _read(pipe: IO[bytes], size: int) -> bytes:
     return data
 
 
-def mesh_from_answer(arrays: dict[str, NDArray[Any]], location: str) -> Mesh:
-    """Returns the mesh in an answer: vertices (V, 3) [m] and faces (F, 3). Raises SceneError if they are not a mesh."""
-    vertices, faces = arrays.get("vertices", np.zeros(0)), arrays.get("faces", np.zeros(0))
-    if (
-        vertices.ndim != 2 or faces.ndim != 2 or len(faces) == 0 or len(faces) > MAX_TRIANGLES
-        or not (np.abs(vertices) <= 2 * MAX_COORDINATE).all() or faces.min() < 0 or faces.max() >= len(vertices)
-    ):  # fmt: skip
-        raise SceneError(f"{location}: the parser returned an invalid answer; export the file again")
-    return Mesh(vertices, faces)
+def is_valid(bodies: Sequence[LoadedBody], file: BodyFile) -> bool:
+    """Whether bodies may be those of a file: their number, their triangles, finite numbers, positions where the file has them."""
+    if not 1 <= len(bodies) <= file.max_bodies or sum(len(body.mesh.faces) for body in bodies) > MAX_TRIANGLES:
+        return False
+    return all(_is_mesh(body.mesh) and _is_position(body.position, file.placed) for body in bodies)
+
+
+def _is_mesh(mesh: Mesh) -> bool:
+    vertices, faces = mesh.vertices, mesh.faces
+    return len(faces) > 0 and bool(
+        (np.abs(vertices) <= 2 * MAX_COORDINATE).all() and faces.min() >= 0 and faces.max() < len(vertices)
+    )
+
+
+def _is_position(position: NDArray[Any] | None, placed: bool) -> bool:
+    if position is None or not placed:
+        return position is None and not placed
+    return position.shape == (3,) and bool((np.abs(position) <= 2 * MAX_COORDINATE).all())

@@ -9,15 +9,15 @@ import pytest
 
 import radar_service as rs
 from radar_service.scene_file.checks.mesh_axes import axis_findings
-from radar_service.scene_file.model.scene import BodyModel
+from radar_service.scene_file.model.body import MeshBodyModel
 from radar_service.world.poses import pose_at
 from radar_service.world.shapes import box
 
 LONG_IN_X, LONG_IN_Y = box(2.0, 6.0, 1.0), box(6.0, 2.0, 1.0)  # length along y, then beam
 
 
-def body(**keys: Any) -> BodyModel:
-    return BodyModel.model_validate({"name": "b", "mesh": "b.obj", **keys})
+def body(**keys: Any) -> MeshBodyModel:
+    return MeshBodyModel.model_validate({"name": "b", "mesh": "b.obj", **keys})
 
 
 @pytest.mark.parametrize(

@@ -119,5 +119,5 @@ def test_a_box_with_a_copy_reflects_as_the_single_box(tmp_path: Path) -> None:
 def test_the_finding_says_how_many() -> None:
     lines = [f"v {x} {y} {z}" for x, y, z in BOX.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (np.concatenate([PLAIN, OTHER[:, ::-1]]) + 1).tolist()]
-    mesh, findings = mesh_from_bytes("\n".join(lines).encode(), "a.obj", "m")
+    mesh, findings, *_ = mesh_from_bytes("\n".join(lines).encode(), "a.obj", "m")
     assert len(mesh.faces) == 12 and findings == ("12 triangles of faces dropped that repeat others, cut differently",)

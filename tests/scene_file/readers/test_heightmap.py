@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.model.scene import BodyModel
+from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.heightmap import Coverage, heightmap_terrain
 from radar_service.scene_file.readers.raster import Raster
 from radar_service.world.body import Mesh
@@ -59,10 +59,11 @@ def test_arrays_and_tiff_are_metres(tmp_path: Path) -> None:
 def test_corners_in_degrees_place_every_sample_on_the_geodesic() -> None:
     """150 samples a side are more than the geodesic is solved on; splines between must not be felt."""
     side = 150
-    body = BodyModel(name="h", heightmap="h.npy", south_west_deg=(46.0, -4.0), north_east_deg=(56.0, 6.0))
+    body = HeightMapBodyModel(name="h", heightmap="h.npy", south_west_deg=(46.0, -4.0), north_east_deg=(56.0, 6.0))
     raster = Raster(np.full((side, side), 5.0), grey=False)
     terrain = heightmap_terrain(body, raster, np.array([0.0, 0.0, 3.0]), (50.9, 1.4), Coverage(0.0, 0.0, np.inf), "body[0]")
-    result = land_vertices(terrain.loaded.mesh) + terrain.position
+    assert terrain.position is not None
+    result = land_vertices(terrain.mesh) + terrain.position
     latitude, longitude = np.meshgrid(np.linspace(56, 46, side), np.linspace(-4, 6, side), indexing="ij")
     expected = map_from_geographic(latitude, longitude, (50.9, 1.4)).reshape(-1, 2)
     assert len(result) == side**2

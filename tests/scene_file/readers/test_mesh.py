@@ -1,9 +1,13 @@
 """Triangles of mesh files: formats, transforms, removed faces and warnings."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 import trimesh
 
+from radar_service.scene_file.readers import formats
 from radar_service.scene_file.readers.mesh import mesh_from_bytes
 from tests.scene_file.readers.mesh_files import CUBE, exported
 
@@ -33,6 +37,21 @@ def test_scale_and_up() -> None:
     content = b"v 1 2 3\nv 2 2 3\nv 1 5 3\nf 1 2 3\n"
     mesh = mesh_from_bytes(content, "a.obj", "m", scale=0.5, up="y").mesh
     np.testing.assert_array_equal(mesh.vertices, 0.5 * np.array([[1, -3, 2], [2, -3, 2], [1, -3, 5]]))
+
+
+def test_a_format_may_have_another_unit_and_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In inches with y up, unless the scene says otherwise."""
+    inches = replace(next(kind for kind in formats.FORMATS if kind.name == "obj"), unit=0.0254, up="y")
+    monkeypatch.setattr(formats, "FORMATS", (inches,))
+    content = b"v 1 2 3\nv 2 2 3\nv 1 5 3\nf 1 2 3\n"
+    cases: list[tuple[dict[str, Any], list[float]]] = [
+        ({}, [0.0254, -0.0762, 0.0508]),
+        ({"scale": 1.0}, [1, -3, 2]),
+        ({"scale": 2.0, "up": "z"}, [2, 4, 6]),
+    ]
+    for keys, first in cases:
+        mesh = mesh_from_bytes(content, "a.obj", "m", **keys).mesh
+        np.testing.assert_allclose(mesh.vertices[0], first, rtol=1e-15)  # one product
 
 
 def test_glb_places_every_node() -> None:

@@ -1,6 +1,8 @@
 """The sandbox: it returns what the parser in this process returns, and survives any file."""
 
 import io
+import json
+import pickle
 import struct
 import sys
 from collections.abc import Iterator
@@ -9,13 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-import trimesh
 from PIL import Image
 
 from radar_service.processes.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
-from radar_service.scene_file.readers.sandbox import Sandbox, mesh_from_answer
+from radar_service.scene_file.readers.file_format import Format, Triangles
+from radar_service.scene_file.readers.formats import FORMATS
+from radar_service.scene_file.readers.heightmap import HeightMapFile
+from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
+from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, BodyFile
+from radar_service.scene_file.readers.sandbox import MAX_TRIANGLES, Sandbox, is_valid
+from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from tests.scene_file.readers.mesh_files import chain, exported, glb_with, stl_claiming
 
@@ -29,15 +35,14 @@ def sandbox() -> Iterator[Sandbox]:
     limited.close()
 
 
-@pytest.mark.parametrize("ending", ["obj", "stl", "ply", "glb", "stl_ascii"])
-def test_a_mesh_equals_that_read_in_process(sandbox: Sandbox, ending: str) -> None:
-    ball = trimesh.creation.icosphere(subdivisions=2).export(file_type=ending)
-    content = ball if isinstance(ball, bytes) else ball.encode()
-    name = f"ball.{ending.removesuffix('_ascii')}"
-    there, here = (who.mesh(content, name, "place", 2.0, "y") for who in (sandbox, IN_PROCESS))
-    np.testing.assert_array_equal(there.mesh.vertices, here.mesh.vertices)
-    np.testing.assert_array_equal(there.mesh.faces, here.mesh.faces)
-    assert there.findings == here.findings and len(here.mesh.faces) == 320
+@pytest.mark.parametrize("kind", FORMATS, ids=lambda kind: kind.name)
+def test_a_mesh_equals_that_read_in_process(sandbox: Sandbox, kind: Format[Triangles]) -> None:
+    for content in kind.examples():
+        file = MeshFile(content, f"box{kind.endings[0]}", "place", 2.0, "y")
+        ((there,), (here,)) = (who.read(file) for who in (sandbox, IN_PROCESS))
+        np.testing.assert_array_equal(there.mesh.vertices, here.mesh.vertices)
+        np.testing.assert_array_equal(there.mesh.faces, here.mesh.faces)
+        assert there[1:] == here[1:] and len(here.mesh.faces) == 12
 
 
 def picture(kind: str, **options: Any) -> bytes:
@@ -90,7 +95,7 @@ def test_a_hostile_file_is_refused_in_the_same_words(sandbox: Sandbox, name: str
     message = []
     for who in (sandbox, IN_PROCESS):
         with pytest.raises(SceneError) as caught:
-            who.mesh(content, name, "body[0].mesh: a", 1.0, "z")
+            who.read(MeshFile(content, name, "body[0].mesh: a"))
         message.append(caught.value.problems)
     assert message[0] == message[1] and message[0][0].startswith("body[0].mesh: a")
 
@@ -100,21 +105,23 @@ def test_more_memory_than_allowed_is_refused_and_the_next_file_is_read() -> None
     limited = Sandbox(memory=96 * 2**20)
     try:
         with pytest.raises(SceneError, match="^here: .*(MiB|too much memory)"):
-            limited.mesh(np.random.default_rng(1).bytes(80) + struct.pack("<I", 400_000) + b"\1" * 20_000_000, "a.stl",
-                         "here", 1.0, "z")  # fmt: skip
-        assert len(limited.mesh(CUBE, "a.stl", "here", 1.0, "z").mesh.faces) == 12
+            large = np.random.default_rng(1).bytes(80) + struct.pack("<I", 400_000) + b"\1" * 20_000_000
+            limited.read(MeshFile(large, "a.stl", "here"))
+        (cube,) = limited.read(MeshFile(CUBE, "a.stl", "here"))
+        assert len(cube.mesh.faces) == 12
     finally:
         limited.close()
 
 
 SPIN = """
 import sys
+from radar_service.processes.limits import limit_memory
 from radar_service.scene_file.readers import sandbox_child
 class Spinning:
-    def mesh(self, *arguments):
+    def read(self, file):
         while True:
             pass
-sandbox_child.limit_process(2**30)
+limit_memory(2**30)
 sandbox_child.serve(sys.stdin.buffer, sys.stdout.buffer, 0.2, Spinning())
 """
 
@@ -125,7 +132,7 @@ def test_a_parser_that_never_ends_is_ended_by_its_own_limit_of_processor_time() 
         with pytest.raises(
             SceneError, match="^here: the file takes more than 0.2 s of processor time to read; make it smaller"
         ):
-            limited.mesh(CUBE, "a.stl", "here", 1.0, "z")
+            limited.read(MeshFile(CUBE, "a.stl", "here"))
     finally:
         limited.close()
 
@@ -139,7 +146,7 @@ def test_a_machine_that_gives_the_child_no_time_is_no_fault_of_the_file(program:
     limited = Sandbox(backstop=0.05, command=[sys.executable, "-c", program])
     try:
         with pytest.raises(MachineBusyError, match="^here: the machine is busy: .* in 0.05 s; try again later$"):
-            limited.mesh(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj", "here", 1.0, "z")
+            limited.read(MeshFile(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj", "here"))
     finally:
         limited.close()
 
@@ -150,30 +157,77 @@ def test_the_documents_have_the_figures_of_the_code() -> None:
         assert f"{MAX_PROCESSOR_TIME:g} s of processor time" in text and f"{BACKSTOP:g} s" in text, name
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        b"", b"\xff" * 16, struct.pack("<Q", 2) + b"{}", struct.pack("<Q", 2) + b"[]", struct.pack("<Q", 9) + b"not json!",
-    ],
-)  # fmt: skip
-def test_an_invalid_answer_of_the_child_is_a_refusal(answer: bytes) -> None:
+def answered(header: str, arrays: bytes = b"") -> bytes:
+    return struct.pack("<Q", len(header)) + header.encode() + arrays
+
+
+def described(**arrays: list[Any]) -> str:
+    body = {"name": "", "findings": [], "arrays": {"vertices": [3, 3], "faces": [1, 3]} | arrays}
+    return json.dumps({"problems": [], "bodies": [body]})
+
+
+POINTS, CORNERS = np.eye(3).tobytes(), np.arange(3).tobytes()
+INVALID = "here: the parser returned an invalid answer; export the file again"
+
+
+def result(answer: bytes) -> str:
+    """What the parent says of an answer: the number of triangles, or the refusal."""
     program = f"import sys; sys.stdin.buffer.read(8); sys.stdout.buffer.write({answer!r})"
     limited = Sandbox(command=[sys.executable, "-c", program])
     try:
-        with pytest.raises(SceneError, match="^here: "):
-            limited.mesh(CUBE, "a.stl", "here", 1.0, "z")
+        (body,) = limited.read(MeshFile(CUBE, "a.stl", "here"))
+        return f"{len(body.mesh.faces)} triangles"
+    except SceneError as refusal:
+        return str(refusal)
     finally:
         limited.close()
 
 
 @pytest.mark.parametrize(
-    ("vertices", "faces"),
+    "answer",
     [
-        ([[0, 0, 0], [1, 0, 0]], [[0, 1, 2]]), ([[0, 0, 0]], [[0, 0, -1]]), ([[0, 0, float("nan")]], [[0, 0, 0]]),
-        ([[0, 0, 1e9]], [[0, 0, 0]]), ([[0, 0, 0]], []),
+        b"", b"\xff" * 16, answered("{}"), answered("[]"), answered("not json!"), answered("[" * 100_000),
+        answered('{"problems": [], "bodies": [5]}'), answered('{"bodies": []}'), answered(described(vertices=[3])),
+        answered(described(vertices=[3, 3, 3])), answered(described(faces=[1, 2])), answered(described(faces=[-1, 3])),
+        answered(described(vertices=[10**9, 3])), answered(described(vertices=[float("inf"), 3])),
+        answered(described(other=[1, 3])), answered(described(), POINTS), pickle.dumps(answered(described(), POINTS + CORNERS)),
     ],
 )  # fmt: skip
-def test_arrays_that_are_no_mesh_are_a_refusal(vertices: list[Any], faces: list[Any]) -> None:
-    arrays = {"vertices": np.array(vertices, float), "faces": np.array(faces, np.int64).reshape(-1, 3)}
-    with pytest.raises(SceneError, match="the parser returned an invalid answer"):
-        mesh_from_answer(arrays, "here")
+def test_an_answer_of_another_form_is_a_refusal(answer: bytes) -> None:
+    assert result(answer).startswith("here: the file takes more than ")
+
+
+def test_an_answer_is_taken_as_far_as_it_may_be_true() -> None:
+    assert result(answered(described(), POINTS + CORNERS)) == "1 triangles"
+    assert result(answered(described(position=[3]), POINTS + CORNERS + POINTS[:24])) == INVALID  # a mesh file tells none
+    assert result(answered('{"problems": [], "bodies": []}')) == INVALID
+    assert result(answered(json.dumps({"problems": ["x" * 2100] * 25, "bodies": []}))) == "\n".join(["x" * 2000] * 20)
+
+
+MAP = HeightMapFile.examples()[0]
+FILE = MeshFile(CUBE, "a.stl", "here")
+HERE = np.zeros(3)
+
+
+def triangle(vertices: Any = ((0, 0, 0), (1, 0, 0), (0, 1, 0)), faces: Any = ((0, 1, 2),)) -> Mesh:
+    return Mesh(np.array(vertices, float).reshape(-1, 3), np.array(faces, np.int64).reshape(-1, 3))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "position", "file"),
+    [
+        (triangle([[0, 0, 0], [1, 0, 0]]), None, FILE), (triangle([[0, 0, 0]], [[0, 0, -1]]), None, FILE),
+        (triangle([[0, 0, float("nan")]], [[0, 0, 0]]), None, FILE), (triangle([[0, 0, 1e9]], [[0, 0, 0]]), None, FILE),
+        (triangle(faces=[]), None, FILE), (triangle([], [[0, 0, 0]]), None, FILE), (triangle(), HERE, FILE),
+        (triangle(), None, MAP), (triangle(), np.full(3, np.nan), MAP), (triangle(), np.full(3, 1e9), MAP),
+        (triangle(), np.zeros(4), MAP), (triangle(faces=np.zeros((MAX_TRIANGLES + 1, 3))), None, FILE),
+    ],
+)  # fmt: skip
+def test_bodies_that_a_file_cannot_hold_are_not_valid(mesh: Mesh, position: Any, file: BodyFile) -> None:
+    assert is_valid([LoadedBody(triangle(), (), HERE if file.placed else None)], file)
+    assert not is_valid([LoadedBody(mesh, (), position)], file)
+
+
+def test_a_file_holds_as_many_bodies_as_it_may() -> None:
+    body = LoadedBody(triangle(), ())
+    assert is_valid([body], FILE) and not is_valid([], FILE) and not is_valid([body, body], FILE)

@@ -7,10 +7,12 @@ import sys
 
 REACH_OUT = """
 import json, os, socket, sys
+from radar_service.processes import limits
 from radar_service.scene_file.readers import sandbox_child as child
 child.warm_up()
 kept = os.dup(1)
-child.limit_process(2**30)
+limits.limit_memory(2**30)
+limits.forbid_access()
 outcome = {}
 for name, act in {
     "open": lambda: open("/etc/hostname"), "write": lambda: open("/tmp/radar-sandbox-test", "w"), "socket": socket.socket,

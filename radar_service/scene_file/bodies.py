@@ -1,0 +1,153 @@
+"""Builds the bodies of a scene from their models: the mesh of each kind, its motion and what it is made of."""
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.radar.parameters import Radar
+from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service.scene_file.checks.mesh_axes import axis_findings
+from radar_service.scene_file.checks.mesh_findings import Findings
+from radar_service.scene_file.convert import presence_from_model
+from radar_service.scene_file.folder import SceneFolder
+from radar_service.scene_file.model.body import (
+    BodyModel,
+    BodyOfAKind,
+    HeightMapBodyModel,
+    MeshBodyModel,
+    ShapeBodyModel,
+)
+from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
+from radar_service.scene_file.readers.mesh import MAX_FILE_BYTES, LoadedBody, MeshFile
+from radar_service.scene_file.readers.mesh_reader import MeshReader
+from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER_BYTES
+from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
+from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
+from radar_service.world.body import Body, Mesh
+from radar_service.world.error import SceneError
+from radar_service.world.geo import Origin
+from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
+from radar_service.world.motion import Motion
+from radar_service.world.shapes import shape_mesh
+
+Floats = NDArray[np.float64]
+Result = TypeVar("Result")
+Key = TypeVar("Key", bound=Hashable)
+
+
+class BodyLoader:
+    """Builds the bodies of one scene. Bodies share the mesh of the same file or shape; findings: about the files read so far."""
+
+    def __init__(
+        self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
+        radars: Sequence[Radar],
+    ) -> None:  # fmt: skip
+        self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
+        self._origin, self._radars = origin, radars
+        self.findings: list[Findings] = []
+        self._triangles = 0
+        self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
+        self._shapes: dict[tuple[object, ...], Mesh | SceneError] = {}
+        self._motions: dict[int, Motion | SceneError] = {}  # by number of the body
+
+    def motion_of(self, name: str) -> Motion:
+        """Returns the motion of the body of that name, which is no height map. Raises SceneError."""
+        return self._motion([model.name for model in self._models].index(name))
+
+    def body(self, k: int, coverage: Coverage) -> Body:
+        """Returns body k; of a height map, what is inside the coverage. Raises SceneError."""
+        model, location = self._models[k], f"body[{k}]"
+        material = material_from_name(model.material, f"{location}.material")
+        scattering = "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
+        mesh, position = self._surface(model, location, scattering, coverage)
+        self._count(mesh, location)
+        motion = self._motion(k) if position is None else constant_motion(position, 0.0, 0.0, 0.0)
+        rcs = None if model.rcs_dbsm is None else 10.0 ** (model.rcs_dbsm / 10.0)
+        beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
+        is_vessel = _is_hull(model) or (isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS)
+        presence = presence_from_model(model, self._radars[0].rotation_period)
+        return Body(
+            model.name, mesh, motion, material, scattering, rcs, model.swerling, model.mmsi, length, beam, is_vessel, presence,
+            one_sided=isinstance(model, HeightMapBodyModel),
+        )  # fmt: skip
+
+    def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
+        """Returns the motion in a track of the scene's folder. Raises SceneError."""
+        content = self._folder.read(name, location, MAX_TRACK_BYTES)
+        return motion_from_track(content, f"{location}: {name}", heading_deg, self._origin)
+
+    def _motion(self, k: int) -> Motion:
+        model = self._models[k]
+        return _cached(self._motions, k, lambda: motion_from_model(model, self._start(model), f"body[{k}]", self.read_track))
+
+    def _start(self, model: BodyModel) -> Floats:
+        """Returns the position (3,) [m] of the body in the scene file; by default the origin."""
+        up = model.up_m or 0.0
+        return start_position(model.latitude_deg, model.longitude_deg, up, model.position_m, self._origin)
+
+    def _surface(
+        self, model: BodyOfAKind, location: str, scattering: str, coverage: Coverage
+    ) -> tuple[Mesh | None, Floats | None]:
+        """Returns the mesh of a body, None for a point, and its position (3,) [m] where its file tells it."""
+        match model:
+            case ShapeBodyModel():
+                return self._shape(model, scattering), None
+            case MeshBodyModel():
+                return self._mesh_file(model, f"{location}.mesh"), None
+            case HeightMapBodyModel():
+                return self._height_map(model, location, coverage)
+
+    def _shape(self, model: ShapeBodyModel, scattering: str) -> Mesh | None:
+        if model.shape == "point":
+            return None
+        sizes = model.sizes()
+        sag = SCATTERING_MODELS[scattering].shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
+        key = (model.shape, sag, *sizes.values())
+        return _cached(self._shapes, key, lambda: shape_mesh(model.shape, sizes, sag))
+
+    def _mesh_file(self, model: MeshBodyModel, location: str) -> Mesh:
+        scale, up = (getattr(model, key) if key in model.model_fields_set else None for key in ("scale", "up"))
+
+        def load() -> LoadedBody:
+            content = self._folder.read(model.mesh, location, MAX_FILE_BYTES)
+            (body,) = self._mesh_reader.read(MeshFile(content, model.mesh, f"{location}: {model.mesh}", scale, up))
+            return body
+
+        loaded = _cached(self._files, (model.mesh, scale, up), load)
+        self.findings.append((location, model.mesh, (*loaded.findings, *axis_findings(model, loaded.mesh))))
+        return loaded.mesh
+
+    def _height_map(self, model: HeightMapBodyModel, location: str, coverage: Coverage) -> tuple[Mesh, Floats | None]:
+        key, name = f"{location}.heightmap", model.heightmap
+        content = self._folder.read(name, key, MAX_RASTER_BYTES)
+        file = HeightMapFile(content, name, model, self._start(model), self._origin, coverage, location)
+        (body,) = self._mesh_reader.read(file)
+        self.findings.append((key, name, body.findings))
+        return body.mesh, body.position
+
+    def _count(self, mesh: Mesh | None, location: str) -> None:
+        self._triangles += 0 if mesh is None else len(mesh.faces)
+        if self._triangles > self._mesh_reader.max_triangles:
+            raise SceneError(
+                f"{location}: the body brings the scene to {self._triangles} triangles; at most "
+                f"{self._mesh_reader.max_triangles} are allowed: simplify or remove meshes"
+            )
+
+
+def _is_hull(model: BodyOfAKind) -> bool:
+    return isinstance(model, ShapeBodyModel) and model.shape == "hull"
+
+
+def _cached(made: dict[Key, Result | SceneError], key: Key, make: Callable[[], Result]) -> Result:
+    """Returns the result of `make`, called once for each key; an error is kept too."""
+    if key not in made:
+        try:
+            made[key] = make()
+        except SceneError as error:
+            made[key] = error
+    result = made[key]
+    if isinstance(result, SceneError):
+        raise result
+    return result

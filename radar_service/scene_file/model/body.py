@@ -1,0 +1,236 @@
+"""Scene file models of bodies, one for each kind. The key that a body has tells its kind: `shape`, `mesh` or `heightmap`."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service.scene_file.model.errors import PlatformErrorsModel
+from radar_service.scene_file.model.fields import EastNorthUp, Height, Latitude, Longitude, Number, Size, Whole
+from radar_service.scene_file.model.manoeuvre import TurningSection
+from radar_service.scene_file.model.moving import MovingSection
+from radar_service.scene_file.model.presence import FadingModel, Instant
+from radar_service.scene_file.model.sway import SwaySection
+
+SHAPE_SIZES: dict[str, tuple[str, ...]] = {
+    "point": (),
+    "sphere": ("radius_m",),
+    "plate": ("width_m", "height_m"),
+    "box": ("length_m", "width_m", "height_m"),
+    "cylinder": ("radius_m", "height_m"),
+    "dihedral": ("width_m", "height_m"),
+    "trihedral": ("edge_m",),
+    "hull": ("length_m", "beam_m", "height_m"),
+}
+SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
+
+if TYPE_CHECKING:
+    ScatteringName = str
+else:
+    ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+
+
+class NamedSection(MovingSection):
+    """The keys with which every body begins. The order of keys is that of documents and recordings."""
+
+    name: str = Field(min_length=1, max_length=200)
+
+
+class ShapeSection(NamedSection):
+    """The keys of a built-in shape."""
+
+    shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull"]
+    radius_m: Size | None = None
+    width_m: Size | None = None
+    height_m: Size | None = None
+    length_m: Size | None = None
+    beam_m: Size | None = None
+    edge_m: Size | None = None
+
+
+class MeshSection(NamedSection):
+    """The keys of a mesh file."""
+
+    mesh: str = Field(min_length=1, max_length=500, description="file inside the scene's own folder")
+    scale: Number = Field(1.0, gt=0, le=1e6, description="metres per unit of the mesh file")
+    up: Literal["z", "y"] = Field("z", description='the mesh axis that points up; "y" maps (x, y, z) to (x, -z, y)')
+
+
+class HeightMapSection(NamedSection):
+    """The keys of a height map."""
+
+    heightmap: str = Field(min_length=1, max_length=500, description="grey PNG, .npy or GeoTIFF")
+    low_m: Height | None = Field(None, description="height of the darkest grey")
+    high_m: Height | None = Field(None, description="height of the brightest grey")
+    extent_m: tuple[Size, Size] | None = Field(None, description="east-west and north-south size, centred on position_m")
+    south_west_deg: tuple[Latitude, Longitude] | None = Field(None, description="latitude, longitude of that corner")
+    north_east_deg: tuple[Latitude, Longitude] | None = Field(None, description="latitude, longitude of that corner")
+
+
+class BodyModel(NamedSection):
+    """What bodies of every kind have: where and when they are, how they reflect. can_carry: whether they may carry an antenna."""
+
+    can_carry: ClassVar[bool] = True
+
+    position_m: EastNorthUp | None = Field(None, description="east, north, height above the sea; default the origin")
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
+    up_m: Height | None = Field(None, description="height above the sea, with latitude_deg and longitude_deg")
+    material: str = "steel"
+    scattering: ScatteringName | None = Field(None, description="default by material")
+    rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
+    swerling: Literal[0, 1, 2, 3, 4] = 0
+    mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
+    errors: PlatformErrorsModel | None = Field(None, description="of the sensors of a body that carries a radar, on purpose")
+    start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
+    end_s: Instant | None = Field(None, description="when it disappears for good; default: never")
+    fading: FadingModel | None = Field(None, description="a schedule on which it comes and goes; default: none")
+
+    @property
+    def is_geographic(self) -> bool:
+        """Whether its position is given in degrees, which needs the origin of the scene."""
+        return self.latitude_deg is not None
+
+    def check_kind(self) -> None:
+        """Raises ValueError where keys contradict the kind of the body."""
+
+    @model_validator(mode="after")
+    def _check_body(self, info: ValidationInfo) -> Self:
+        if self.end_s is not None and self.end_s <= self.start_s:
+            raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
+        if info.context:
+            raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
+        self.check_kind()
+        self._check_position()
+        if self.scattering == "rcs" and self.rcs_dbsm is None:
+            raise ValueError('rcs_dbsm: scattering = "rcs" needs the radar cross-section in dBsm')
+        if self.rcs_dbsm is not None and self.scattering not in (None, "rcs"):
+            raise ValueError(
+                f'rcs_dbsm: a declared cross-section excludes scattering = "{self.scattering}"; remove one of the two'
+            )
+        if self.swerling and self.rcs_dbsm is None:
+            raise ValueError("swerling: fluctuation is defined for a declared cross-section; add rcs_dbsm")
+        return self
+
+    def _check_position(self) -> None:
+        geographic = (self.latitude_deg is not None, self.longitude_deg is not None)
+        if any(geographic) and not all(geographic):
+            raise ValueError("latitude_deg: this key needs latitude_deg and longitude_deg together; give both or none")
+        if any(geographic) and self.position_m is not None:
+            raise ValueError("position_m: latitude_deg and longitude_deg already define the position; remove one of the two")
+        if any(geographic) and self.track is not None:
+            raise ValueError("latitude_deg: the track already defines the position; remove latitude_deg and longitude_deg")
+        if self.up_m is not None and not any(geographic):
+            raise ValueError(
+                "up_m: this key needs latitude_deg and longitude_deg; with position_m, give the height as its third number"
+            )
+
+
+class ShapeBodyModel(BodyModel, ShapeSection):
+    """A body of a built-in shape."""
+
+    def sizes(self) -> dict[str, float]:
+        """Returns the sizes of the shape [m], by their keys."""
+        return {key: getattr(self, key) for key in SHAPE_SIZES[self.shape]}
+
+    def check_kind(self) -> None:
+        """Raises ValueError unless the sizes are those of the shape, and a point has a cross-section."""
+        required = SHAPE_SIZES[self.shape]
+        for key in SIZES:
+            given = getattr(self, key) is not None
+            if key in required and not given:
+                raise ValueError(f'{key}: missing; shape = "{self.shape}" needs {", ".join(required)}: add it')
+            if given and key not in required:
+                raise ValueError(f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}')
+        if self.shape == "point" and self.rcs_dbsm is None:
+            raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
+
+
+class MeshBodyModel(BodyModel, MeshSection):
+    """A body from a mesh file."""
+
+
+class HeightMapBodyModel(BodyModel, HeightMapSection):
+    """Land from a height map: it has north at its top, and neither moves nor goes."""
+
+    can_carry = False
+
+    @property
+    def is_geographic(self) -> bool:
+        """Whether its position is given in degrees, which needs the origin of the scene."""
+        return self.latitude_deg is not None or self.south_west_deg is not None
+
+    def check_kind(self) -> None:
+        """Raises ValueError where heights or corners are incomplete, and for keys of motion and presence."""
+        for key in ("start_s", "end_s", "fading"):
+            if key in self.model_fields_set:
+                raise ValueError(f"{key}: a height map is land and always there; remove {key}")
+        self._check_heights_and_corners()
+        self._check_rest()
+        east_north = (self.position_m or (0.0, 0.0))[:2]
+        if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
+            raise ValueError(
+                "south_west_deg: the corners already define the position; keep only a height in position_m, as [0, 0, up]"
+            )
+
+    def _check_heights_and_corners(self) -> None:
+        if (self.south_west_deg is None) != (self.north_east_deg is None):
+            raise ValueError("south_west_deg: this key needs north_east_deg; give both or none")
+        if self.south_west_deg is not None and self.extent_m is not None:
+            raise ValueError("extent_m: the corners south_west_deg and north_east_deg define it too; remove one")
+        if (self.low_m is None) != (self.high_m is None):
+            raise ValueError("low_m: low_m and high_m belong together; give both or none")
+        if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
+            raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
+
+    def _check_rest(self) -> None:
+        if self.speed_kn > 0 or self.waypoints or self.track is not None:
+            raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
+        if self.steerable is not None:
+            raise ValueError("steerable: a height map cannot move; remove steerable")
+        if self.heading_deg is not None or self.course_deg is not None:
+            raise ValueError(
+                "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"
+            )
+        for key in (*TurningSection.model_fields, *SwaySection.model_fields):
+            if key in self.model_fields_set:
+                raise ValueError(f"{key}: a height map cannot move; remove {key}")
+
+
+KINDS: dict[str, type[BodyModel]] = {"shape": ShapeBodyModel, "mesh": MeshBodyModel, "heightmap": HeightMapBodyModel}
+OWN_KEYS = {
+    kind: tuple(key for key in model.model_fields if key not in BodyModel.model_fields) for kind, model in KINDS.items()
+}
+
+
+def _of_its_kind(table: Any) -> Any:
+    """Returns the body in a table, as the model of its kind. Raises ValidationError, also for keys of other kinds."""
+    if isinstance(table, BodyModel):
+        return table
+    if not isinstance(table, Mapping):
+        return BodyModel.model_validate(table)
+    given = [kind for kind in KINDS if table.get(kind) is not None]
+    model, others = (
+        (KINDS[given[0]], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else (BodyModel, KINDS)
+    )
+    foreign = {key for kind in others for key in OWN_KEYS[kind]}
+    return model.model_validate({key: table[key] for key in table if key not in foreign}, context=_refusal(table, given))
+
+
+def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
+    """What is wrong with the kind of a body, and with keys of other kinds. given: the kinds whose key it has."""
+    if len(given) != 1:
+        kinds = " and ".join(given) if given else "none of them"
+        return f"shape: a body has exactly one of shape, mesh, heightmap; this one has {kinds}: add or remove"
+    for kind in KINDS:
+        for key in OWN_KEYS[kind] if kind not in given else ():
+            if key in SIZES and table.get(key) is not None:
+                return f"{key}: a body from a file takes no sizes; remove {key}"
+            if key in table and key not in (*SIZES, *KINDS):
+                return f"{key}: this key needs a body with {kind}; remove it"
+    return None
+
+
+BodyOfAKind = ShapeBodyModel | MeshBodyModel | HeightMapBodyModel
+AnyBody = Annotated[BodyOfAKind, BeforeValidator(_of_its_kind)]

@@ -1,0 +1,69 @@
+"""What a format of files is here: how a file of it is recognised, checked and parsed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.world.error import SceneError
+
+Floats = NDArray[np.float64]
+Faces = NDArray[np.int64]
+Triangles = tuple[Floats, Faces]  # vertices (V, 3) in units of the file, faces (F, 3)
+Content = TypeVar("Content")
+
+MAX_FACES = 5_000_000
+
+
+def accept(content: bytes, location: str) -> None:
+    """Accepts formats that declare no counts, so that the size of the file limits what a parser builds."""
+
+
+@dataclass(frozen=True)
+class Format(Generic[Content]):
+    """A format of mesh files, whose content is Triangles, or of height maps, whose content is a Raster.
+
+    name: in messages.
+    endings: of the names of its files, in lower case.
+    detect: whether bytes look like it.
+    parse: returns the content of (bytes, location); location begins messages. Any error but MemoryError is a refusal.
+    examples: small files, with which a sandbox loads what the parser needs before its limits apply.
+    check: raises SceneError where (bytes, location) declare more than they hold or than is allowed, before they are parsed.
+    up: the axis of the file that points up.
+    unit: metres per unit of the file.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    detect: Callable[[bytes], bool]
+    parse: Callable[[bytes, str], Content]
+    examples: Callable[[], tuple[bytes, ...]]
+    check: Callable[[bytes, str], None] = accept
+    up: Literal["z", "y"] = "z"
+    unit: float = 1.0
+
+
+def check_face_count(count: int, location: str) -> None:
+    """Raises SceneError above MAX_FACES."""
+    if count > MAX_FACES:
+        raise SceneError(f"{location}: the mesh has {count} triangles; at most {MAX_FACES} are allowed: simplify it")
+
+
+def check_range(vertices: Floats, faces: Faces, location: str) -> None:
+    """Raises SceneError unless vertices are points in space, to which faces refer."""
+    if len(faces) and (vertices.ndim != 2 or vertices.shape[1] != 3):
+        raise SceneError(f"{location}: the vertices are not points in space; export the file again")
+    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+        raise SceneError(
+            f"{location}: faces refer to vertices {int(faces.min())} to {int(faces.max())}, but there are only "
+            f"{len(vertices)} (counted from 0); export the file again"
+        )
+
+
+def unreadable(name: str, error: Exception, location: str) -> SceneError:
+    """Returns the refusal of a file of the format `name`, on which its parser raised `error`."""
+    text = " ".join(str(error).split())
+    reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
+    return SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again")

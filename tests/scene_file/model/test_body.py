@@ -1,0 +1,92 @@
+"""Kinds of bodies: which model a table becomes, keys of other kinds, and their order."""
+
+from typing import Any
+
+import pytest
+
+from radar_service.scene_file.document import validated
+from radar_service.scene_file.model.body import (
+    KINDS,
+    OWN_KEYS,
+    SIZES,
+    BodyModel,
+    HeightMapBodyModel,
+    MeshBodyModel,
+    ShapeBodyModel,
+)
+from tests.scene_file.scene_sources import point, problems
+
+MESH, LAND = {"name": "m", "mesh": "m.obj"}, {"name": "h", "heightmap": "h.png"}
+BALL = {"name": "s", "shape": "sphere", "radius_m": 1}
+
+
+@pytest.mark.parametrize(
+    ("table", "kind"), [(BALL, ShapeBodyModel), (MESH, MeshBodyModel), (LAND, HeightMapBodyModel)]
+)  # fmt: skip
+def test_the_key_tells_the_kind(table: dict[str, Any], kind: type[BodyModel]) -> None:
+    (body,) = validated({"body": [table]}).body
+    assert type(body) is kind and body.model_dump(exclude_unset=True) == table
+    assert body.can_carry is (kind is not HeightMapBodyModel)
+    (same,) = validated({"body": [body]}).body
+    assert same == body
+
+
+def test_null_is_as_good_as_absent_for_keys_that_tell_the_kind_and_for_sizes() -> None:
+    (body,) = validated({"body": [MESH | {"shape": None, "heightmap": None, "radius_m": None}]}).body
+    assert body.model_dump(exclude_unset=True) == MESH
+
+
+@pytest.mark.parametrize(
+    ("table", "given"),
+    [
+        ({"name": "a"}, "none of them"), (BALL | MESH, "shape and mesh"), (MESH | LAND, "mesh and heightmap"),
+        (BALL | MESH | LAND, "shape and mesh and heightmap"), ({"name": "a", "mesh": None}, "none of them"),
+    ],
+)  # fmt: skip
+def test_a_body_has_one_kind(table: dict[str, Any], given: str) -> None:
+    expected = f"body[0].shape: a body has exactly one of shape, mesh, heightmap; this one has {given}: add or remove"
+    assert problems({"body": [table]}) == (expected,)
+
+
+@pytest.mark.parametrize("table", [BALL, MESH, LAND], ids=KINDS)
+@pytest.mark.parametrize("key", [key for kind in KINDS for key in OWN_KEYS[kind] if key not in KINDS])
+def test_keys_of_another_kind_are_refused(table: dict[str, Any], key: str) -> None:
+    """Whatever their value is; those of the same kind are not."""
+    (owner,) = (kind for kind in KINDS if key in OWN_KEYS[kind])
+    if owner in table:
+        return
+    remedy = (
+        "a body from a file takes no sizes; remove " + key
+        if key in SIZES
+        else f"this key needs a body with {owner}; remove it"
+    )
+    assert problems({"body": [table | {key: 1}]}) == (f"body[0].{key}: {remedy}",)
+
+
+def test_other_faults_come_first() -> None:
+    assert problems({"body": [MESH | {"low_m": 1, "positon_m": 3}]})[0].startswith(
+        "body[0].positon_m: this is not a known key"
+    )
+    assert problems({"body": [{"name": "a", "meshh": "m.obj"}]}) == (
+        'body[0].meshh: this is not a known key; did you mean "mesh"? (nearest of 53 keys: mesh, name, mmsi)',
+    )
+
+
+def test_the_order_of_keys_is_that_of_recordings() -> None:
+    keys = list(MeshBodyModel.model_fields)
+    assert [keys.index(key) for key in ("speed_kn", "name", "mesh", "up", "position_m", "fading")] == sorted(
+        keys.index(key) for key in ("speed_kn", "name", "mesh", "up", "position_m", "fading")
+    )
+
+
+def test_sizes_are_those_of_the_shape() -> None:
+    (ball, mark) = validated({"body": [BALL, point()]}).body
+    assert isinstance(ball, ShapeBodyModel) and ball.sizes() == {"radius_m": 1}
+    assert isinstance(mark, ShapeBodyModel) and mark.sizes() == {}
+
+
+@pytest.mark.parametrize("key", ["roll_deg", "drift_deg", "start_s", "steerable", "waypoints"])
+def test_land_neither_moves_nor_goes(key: str) -> None:
+    values = {"steerable": {}, "waypoints": [{"position_m": [1, 1], "speed_kn": 1}]}
+    (problem,) = problems({"body": [LAND | {key: values.get(key, 1)}]})
+    assert "a height map cannot move" in problem or "always there" in problem

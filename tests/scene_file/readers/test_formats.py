@@ -1,0 +1,63 @@
+"""The table of mesh formats: which one a file has, and what is refused because of its name or content."""
+
+import pytest
+
+from radar_service.scene_file.readers import formats
+from radar_service.scene_file.readers.file_format import Format, Triangles
+from radar_service.scene_file.readers.formats import FORMATS, checked_format, detected_format
+from tests.scene_file.readers.mesh_files import exported, refused
+
+
+@pytest.mark.parametrize("kind", FORMATS, ids=lambda kind: kind.name)
+def test_each_format_recognises_its_examples_and_reads_them(kind: Format[Triangles]) -> None:
+    for content in kind.examples():
+        assert detected_format(content) is kind
+        assert checked_format(content, f"A{kind.endings[0].upper()}", "m") is kind
+        vertices, faces = kind.parse(content, "m")
+        assert vertices.shape[1:] == faces.shape[1:] == (3,) and 0 <= faces.min() < faces.max() < len(vertices)
+
+
+def test_a_check_comes_before_the_parser_and_errors_of_a_parser_are_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
+    def parse(content: bytes, location: str) -> Triangles:
+        return [][len(content)]
+
+    def check(content: bytes, location: str) -> None:
+        checked.append(location)
+
+    checked: list[str] = []
+    kind = Format[Triangles]("one", (".one",), lambda content: content.startswith(b"one"), parse, lambda: (), check)
+    monkeypatch.setattr(formats, "FORMATS", (kind, *FORMATS))
+    monkeypatch.setattr(formats, "ENDINGS", (".one",))
+    assert "is not readable as ONE (IndexError: list index out of range); export it again" in refused(b"one", "a.one")
+    assert checked == ["body[0].mesh: a"]
+
+
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (b"\x89PNG\r\n\x1a\n", "PNG"), (b"PK\x03\x04", "ZIP"), (b"%PDF\nv 1 2 3\n", "PDF"), (b"\0\1", "binary data"),
+        (b" {}", "JSON or XML"), (b"<a>\nv 1 2 3\n", "JSON or XML"), (b"vertex 1", "text of another kind"),
+        (exported("ply"), "ply"), (exported("stl_ascii"), "stl_ascii"),
+    ],
+)  # fmt: skip
+def test_content_that_is_not_what_the_ending_says_is_named(content: bytes, words: str) -> None:
+    assert refused(content, "a.obj") == (
+        f"body[0].mesh: a: the file is not OBJ as its ending says; it looks like {words}: rename it or export it again"
+    )
+
+
+@pytest.mark.parametrize(
+    "name, content, message",
+    [
+        ("a.gltf", b"{}", ".gltf is not supported"),
+        ("a.zip", b"PK\x03\x04", ".zip is not supported"),
+        ("a.exe", b"MZ", 'the ending ".exe"'),
+        ("noending", b"v 0 0 0", 'the ending ""'),
+    ],
+)
+def test_names_without_a_format(name: str, content: bytes, message: str) -> None:
+    assert message in refused(content, name)
+
+
+def test_the_endings_are_named_with_the_most_common_first() -> None:
+    assert "is not one of .obj, .stl, .ply, .glb; convert" in refused(b"x", "a.exe")
