@@ -16,6 +16,7 @@ import threading
 from collections.abc import Callable, Sequence
 
 from radar_service.processes.channel import Channel
+from radar_service.processes.limits import child_environment
 
 SERVER = "radar_service.processes.fork_server_main"
 PROCESS = struct.Struct("<i")  # the answer of the server: number of the new process
@@ -127,15 +128,13 @@ class ForkServer:
 
 def _started(modules: tuple[Sequence[str], Sequence[str]]) -> tuple["subprocess.Popen[bytes]", socket.socket]:
     """Returns a new server process and the socket for orders to it."""
-    path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
-    threads = {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # a fork copies one thread only
     near, far = socket.socketpair()
     near.settimeout(ANSWER_TIMEOUT)
     with far, contextlib.ExitStack() as on_failure:
         on_failure.enter_context(near)
-        server = subprocess.Popen(
+        server = subprocess.Popen(  # with one thread, as a fork copies no other
             [sys.executable, "-P", "-m", SERVER, json.dumps(modules)], stdin=far.fileno(), stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, env=os.environ | threads, start_new_session=True,
+            stderr=subprocess.DEVNULL, env=os.environ | child_environment(), start_new_session=True,
         )  # fmt: skip  # a session of its own: Ctrl-C on the terminal reaches the service alone
         on_failure.pop_all()
     return server, near

@@ -1,4 +1,4 @@
-"""Limits of a child process, and the priority and processors of its set-up.
+"""What a child process is given: its environment, its limits, and the priority and processors of its set-up.
 
 Linux shares processors among threads by their niceness, or, where it groups them by session (autogroup in sched(7)), among
 sessions by the niceness of each: that of threads then acts within their session only. So both are set.
@@ -25,6 +25,12 @@ SESSION_TRIES, SESSION_PAUSE = 20, 0.05  # the kernel takes ten such orders a se
 
 if sys.platform != "win32":
     import resource
+
+
+def child_environment() -> dict[str, str]:
+    """Returns what a child process needs of the environment: it finds modules as this process does, and BLAS has one thread."""
+    path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
+    return {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 def default_memory() -> int:

@@ -3,13 +3,13 @@
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.numerics.constants import EARTH_RADIUS
 from radar_service.radar.parameters import Radar
 from radar_service.scene_file.model.platform import RadarEntry
+from radar_service.scene_file.readers.heightmap import Coverage
 from radar_service.world.error import SceneError
 from radar_service.world.platform import Platform
 from radar_service.world.steered_motion import SteeredMotion
@@ -17,25 +17,17 @@ from radar_service.world.steered_motion import SteeredMotion
 MAX_ORIGIN_DISTANCE = 200_000.0  # m; there the map is stretched by 0.02 %: 44 m in 200 km, below radar accuracy
 
 
-class Reach(NamedTuple):
-    """A circle of `radius` [m] about the position east, north [m]."""
-
-    east: float
-    north: float
-    radius: float
-
-
-def reach(radars: Sequence[Radar], platforms: Sequence[Platform | None]) -> Reach:
+def reach(radars: Sequence[Radar], platforms: Sequence[Platform | None]) -> Coverage:
     """Returns a circle that no radar reaches beyond from any position of its platform; unlimited where one never stops.
 
     A platform that is None could not be read.
     """
     circles = [_circle(radar, platform) for radar, platform in zip(radars, platforms, strict=True)]
     east, north, _ = circles[0]
-    return Reach(east, north, max(math.hypot(its.east - east, its.north - north) + its.radius for its in circles))
+    return Coverage(east, north, max(math.hypot(its.east - east, its.north - north) + its.radius for its in circles))
 
 
-def _circle(radar: Radar, platform: Platform | None) -> Reach:
+def _circle(radar: Radar, platform: Platform | None) -> Coverage:
     """The circle that one radar reaches."""
     knots = np.zeros((1, 3)) if platform is None else platform.motion.position
     endless = platform is not None and (
@@ -43,7 +35,7 @@ def _circle(radar: Radar, platform: Platform | None) -> Reach:
     )
     travel = np.inf if endless else float(np.hypot(*(knots - knots[0])[:, :2].T).max())
     max_range = np.inf if radar.second_time_around else radar.range_max
-    return Reach(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
+    return Coverage(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
 
 
 def distance_warnings(entries: Sequence[RadarEntry], platforms: Sequence[Platform]) -> Iterator[str]:

@@ -23,7 +23,6 @@ from radar_service.scene_file.installations import at_location, distance_warning
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene_file.model.scene import SceneModel
-from radar_service.scene_file.readers.heightmap import Coverage
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.validation_messages import error_from_problems
@@ -92,7 +91,7 @@ class _Loader:
         self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
-        self.coverage = Coverage(*reach(self.radars, self.platforms))
+        self.coverage = reach(self.radars, self.platforms)
 
     def installations(self) -> list[Installation]:
         """Returns the radars of a scene without problems."""

@@ -91,8 +91,11 @@ def _resolved(node: Schema) -> Schema:
 
 
 def _joined(tables: list[Schema]) -> Schema:
-    """Returns one table with the keys of all: of bodies, whatever their kind."""
-    return {**tables[0], "properties": {key: node for table in tables for key, node in table["properties"].items()}}
+    """Returns one table with the keys of all: of bodies, whatever their kind. A key of several has the node that is not null."""
+    properties: Schema = {}
+    for table in tables:
+        properties |= {key: node for key, node in table["properties"].items() if node != {"type": "null"}}
+    return {**tables[0], "properties": properties}
 
 
 def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:

@@ -26,6 +26,14 @@ class Session:
         self.written.append(text)
 
 
+def test_a_child_finds_modules_as_this_process_does_and_computes_with_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", ["/elsewhere", "here"])
+    assert limits.child_environment() == {
+        "PYTHONPATH": os.pathsep.join(["/elsewhere", os.path.abspath("here")]),
+        "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1",
+    }  # fmt: skip
+
+
 @pytest.fixture
 def only_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leaves the session of the tests as it is."""

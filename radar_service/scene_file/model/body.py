@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.errors import PlatformErrorsModel
@@ -29,6 +29,12 @@ if TYPE_CHECKING:
     ScatteringName = str
 else:
     ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+
+
+def _with_null_keys(schema: dict[str, Any]) -> None:
+    """Lets the JSON Schema of a kind take null for those keys of others for which it is as good as absent."""
+    for key in (*KINDS, *SIZES):
+        schema["properties"].setdefault(key, {"type": "null"})
 
 
 class NamedSection(MovingSection):
@@ -71,6 +77,7 @@ class HeightMapSection(NamedSection):
 class BodyModel(NamedSection):
     """What bodies of every kind have: where and when they are, how they reflect. can_carry: whether they may carry an antenna."""
 
+    model_config = ConfigDict(json_schema_extra=_with_null_keys)
     can_carry: ClassVar[bool] = True
 
     position_m: EastNorthUp | None = Field(None, description="east, north, height above the sea; default the origin")

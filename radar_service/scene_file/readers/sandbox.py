@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.processes.limits import child_environment
 from radar_service.processes.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.mesh_reader import BodyFile
@@ -129,12 +130,11 @@ class Sandbox:
         return self._child
 
     def _start_child(self) -> subprocess.Popen[bytes]:
-        path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
         inherited = {key: os.environ[key] for key in ("SYSTEMROOT",) if key in os.environ}  # Windows needs it
         return subprocess.Popen(
             self._command,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=inherited | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            env=inherited | child_environment(),
         )  # fmt: skip
 
     def _end(self) -> None:

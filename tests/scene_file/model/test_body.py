@@ -1,9 +1,12 @@
 """Kinds of bodies: which model a table becomes, keys of other kinds, and their order."""
 
+import itertools
 from typing import Any
 
+import jsonschema
 import pytest
 
+from radar_service.scene_file.describe import json_schema
 from radar_service.scene_file.document import validated
 from radar_service.scene_file.model.body import (
     KINDS,
@@ -14,8 +17,10 @@ from radar_service.scene_file.model.body import (
     MeshBodyModel,
     ShapeBodyModel,
 )
+from radar_service.world.error import SceneError
 from tests.scene_file.scene_sources import point, problems
 
+SCHEMA = jsonschema.Draft202012Validator(json_schema())
 MESH, LAND = {"name": "m", "mesh": "m.obj"}, {"name": "h", "heightmap": "h.png"}
 BALL = {"name": "s", "shape": "sphere", "radius_m": 1}
 
@@ -32,8 +37,27 @@ def test_the_key_tells_the_kind(table: dict[str, Any], kind: type[BodyModel]) ->
 
 
 def test_null_is_as_good_as_absent_for_keys_that_tell_the_kind_and_for_sizes() -> None:
-    (body,) = validated({"body": [MESH | {"shape": None, "heightmap": None, "radius_m": None}]}).body
-    assert body.model_dump(exclude_unset=True) == MESH
+    table = MESH | {"shape": None, "heightmap": None, "radius_m": None}
+    (body,) = validated({"body": [table]}).body
+    assert body.model_dump(exclude_unset=True) == MESH and SCHEMA.is_valid({"body": [table]})
+
+
+def is_accepted(scene: dict[str, Any]) -> bool:
+    try:
+        validated(scene)
+    except SceneError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("table", [BALL, MESH, LAND], ids=KINDS)
+def test_the_schema_takes_a_key_of_another_kind_where_the_loader_does(table: dict[str, Any]) -> None:
+    """Which is null alone, and not for all; for keys of its own kind the schema takes at least what the loader takes."""
+    for (kind, keys), value in itertools.product(OWN_KEYS.items(), (None, 1, "y", [1, 2])):
+        for key in keys:
+            scene = {"body": [table | {key: value}]}
+            taken = is_accepted(scene)
+            assert SCHEMA.is_valid(scene) is taken or (kind in table and not taken), (key, value)
 
 
 @pytest.mark.parametrize(
