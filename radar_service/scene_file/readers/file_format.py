@@ -28,9 +28,10 @@ class Format(Generic[Content]):
     name: in messages.
     endings: of the names of its files, in lower case.
     detect: whether bytes look like it.
-    parse: returns the content of (bytes, location); location begins messages. Any error but MemoryError is a refusal.
+    parse: returns the content of (bytes, location); location begins messages.
     examples: small files, with which a sandbox loads what the parser needs before its limits apply.
     check: raises SceneError where (bytes, location) declare more than they hold or than is allowed, before they are parsed.
+        Other errors of both are refusals too, but for MemoryError.
     up: the axis of the file that points up.
     unit: metres per unit of the file.
     """

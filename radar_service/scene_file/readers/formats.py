@@ -28,10 +28,10 @@ OTHERS = (
 )  # fmt: skip
 
 
-def checked_format(content: bytes, name: str, location: str) -> Format[Triangles]:
+def format_of(content: bytes, name: str, location: str) -> Format[Triangles]:
     """Returns the format of a mesh file. name: of the file; location: key path for messages.
 
-    Raises SceneError if the ending is unknown, the content has another format, or it declares more than it holds.
+    Raises SceneError if the ending is unknown or the content has another format.
     """
     ending = PurePosixPath(name).suffix.lower()
     if ending in PACKED:
@@ -52,7 +52,6 @@ def checked_format(content: bytes, name: str, location: str) -> Format[Triangles
             f"{location}: the file is not {ending[1:].upper()} as its ending says; it looks like {seen}: rename it or "
             "export it again"
         )
-    detected.check(content, location)
     return detected
 
 

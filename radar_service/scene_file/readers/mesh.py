@@ -1,6 +1,4 @@
-"""Reads mesh files as triangles: `formats` tells their format and checks their declared counts before, this module the triangles
-after.
-"""
+"""Reads mesh files as triangles. Their format (`formats`) checks what they declare and parses them; this module checks the rest."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -19,7 +17,7 @@ from radar_service.scene_file.readers.file_format import (
     unreadable,
 )
 from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
-from radar_service.scene_file.readers.formats import FORMATS, checked_format
+from radar_service.scene_file.readers.formats import FORMATS, format_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 
@@ -74,7 +72,7 @@ def mesh_from_bytes(
     file, up: "y" maps (x, y, z) to (x, -z, y); by default those of the format. Raises SceneError if the file has no usable
     mesh.
     """
-    kind = checked_format(content, name, location)
+    kind = format_of(content, name, location)
     vertices, faces = _parsed(kind, content, location)
     if len(faces) == 0:
         raise SceneError(f"{location}: the file has no triangles; a mesh needs at least one with an area: export it again")
@@ -94,7 +92,9 @@ def mesh_from_bytes(
 
 
 def _parsed(kind: Format[Triangles], content: bytes, location: str) -> Triangles:
+    """Returns what a file of this format holds, once it is checked. Raises SceneError."""
     try:
+        kind.check(content, location)
         return kind.parse(content, location)
     except (SceneError, MemoryError):
         raise

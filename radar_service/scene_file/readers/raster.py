@@ -160,6 +160,7 @@ def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
             f"{location}: this is not a {ending[1:].upper()} file (it begins with {content[:8]!r}); export it again"
         )
     try:
+        kind.check(content, location)
         raster = kind.parse(content, location)
     except SceneError:
         raise
