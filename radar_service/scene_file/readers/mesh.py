@@ -1,4 +1,4 @@
-"""Reads mesh files as triangles. Their format (`formats`) checks what they declare and parses them; this module checks the rest."""
+"""Reads mesh files as triangles. Their format checks what they declare and parses them (`formats`); the rest is checked here."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple

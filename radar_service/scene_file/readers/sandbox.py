@@ -35,6 +35,9 @@ CPU_TIME_STATUS = -24  # exit status of a process that SIGXCPU ended
 CHILD = "radar_service.scene_file.readers.sandbox_child"
 MAX_PROBLEMS, MAX_PROBLEM = 20, 2000  # of an answer, characters of each
 MAX_FINDINGS, MAX_FINDING, MAX_NAME = 20, 500, 200  # of a body, characters of each
+ANSWER_ERRORS = (  # that an answer of another form may raise, or none
+    OSError, ValueError, LookupError, TypeError, AttributeError, struct.error, OverflowError, RecursionError,
+)  # fmt: skip
 DTYPES = {"vertices": "<f8", "faces": "<i8", "position": "<f8"}  # of arrays by their names
 SIDES: dict[str, list[int]] = {"vertices": [3], "faces": [3], "position": []}  # of their rows
 
@@ -101,16 +104,7 @@ class Sandbox:
             timer.start()
             try:
                 answer = _exchange(child, pickle.dumps(file))
-            except (
-                OSError,
-                ValueError,
-                LookupError,
-                TypeError,
-                AttributeError,
-                struct.error,
-                OverflowError,
-                RecursionError,
-            ):
+            except ANSWER_ERRORS:
                 self._end()
                 if timed_out.is_set():
                     raise machine_busy(file.location, self._backstop) from None

@@ -42,6 +42,7 @@ def test_a_check_comes_before_the_parser_and_errors_of_a_parser_are_refusals(mon
         (b"\x89PNG\r\n\x1a\n", "PNG"), (b"PK\x03\x04", "ZIP"), (b"%PDF\nv 1 2 3\n", "PDF"), (b"\0\1", "binary data"),
         (b" {}", "JSON or XML"), (b"<a>\nv 1 2 3\n", "JSON or XML"), (b"vertex 1", "text of another kind"),
         (exported("ply"), "ply"), (exported("stl_ascii"), "stl_ascii"),
+        (b"ply\nv 1 2 3\n", "ply"), (b"solid with a facet".ljust(80) + exported("stl")[80:], "stl"),
     ],
 )  # fmt: skip
 def test_content_that_is_not_what_the_ending_says_is_named(content: bytes, words: str) -> None:

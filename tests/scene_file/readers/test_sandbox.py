@@ -183,14 +183,18 @@ def result(answer: bytes) -> str:
         limited.close()
 
 
+ZEROS = bytes(1000)  # more than any of these answers declares, but for the one of 10^9 rows
+
+
 @pytest.mark.parametrize(
     "answer",
     [
         b"", b"\xff" * 16, answered("{}"), answered("[]"), answered("not json!"), answered("[" * 100_000),
-        answered('{"problems": [], "bodies": [5]}'), answered('{"bodies": []}'), answered(described(vertices=[3])),
-        answered(described(vertices=[3, 3, 3])), answered(described(faces=[1, 2])), answered(described(faces=[-1, 3])),
-        answered(described(vertices=[10**9, 3])), answered(described(vertices=[float("inf"), 3])),
-        answered(described(other=[1, 3])), answered(described(), POINTS), pickle.dumps(answered(described(), POINTS + CORNERS)),
+        answered('{"problems": [], "bodies": [5]}'), answered('{"bodies": []}'), answered(described(vertices=[3]), ZEROS),
+        answered(described(vertices=[3, 3, 3]), ZEROS), answered(described(faces=[1, 2]), ZEROS),
+        answered(described(faces=[-1, 3]), ZEROS), answered(described(vertices=[10**9, 3]), ZEROS),
+        answered(described(vertices=[float("inf"), 3]), ZEROS), answered(described(other=[1, 3]), ZEROS),
+        answered(described(), POINTS), pickle.dumps(answered(described(), POINTS + CORNERS)),
     ],
 )  # fmt: skip
 def test_an_answer_of_another_form_is_a_refusal(answer: bytes) -> None:
@@ -202,6 +206,39 @@ def test_an_answer_is_taken_as_far_as_it_may_be_true() -> None:
     assert result(answered(described(position=[3]), POINTS + CORNERS + POINTS[:24])) == INVALID  # a mesh file tells none
     assert result(answered('{"problems": [], "bodies": []}')) == INVALID
     assert result(answered(json.dumps({"problems": ["x" * 2100] * 25, "bodies": []}))) == "\n".join(["x" * 2000] * 20)
+
+
+def test_the_arrays_of_all_bodies_together_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three vertices for each of the triangles that a scene may have, here one; two bodies have six."""
+    monkeypatch.setattr("radar_service.scene_file.readers.sandbox.MAX_TRIANGLES", 1)
+    assert result(answered(described(), POINTS + CORNERS)) == "1 triangles"
+    assert result(answered(described(vertices=[4, 3]), ZEROS)).startswith("here: the file takes more than ")
+    two = json.loads(described())
+    assert result(answered(json.dumps(two | {"bodies": two["bodies"] * 2}), ZEROS)).startswith("here: the file takes more")
+
+
+TELLING = """
+import json, os, struct, sys
+while size := sys.stdin.buffer.read(8):
+    sys.stdin.buffer.read(struct.unpack("<Q", size)[0])
+    text = json.dumps({"problems": [str(os.getpid())], "bodies": [], "exhausted": EXHAUSTED}).encode()
+    sys.stdout.buffer.write(struct.pack("<Q", len(text)) + text)
+    sys.stdout.buffer.flush()
+"""
+
+
+@pytest.mark.parametrize("exhausted", [False, True])
+def test_a_child_that_is_exhausted_is_replaced(exhausted: bool) -> None:
+    limited = Sandbox(command=[sys.executable, "-c", TELLING.replace("EXHAUSTED", str(exhausted))])
+    told = []
+    try:
+        for _ in range(2):
+            with pytest.raises(SceneError) as refusal:
+                limited.read(FILE)
+            told.append(str(refusal.value))
+    finally:
+        limited.close()
+    assert (told[0] != told[1]) is exhausted
 
 
 MAP = HeightMapFile.examples()[0]
