@@ -5,8 +5,8 @@ The engine computes open and inconsistent meshes as they are. What many meshes h
 
 from collections.abc import Callable, Iterator, Sequence
 
-MISSING = "without data become sea"  # how the finding of a height map with holes ends, see scene.files.raster
-OPEN = "not watertight"  # how the finding of a surface with open edges begins, see scene.files.mesh
+MISSING = "without data become sea"  # how the finding of a height map with holes ends, see readers.raster
+OPEN = "not watertight"  # how the finding of a surface with open edges begins, see readers.mesh
 NAMED = 2  # meshes that a common sentence names
 
 Findings = tuple[str, str, Sequence[str]]  # key path of a body's mesh, name of its file, findings in words without a subject

@@ -210,5 +210,5 @@ def test_a_sheet_with_a_triangle_on_either_side_reflects_once(tmp_path: Path) ->
 
 def test_triangles_back_to_back_are_dropped_and_counted() -> None:
     text = b"v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 2 3\nf 1 3 2\nf 2 4 3\nf 3 4 2\nf 4 3 2\n"
-    mesh, findings = mesh_from_bytes(text, "a.obj", "m")
+    mesh, findings, *_ = mesh_from_bytes(text, "a.obj", "m")
     assert len(mesh.faces) == 2 and findings[0] == "3 duplicate triangles dropped"
