@@ -27,7 +27,6 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/ports/http": "conversation",
     "radar_service/processes": "processor_time stop_signals",
     "radar_service/recording": "error mcap_library",
-    "radar_service/scattering": "models",
     "radar_service/scene_file/checks": "mesh_axes",
     "radar_service/scene_file/model": "environment fields presence sway",
     "radar_service/service": "blind settings token_bucket",

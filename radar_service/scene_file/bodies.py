@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service.scattering.models import SCATTERING_MODELS, model_at
 from radar_service.scene_file.checks.mesh_axes import axis_findings
 from radar_service.scene_file.checks.mesh_findings import Findings
 from radar_service.scene_file.convert import presence_from_model
@@ -103,7 +103,7 @@ class BodyLoader:
         if model.shape == "point":
             return None
         sizes = model.sizes()
-        sag = SCATTERING_MODELS[scattering].shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
+        sag = model_at(SCATTERING_MODELS[scattering]).shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
         key = (model.shape, sag, *sizes.values())
         return _cached(self._shapes, key, lambda: shape_mesh(model.shape, sizes, sag))
 

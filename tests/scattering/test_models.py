@@ -11,7 +11,7 @@ import radar_service
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.models import SCATTERING_MODELS, scattering_model
+from radar_service.scattering.models import RAYS, SCATTERING_MODELS, model_at, scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.rays import RaySampledSurfaces
@@ -48,7 +48,7 @@ def test_materials_name_models_of_the_registry() -> None:
     assert {material.scattering for material in MATERIALS.values()} <= set(SCATTERING_MODELS)
 
 
-MODELS = [*SCATTERING_MODELS.values(), RaySampledSurfaces]
+MODELS = [model_at(place) for place in (*SCATTERING_MODELS.values(), RAYS)]
 
 
 def test_models_that_depend_on_aspect_have_what_the_beam_asks_of_them() -> None:
