@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cpu_budget import pytest_addoption, pytest_configure  # noqa: F401 (its hooks are also this conftest's)
 from tests.same_bytes import compares_bytes
 from tests.scenes import ONE_TARGET
 

@@ -1,0 +1,46 @@
+"""Processor time is added up by folder, over the workers of a run, and a folder far above its budget fails the run."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.cpu_budget import COLLECTION, excesses, folder_of
+
+BUSY = """
+import time
+
+def test_busy():
+    end = time.process_time() + 0.3
+    while time.process_time() < end:
+        pass
+"""
+
+
+def test_tests_belong_to_the_folder_below_tests() -> None:
+    assert folder_of("tests/stream/http/test_app.py::test_x[a/b::c]") == "stream"
+    assert folder_of("tests/test_main.py::test_x[a/b/c]") == "."
+
+
+def test_only_a_clear_excess_is_one() -> None:
+    spent = {"echo": 14.9, "scene": 15.1, "new": 0.5}
+    scene, new = excesses(spent, {"echo": 10, "scene": 10}, 1.5)
+    assert scene.startswith("scene took 15.1 s") and "1.5 times its budget of 10 s" in scene and new.startswith("new took")
+
+
+def test_a_run_whose_folder_is_far_above_its_budget_fails(tmp_path: Path) -> None:
+    budget, test = tmp_path / "budget.toml", tmp_path / "tests" / "busy" / "test_busy.py"
+    budget.write_text(f'factor = 2\nseconds = {{"{COLLECTION}" = 100, busy = 0.1}}\n')
+    test.parent.mkdir(parents=True)
+    test.write_text(BUSY)
+    plugins = ["-p", "xdist", "-p", "tests.cpu_budget", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *plugins, "-n", "1", "--cpu-budget", str(budget), "tests"]
+    root = str(Path(__file__).parents[1])
+    tree = os.environ | {"PYTHONPATH": root, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": ""}
+    result = subprocess.run(command, cwd=tmp_path, env=tree, capture_output=True, text=True, timeout=120)
+    lines = result.stdout.splitlines()
+    row = next(line.split() for line in lines if line.startswith("busy "))
+    assert 0.3 <= float(row[1]) < 0.6 and row[2] == "0.1"  # 0.3 s and what pytest does for a test
+    assert f"busy took {row[1]} s" in result.stdout and "1 passed" in result.stdout
+    assert any(line.startswith(COLLECTION) and float(line.split()[1]) > 0.1 for line in lines)  # of pytest in two processes
+    assert result.returncode == 1
