@@ -10,6 +10,7 @@ import pytest
 
 from tests.cpu_budget import pytest_addoption, pytest_configure  # noqa: F401 (its hooks are also this conftest's)
 from tests.same_bytes import compares_bytes
+from tests.samples import beyond_samples
 from tests.scenes import ONE_TARGET
 
 pytest_plugins = ("tests.recording.fixtures", "tests.scene_file.fixtures", "tests.service.fixtures")
@@ -27,9 +28,11 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(tryfirst=True)  # before -m chooses
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Gives the tests that compare bytes their marker; those that drive a browser compare pixels of given pictures. What takes
-    minutes runs on request alone, whatever other markers are chosen by."""
+    """Gives the tests that compare bytes, and those beyond the sample of their parameters, their markers; those that drive a
+    browser compare pixels of given pictures. What takes minutes runs on request alone, whatever other markers are chosen by."""
     on_request = "study" in str(config.option.markexpr).replace("not study", "")
+    for item in beyond_samples(items):
+        item.add_marker("study")
     for item in items:
         if item.get_closest_marker("study") and not on_request:
             item.add_marker(pytest.mark.skip(reason="opt-in: -m study"))
