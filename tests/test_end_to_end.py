@@ -67,6 +67,7 @@ def spots(picture: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([centres[:, 1] - (SIZE - 1) / 2, (SIZE - 1) / 2 - centres[:, 0]], axis=1)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", ["orientation", "worked-example"])
 @pytest.mark.parametrize("heading_deg", [0, 70])
 def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, serve: Serve, tmp_path: Path) -> None:

@@ -66,6 +66,7 @@ def test_a_swaying_ship_sees_points_as_the_closed_form_does() -> None:
     np.testing.assert_allclose(scan.heading, heading % (2 * np.pi), atol=1e-12)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("bearing_deg", [0, 45, 90, 135, 180, 225, 270, 315])
 def test_heel_shifts_bearings_by_the_known_law(bearing_deg: int) -> None:
     """Roll B shifts bearings by -(B^2/2) sin t cos t: none ahead, abeam and astern, most on the bows and quarters.

@@ -69,6 +69,7 @@ def error_db(got: Array, exact: Array) -> float:
     return float(10 * np.log10(np.sum(np.abs(got - exact) ** 2) / np.sum(np.abs(exact) ** 2)))
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("knots", [0.1, 1.0, 12.0, 40.0])
 @pytest.mark.parametrize("moving", ["own ship", "bodies"])
 def test_moving_meshes_equal_the_reference_at_every_azimuth(knots: float, moving: str) -> None:

@@ -103,6 +103,7 @@ def test_a_swaying_point_is_where_it_is_in_each_frozen_instant(multipath: bool, 
     assert max(errors) < REST_DB, errors
 
 
+@pytest.mark.sample(3)
 @EVERY_WAY
 @pytest.mark.parametrize("name", METAL)
 def test_swaying_metal_is_the_metal_of_each_frozen_instant(name: str, multipath: bool) -> None:

@@ -32,6 +32,7 @@ def error_of(radar: dict[str, Any], nearest: float = 60.0, farthest: float = 1e9
     return error_db(made, sim.scan())
 
 
+@pytest.mark.sample(10)
 @pytest.mark.parametrize("window", ["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"])
 @pytest.mark.parametrize("product", [20, 50, 100, 1000])
 def test_chirps_from_bt_20_to_1000(window: str, product: int) -> None:
@@ -53,6 +54,7 @@ def test_chirps_from_bt_20_to_1000(window: str, product: int) -> None:
     assert error_of({"pulse_s": pulse, "bandwidth_hz": bandwidth, "window": window, "range_max_m": 1500}) < bound
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("who", ["at rest", "own_ship", "motion"])
 @pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")])
 @pytest.mark.parametrize(("window", "product"), [("blackman", 20), ("nuttall", 20), ("nuttall", 500)])
@@ -88,6 +90,7 @@ def test_plain_pulses_under_way(name: str, who: str) -> None:
     assert error_of({"modulation": "none", **MAGNETRON[name]}, **{who: {"speed_kn": 12, "course_deg": 30}}) < CUT_DB
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("who", ["at rest", "own_ship", "motion"])
 @pytest.mark.parametrize(
     ("radar", "farthest", "bound_db"),

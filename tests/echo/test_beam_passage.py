@@ -76,6 +76,7 @@ def narrowband(prepared: Prepared, azimuths: AzimuthTimes) -> Floats:
     return np.concatenate([np.abs(prepared.moving.echoes(one).amplitude.sum(axis=0)) for one in blocks(azimuths, size)])
 
 
+@pytest.mark.sample(12)
 @pytest.mark.parametrize("bearing_deg", [0.0, 0.1, 180.0, 359.9])
 @pytest.mark.parametrize(
     ("width", "distance", "off_deg"),
@@ -336,6 +337,7 @@ def by_waypoints(time: float, **more: Any) -> dict[str, Any]:
     return {"position_m": [600.0, begin, 14.0], "waypoints": stops, **more}
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("name", ["balanced", "reference"])
 @pytest.mark.parametrize("after", [-3, 30])
 @pytest.mark.parametrize("kind", ["waypoints", "manoeuvre", "speed and rate", "loop", "rolling", "own ship"])

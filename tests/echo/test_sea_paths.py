@@ -133,6 +133,7 @@ def test_sea_reflection_is_exact_at_each_azimuth_of_an_approach(earth: str, late
     assert nulls > 10 and set(sizes) == {16, 32}
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("moving", [False, True], ids=["at rest", "under way"])
 @pytest.mark.parametrize("sway", [False, True])
 @pytest.mark.parametrize("distance", [40.0, 333.0, 2500.0])
@@ -215,6 +216,7 @@ def test_nothing_is_received_beyond_the_horizon() -> None:
     assert abs(factor[0]) > 0 and factor[1] == 0
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize(
     "own",
     [

@@ -65,6 +65,7 @@ def scattered(count: int, range_max: float, seed: int, **motion: Any) -> list[di
     return bodies
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(
     "radar",
     [
@@ -84,6 +85,7 @@ def test_points_at_rest_meet_the_closed_form_under_the_full_beam(radar: dict[str
     assert error_db(made, rs.Simulator(made).scan()) < -60
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("knots", [0.1, 12.0, 40.0])
 @pytest.mark.parametrize("moving", ["own ship", "bodies"])
 def test_moving_points_meet_the_closed_form_at_every_instant(knots: float, moving: str) -> None:

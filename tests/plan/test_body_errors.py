@@ -40,6 +40,7 @@ PASSES = {
 }
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", PASSES)
 def test_aspects_err_no_more_than_predicted_at_any_time(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against one evaluation at every azimuth, while the body passes. The prediction is made before the first scan."""

@@ -29,6 +29,7 @@ def power(scene: rs.Scene, fidelity: Fidelity, seed: int) -> float:
     return float(np.sum(np.abs(prepare(scene, fidelity, seed).resting.echoes.amplitude) ** 2))
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("multipath", [False, True])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_mean_power_of_small_surfaces_keeps_the_budget(shape: str, multipath: bool) -> None:

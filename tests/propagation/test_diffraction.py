@@ -66,6 +66,7 @@ def horizon_of(*heights: float) -> float:
     return float(sum(np.sqrt(2.0 * EARTH * np.array(heights))))
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("polarization", ["h", "v"])
 @pytest.mark.parametrize("frequency", [9.41e9, 3.05e9])
 def test_the_series_is_the_contour_integral(frequency: float, polarization: str) -> None:
@@ -96,6 +97,7 @@ def test_the_recommendation_agrees_beyond_the_horizon(polarization: str) -> None
             assert loss == pytest.approx(-20.0 * np.log10(abs(value)), abs=0.8)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("polarization", ["h", "v"])
 @pytest.mark.parametrize("frequency", [3.05e9, 9.41e9, 24e9])
 def test_neither_the_field_nor_its_slope_has_a_step(frequency: float, polarization: str) -> None:

@@ -69,6 +69,7 @@ def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> 
     assert db(measured_factor(distance)) == pytest.approx(table_db, abs=0.3)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("polarization", "sea_state", "distances"),
     [

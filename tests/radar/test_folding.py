@@ -47,6 +47,7 @@ def measured_db(made: Radar) -> list[float]:
     return (10.0 * np.log10(np.array(errors) / np.sum(np.abs(exact) ** 2))).tolist()
 
 
+@pytest.mark.sample(15)
 @pytest.mark.parametrize("window", ["none", "hamming", "taylor"])
 @pytest.mark.parametrize("ratio", [1.0, 1.1, 1.25, 1.5, 2.0])
 @pytest.mark.parametrize("product", [4.0, 7.0, 15.0, 40.0, 100.0])
@@ -58,6 +59,7 @@ def test_the_error_of_a_chirp_is_predicted(product: float, ratio: float, window:
     assert least_chirp_error_db(made) == min(predicted)
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")])
 @pytest.mark.parametrize("ratio", [1.1, 1.5, 2.0])
 @pytest.mark.parametrize("product", [4.0, 15.0, 100.0])

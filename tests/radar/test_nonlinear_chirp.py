@@ -38,6 +38,7 @@ def test_its_samples_are_the_sum_of_its_frequency(window: str) -> None:
     np.testing.assert_allclose(ours, wave, atol=6e-4)
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("product", [4, 20, 100, 500])
 @pytest.mark.parametrize("window", WINDOWS)
 def test_its_spectrum_is_the_sum_over_its_samples(product: int, window: str) -> None:

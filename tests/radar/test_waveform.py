@@ -119,6 +119,7 @@ def test_unknown_window_is_refused_with_the_names() -> None:
 KINDS = [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")]
 
 
+@pytest.mark.sample(9)
 @pytest.mark.parametrize(("modulation", "compression"), KINDS)
 @pytest.mark.parametrize("window", ["hann", "blackman", "nuttall"])
 @pytest.mark.parametrize("product", [20, 100, 500])

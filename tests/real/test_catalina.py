@@ -82,6 +82,7 @@ def scene(folder: Path, origin: tuple[float, float], **own_ship: Any) -> rs.Scen
     return rs.load_scene(places.catalina(folder, origin, **changes), folder=folder)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("origin", [HERE, places.CHANNEL], ids=["origin here", "origin 1,700 km away"])
 @pytest.mark.parametrize("speed_kn", [0.0, 20.0])
 def test_echoes_begin_at_the_coast(tmp_path: Path, origin: tuple[float, float], speed_kn: float) -> None:

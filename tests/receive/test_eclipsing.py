@@ -66,6 +66,7 @@ def test_the_peak_is_the_windows_tail() -> None:
         assert at_peak == pytest.approx(area / 0.54, rel=0.02)  # between samples of 0.125 resolution cells: 2 %
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")])
 @pytest.mark.parametrize("window", ["blackman", "nuttall"])
 def test_truncated_nonlinear_and_inversely_filtered_echoes(window: str, modulation: str, compression: str) -> None:

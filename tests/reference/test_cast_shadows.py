@@ -46,6 +46,7 @@ def ways(point: Floats, case: Case) -> tuple[list[Floats], list[Floats]]:
     return legs[0], legs[1]
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("number", [18, 27, 28, 38, 47, 9, 19, 29])
 def test_pieces_are_lit_as_rays_say(number: int) -> None:
     """Two points of each piece of each face, by both ways. Points within 2 cm of an edge may be either."""

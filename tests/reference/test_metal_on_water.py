@@ -160,6 +160,7 @@ def bodies(seed: int) -> tuple[list[Face], Setting, np.ndarray]:
     return at(faces, *position, heading), setting, position
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_quadrature_is_brute_force(seed: int) -> None:
     """Elements of lambda/8 and Gauss-Legendre nodes: within 1 % of what the body returns where it is loud; lambda/16 is
@@ -213,6 +214,7 @@ def test_a_low_wall_covers_the_way_by_the_sea_first() -> None:
     assert scattering_amplitude(faces, FLAT, r, [high]) == 0.0
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("tall", [False, True])
 @pytest.mark.parametrize("heading", [np.pi, np.pi + 0.4])
 def test_quadrature_across_a_shadow_is_brute_force(tall: bool, heading: float) -> None:

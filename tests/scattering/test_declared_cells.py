@@ -58,6 +58,7 @@ def motions(kind: str, rng: np.random.Generator) -> dict[str, Any]:
     }[kind]  # fmt: skip
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("seeds", [4, pytest.param(20, marks=pytest.mark.study)])
 @pytest.mark.parametrize("name", BODIES)
 def test_the_energy_at_rest_is_what_is_declared(name: str, seeds: int) -> None:
@@ -67,6 +68,7 @@ def test_the_energy_at_rest_is_what_is_declared(name: str, seeds: int) -> None:
     assert max(errors) < ALLOWED
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("seeds", [3, pytest.param(8, marks=pytest.mark.study)])
 @pytest.mark.parametrize("kind", ["under way", "turning"])
 @pytest.mark.parametrize("name", ["freighter", "hull", "wide"])

@@ -10,6 +10,7 @@ from radar_service.sources.power_window import PowerWindow, pulse_powers, scan_p
 from tests.alone import crowded
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("first", "stop"), [(0, 5), (65, 80), (70, 150), (144, 145)])
 def test_a_window_has_the_azimuths_of_its_scans(first: int, stop: int) -> None:
     made = crowded(True)

@@ -88,6 +88,7 @@ def test_a_crossing_is_that_of_the_boresight_that_rolls_and_pitches_with_own_shi
     assert max(aside) > math.radians(0.5)  # the level boresight is far off
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("height_m", [12, 60])
 @pytest.mark.parametrize("scan", [1, LATE])
 def test_the_beam_of_the_engine_has_its_peak_at_the_crossing(scan: int, height_m: float) -> None:
@@ -131,6 +132,7 @@ def test_a_point_dead_ahead_is_crossed_aside_by_its_height_times_the_sine_of_the
         assert crossing.boresight == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("scan", [0, 5])
 @pytest.mark.parametrize(("distance", "height"), [(0.3, 1), (9, 1), (40, 60), (150, 60), (12, 90), (3, 300)])
 def test_steep_points_are_crossed_as_often_as_the_deck_turns_to_them(scan: int, distance: float, height: float) -> None:

@@ -96,6 +96,7 @@ def test_cylinder_and_its_lobes(tmp_path: Path, radius: float, height: float, co
             assert computed == pytest.approx(decibels(theory), abs=0.3)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("side", [0.3, 0.6, 1.0])
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_dihedral(tmp_path: Path, side: float, polarization: str) -> None:
@@ -126,6 +127,7 @@ def dihedral_aperture(side: float, sine: float) -> float:
     return float(abs(np.sqrt(2) * cosine * side * np.mean(turned * strip * np.sinc(2 * sine * strip / WAVELENGTH))))
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("distance", [800.0, 5000.0])
 @pytest.mark.parametrize("side", [0.3, 0.6, 1.0])
 def test_lobes_of_a_dihedral_along_its_fold(tmp_path: Path, side: float, distance: float) -> None:
@@ -179,6 +181,7 @@ def square_aperture(cosines: Floats) -> float:
     return float(4 * minimum * middle / largest if middle < largest / 2 else minimum * (4 - largest / middle))
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("leg", [0.3, 0.6, 1.0])
 @pytest.mark.parametrize("square", [False, True], ids=["triangular", "square"])
 def test_trihedral_on_and_off_axis(tmp_path: Path, leg: float, square: bool) -> None:

@@ -59,6 +59,7 @@ def around(bearing: float, elevation: float, distance: float) -> Floats:
     return np.array([level * math.sin(bearing), level * math.cos(bearing), distance * math.sin(elevation)])
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("seed", DRAWS)
 def test_a_sphere_has_its_cross_section_from_anywhere(seed: int) -> None:
     """Radius 10 to 40 wavelengths at 3 to 35 GHz, elevation up to 30 degrees, 2 to 20 km."""
@@ -84,6 +85,7 @@ def test_a_cylinder_has_its_cross_section_broadside(seed: int) -> None:
     assert decibels(section / exact) == pytest.approx(0.0, abs=TOLERANCE)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("seed", DRAWS)
 def test_a_cylinder_has_its_pattern_off_broadside(seed: int) -> None:
     """Elevations up to the third sidelobe. Near nulls the error is one of the rms over a lobe, which falls off as 1 / (pi u)."""

@@ -139,6 +139,7 @@ def test_a_plate_partly_hidden_loses_what_is_hidden(hidden: float, loss: float) 
     assert decibels(sections[1] / sections[0]) == pytest.approx(loss, abs=0.15)
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("polarization", ["h", "v"])
 @pytest.mark.parametrize("state", [0, 3, 6])
 @pytest.mark.parametrize("range_m", [150.0, 1000.0, 6000.0])

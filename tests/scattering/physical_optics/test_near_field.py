@@ -35,6 +35,7 @@ def summed_section(distance: float, aside: float, up: float) -> float:
     return float(4 * np.pi / WAVELENGTH**2 * abs(field) ** 2)
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("distance", [100.0, 200.0, 400.0, 1000.0])
 @pytest.mark.parametrize("aside, up", [(0.0, 0.0), (1.0, 0.3), (2.4, -0.5)])
 def test_five_metres_of_plate_from_100_to_1000_m(tmp_path: Path, distance: float, aside: float, up: float) -> None:

@@ -39,6 +39,7 @@ def energy_db(body: dict[str, Any], reference: dict[str, Any], folder: Path, **s
     return decibels(energies[0] / energies[1])
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("motion", [{}, {"speed_kn": 12, "course_deg": 90}], ids=["at rest", "under way"])
 @pytest.mark.parametrize("range_m", [300.0, 1000.0])
 @pytest.mark.parametrize("name", ["sphere", "corner", "square corner", "plate"])

@@ -43,6 +43,7 @@ def field(distance: float, height: Floats) -> Complexes:
     return np.array([contour_field(distance / along, 15.0 / up, each / up, q) for each in height.tolist()])
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("height", [2.0, 6.0, 20.0])
 @pytest.mark.parametrize("distance", [9_000.0, 15_000.0, 20_000.0, 27_000.0, 40_000.0])
 def test_a_small_corner_follows_the_horizon_like_a_point(distance: float, height: float) -> None:
@@ -53,6 +54,7 @@ def test_a_small_corner_follows_the_horizon_like_a_point(distance: float, height
     assert over_sea == pytest.approx(free, abs=0.1)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(("low", "high"), [(0.0, 3.0), (1.0, 3.0), (0.0, 12.0)])
 @pytest.mark.parametrize("distance", [12_000.0, 13_500.0, 30_000.0])
 def test_a_wall_on_the_sea_has_the_mean_of_the_squared_field_over_its_height(

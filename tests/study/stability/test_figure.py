@@ -8,6 +8,7 @@ from radar_service.study.stability.figure import finding_figure
 from tests.study.stability.run import finding_of
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("name", [study.__name__ for study in stability.STUDIES])
 def test_a_figure_shows_its_finding(name: str) -> None:
     """Axis titles fit the figure, and the legend names every curve, the limit and the boundary."""
