@@ -144,7 +144,7 @@ def test_a_command_of_any_length_has_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.study)])
-@pytest.mark.parametrize("name", ["crossing-cpa-500", "overtaking"])
+@pytest.mark.parametrize("name", ["crossing-cpa-500", pytest.param("overtaking", marks=pytest.mark.study)])
 def test_gate_the_reference_tracker_meets_the_limits(name: str, seeds: int, tmp_path: Path) -> None:
     """No limit that decides is missed in any run."""
     scenario = load_scenario(name)

@@ -25,7 +25,7 @@ from tests.ports.serving import served
 from tests.scene_file.readers.mesh_files import exported
 from tests.service.fake import FakeEngine, factory, scene
 
-SHORT_RUN, SPOILT, MANY = 100, 50, 10_000
+SHORT_RUN, SPOILT, MANY = 60, 50, 10_000
 HANG = 60.0  # s; a picture of 2048 pixels takes 1.4 s of processor time, and a machine may have much else to do
 THERE = {"radar": "0", "name": "harbour"}  # a radar and a scene that the server has
 QUICK = settings(
@@ -69,7 +69,7 @@ def fuzz(address: str, cases: int) -> dict[str, int]:
     return seen
 
 
-def test_a_hundred_requests_made_from_the_openapi(address: str) -> None:
+def test_some_requests_made_from_the_openapi(address: str) -> None:
     seen = fuzz(address, SHORT_RUN)
     assert sum(seen.values()) > SHORT_RUN / 2 and seen.get("200", 0) > 2 and seen.get("422", 0) > 2, seen
     assert httpx.get(f"{address}/api/health/ready", timeout=HANG).status_code == 200

@@ -109,8 +109,8 @@ def test_mean_power_of_a_compact_mesh_falls_as_r_to_the_fourth(body: dict[str, A
     """60 of them round the antenna, 3 seeds: energy along range x R^4 is the same from 500 m to 20 km. The mean of 180 draws
     of one speckle (exponential, or narrower) errs by 1 / sqrt(180); between two distances 5 sigma sqrt(2): 53 %, which is
     1.8 dB, where an error of one power of R over 500 m to 20 km would be 16 dB. The level is that of a point of its size."""
-    radar = {"azimuths": 360, "beamwidth_deg": 1.5, "beamwidth_el_deg": 90, "pattern": "gaussian", "bandwidth_hz": 5e6,
-             "pulse_s": 2e-6, "height_m": 15}  # fmt: skip
+    radar = {"azimuths": 60, "coarse_azimuths": True, "beamwidth_deg": 1.5, "beamwidth_el_deg": 90, "pattern": "gaussian",
+             "bandwidth_hz": 5e6, "pulse_s": 2e-6, "height_m": 15}  # fmt: skip
     means = []
     for distance in (500.0, 5000.0, 20_000.0):
         angles = np.deg2rad(np.arange(0, 360, 6))
@@ -124,7 +124,7 @@ def test_mean_power_of_a_compact_mesh_falls_as_r_to_the_fourth(body: dict[str, A
             for i, a in enumerate(angles)
         ]
         made = scene(bodies, radar={**radar, "range_max_m": distance + 500}, environment={"earth": "flat"})
-        fields = [rs.Simulator(made, seed=s).scan().field[::6] for s in range(3)]
+        fields = [rs.Simulator(made, seed=s).scan().field for s in range(3)]
         means.append(np.mean([np.sum(np.abs(f) ** 2, axis=1, dtype=float) for f in fields]) * distance**4)
     assert np.ptp(db(np.array(means))) < db(1 + 5 * np.sqrt(2 / 180))
     made = scene([point("t", 0, 5000, 15, 0)], radar={**radar, "range_max_m": 5500}, environment={"earth": "flat"})

@@ -78,7 +78,7 @@ def nearest_echo(scan: rs.Scan, noise: float) -> Floats:
 def scene(folder: Path, origin: tuple[float, float], **own_ship: Any) -> rs.Scene:
     """Own ship between the islands. From 5 m the far shores lie up to 50 m under the horizon: a flat earth would show."""
     own = places.east_north(np.array([HERE[0]]), np.array([HERE[1]]), origin)[0]
-    changes = {"own_ship": {"position_m": own.tolist(), **own_ship}, "radar": {"azimuths": 720, "height_m": 5.0}}
+    changes = {"own_ship": {"position_m": own.tolist(), **own_ship}, "radar": {"azimuths": 360, "height_m": 5.0}}
     return rs.load_scene(places.catalina(folder, origin, **changes), folder=folder)
 
 
@@ -96,7 +96,7 @@ def test_echoes_begin_at_the_coast(tmp_path: Path, origin: tuple[float, float], 
     _, far = within(shore, 0.25 * sea.radar.beamwidth)
     slack = POST / 2 + 3 * scan.range_step + scan.time[-1] * speed_kn * 1852 / 3600  # 3 bins: half a Blackman main lobe
     hit = np.isfinite(far)
-    assert hit.sum() > 150  # spokes that look at land with a quarter of the beam on either side
+    assert hit.sum() > 75  # spokes that look at land with a quarter of the beam on either side
     assert np.all(measured[hit] >= near[hit] - slack)
     assert np.all(measured[hit] <= far[hit] + slack)
     assert np.median(np.abs(measured[hit] - shore[::FINE][hit])) < 2 * POST  # most coasts here lie oblique to the beam

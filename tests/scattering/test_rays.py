@@ -241,7 +241,14 @@ def patch_energies(knots: float, sampler: Any, seeds: range) -> np.ndarray[Any, 
     return np.array(rows)
 
 
-@pytest.mark.parametrize(("sampler", "knots"), [("rays", 0.0), ("sobol", 0.0), ("stratified", 12.0)])
+@pytest.mark.parametrize(
+    ("sampler", "knots"),
+    [
+        ("rays", 0.0),
+        pytest.param("sobol", 0.0, marks=pytest.mark.study),
+        pytest.param("stratified", 12.0, marks=pytest.mark.study),
+    ],
+)
 def test_both_estimators_agree_patch_by_patch(sampler: str, knots: float) -> None:
     """Mean power of every patch that counts, over 24 seeds each: Welch's t of each patch as a normal deviate, their squares
     summed against chi-square at LEVEL over the tests here, and the mean over the patches likewise.

@@ -185,6 +185,7 @@ FLEET = [
 ]  # fmt: skip
 
 
+@pytest.mark.study  # the bound itself is tested below
 def test_506_moving_steel_boxes_run_in_two_simulators_at_once() -> None:
     """In a process of its own, as it killed the process: 2024 trees."""
     assert in_process(SWAP).split() == ["16", "16"]

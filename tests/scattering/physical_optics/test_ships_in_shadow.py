@@ -53,7 +53,7 @@ def assert_right(bodies: list[Table], crossing: int = AZIMUTHS) -> None:
     assert max(result.error.values()) < USUAL, str(result)
 
 
-@pytest.mark.parametrize("length", [28.0, 100.0], ids=["of-28-m", "of-100-m"])
+@pytest.mark.parametrize("length", [pytest.param(28.0, marks=pytest.mark.study), 100.0], ids=["of-28-m", "of-100-m"])
 def test_a_breakwater_takes_the_way_by_the_sea_however_long_it_is(length: float) -> None:
     """It hides the sea before the box, which so loses 13.07 dB. Long ones had hidden nothing."""
     assert_right([metal(501.5), wall(length)])

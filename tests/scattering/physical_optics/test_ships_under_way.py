@@ -29,7 +29,8 @@ USUAL, NEVER = 0.03, 0.12  # errors that 98 % and that all draws keep
 NOTHING = 1e-3  # of the floor of errors: below it is no echo
 WORSE = 0.01  # by which `reference` may err more than `balanced`
 SEED = 5
-HOLDING = (5, 12, 40, 46, 92, 131, 157, 159)
+HOLDING = (5, 12, 40, 46, 92, 131, 157)
+SLOW = pytest.param(159, marks=pytest.mark.study, id="159-passing")  # test_ships_in_shadow.py has such a ship
 
 
 class Outcome(NamedTuple):
@@ -87,7 +88,9 @@ def power_of(field: NDArray[np.complexfloating], floor: float) -> float:
     return max(float((np.abs(field) ** 2).sum(dtype=np.float64)), (NOTHING * floor) ** 2)
 
 
-@pytest.mark.parametrize("number", HOLDING, ids=lambda number: f"{number}-{KINDS[number % len(KINDS)].replace(' ', '-')}")
+@pytest.mark.parametrize(
+    "number", [*HOLDING, SLOW], ids=lambda number: f"{number}-{KINDS[number % len(KINDS)].replace(' ', '-')}"
+)
 def test_ships_under_way_are_the_oracles(number: int) -> None:
     result = outcome(drawn(number, SEED))
     assert max(result.error.values()) < USUAL, str(result)
