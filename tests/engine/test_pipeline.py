@@ -176,6 +176,7 @@ def test_a_wall_occludes_always_and_a_passing_ship_for_a_while() -> None:
     assert not occluded[:2].any() and occluded[4:8].all() and not occluded[10:].any()
 
 
+@pytest.mark.sample(2)  # their laws: tests/scattering/test_swerling.py
 @pytest.mark.parametrize(("case", "fourth_moment"), [(1, 2.0), (2, 2.0), (3, 1.5), (4, 1.5)])
 def test_swerling_mean_and_spread(case: int, fourth_moment: float) -> None:
     """<p> = declared, <p^2>/<p>^2 = 2 (exponential) or 1.5 (4 degrees of freedom): 5 sigma of the draws taken."""

@@ -118,7 +118,7 @@ def test_physical_optics_of_a_sphere_is_mies_series() -> None:
     ],
 )
 def test_the_simulator_shows_the_cross_section(shape: dict[str, Any], section: float) -> None:
-    """Energy along range and azimuth against a point of the same cross-section, 3 km off, at three headings and flat earth."""
+    """Energy along range and azimuth against a point of the same cross-section, 3 km off, at two headings and flat earth."""
     foot = 15.0 - shape.get("height_m", 0.0) / 2.0
     radar = {"range_max_m": 3500, "azimuths": 360, "pulse_s": 2e-6}
 
@@ -127,6 +127,6 @@ def test_the_simulator_shows_the_cross_section(shape: dict[str, Any], section: f
         return float(rs.Simulator(made).scan().power.sum())
 
     of_point = energy({"name": "p", "shape": "point", "position_m": [0, 3000, 15], "rcs_dbsm": decibels(section)})
-    for heading in (0.0, 17.3, 40.9):
+    for heading in (0.0, 40.9):
         body = {"name": "b", "scattering": "optics", "position_m": [0, 3000, foot], "heading_deg": heading, **shape}
         assert decibels(energy(body) / of_point) == pytest.approx(0.0, abs=TOLERANCE)

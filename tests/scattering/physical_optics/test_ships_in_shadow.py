@@ -63,7 +63,7 @@ def test_a_breakwater_shadows_metal_that_sails_behind_it() -> None:
     assert_right([under_way(metal(501.5), 10.0, 70.0, PERIOD), wall(100.0, heading_deg=5.0)])
 
 
-@pytest.mark.parametrize("moves", [True, False], ids=["under-way", "at-rest"])
+@pytest.mark.parametrize("moves", [True, pytest.param(False, marks=pytest.mark.study)], ids=["under-way", "at-rest"])
 def test_the_shadow_of_a_passing_ship_moves_over_metal(moves: bool) -> None:
     """A silent hull 25 m nearer crosses the line of sight at 20 kn: its edge moves by 4 cm from spoke to spoke. The metal shows a
     corner, so what is seen of its sides is what its edges leave."""
