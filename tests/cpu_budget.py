@@ -6,7 +6,7 @@ of a module or session costs counts for the test that begins or ends it. Workers
 
 import os
 import tomllib
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Generator, Mapping
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,11 @@ def excesses(spent: Mapping[str, float], budget: Mapping[str, float], factor: fl
     ]
 
 
+def costliest(spent: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Returns names and what they spent [s], the largest first."""
+    return sorted(spent.items(), key=lambda row: -row[1])
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--cpu-budget", metavar="FILE", help="print processor time by folder; fail far above this budget")
 
@@ -56,8 +61,8 @@ class CpuBudget:
         self.budget: dict[str, float] = table["seconds"]
         self.factor: float = table["factor"]
         self.worker_output: dict[str, Any] = getattr(config, "workeroutput", {})
-        self.tests: Counter[str] = Counter()  # by nodeid [s]
-        self.folders: Counter[str] = Counter()  # [s]
+        self.tests: defaultdict[str, float] = defaultdict(float)  # by nodeid [s]
+        self.folders: defaultdict[str, float] = defaultdict(float)  # [s]
         self.last = 0.0  # reading of cpu_s at the end of what has been counted
 
     def lap(self) -> float:
@@ -77,7 +82,7 @@ class CpuBudget:
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        seconds = dict(report.user_properties).get(PROPERTY, 0.0)  # the report of a worker that crashed has none
+        seconds = sum(value for name, value in report.user_properties if name == PROPERTY)  # none where a worker crashed
         self.tests[report.nodeid] += seconds
         self.folders[folder_of(report.nodeid)] += seconds
 
@@ -92,9 +97,9 @@ class CpuBudget:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         lines = [f"{'folder':16}{'CPU s':>8}{'budget':>8}"]
-        rows = [("all", self.folders.total()), *self.folders.most_common()]
+        rows = [("all", sum(self.folders.values())), *costliest(self.folders)]
         budget = {**self.budget, "all": sum(self.budget.values())}
         lines += [f"{name:16}{seconds:8.1f}{budget.get(name, 0):8g}" for name, seconds in rows]
-        lines += ["", *(f"{seconds:6.1f} s  {nodeid}" for nodeid, seconds in self.tests.most_common(COSTLY)), ""]
+        lines += ["", *(f"{seconds:6.1f} s  {nodeid}" for nodeid, seconds in costliest(self.tests)[:COSTLY]), ""]
         terminalreporter.section("processor time")
         terminalreporter.write("\n".join([*lines, *excesses(self.folders, self.budget, self.factor), ""]))
