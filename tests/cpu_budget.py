@@ -82,7 +82,8 @@ class CpuBudget:
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        seconds = sum(value for name, value in report.user_properties if name == PROPERTY)  # none where a worker crashed
+        values = (value for name, value in report.user_properties if name == PROPERTY)  # none where a worker crashed
+        seconds = sum(value for value in values if isinstance(value, float))
         self.tests[report.nodeid] += seconds
         self.folders[folder_of(report.nodeid)] += seconds
 
