@@ -99,7 +99,7 @@ def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
         assert (await server.http.get("/api/health/ready")).status_code == 503
         assert (await server.http.get("/api/health/alive")).status_code == 200
         while not reports:  # or the whole test runs out of time
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert reports == ["failed"]
 
     dying = factory(dies_at=0)
@@ -109,10 +109,10 @@ def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
 def test_a_dead_engine_in_standby_loses_no_numbers() -> None:
     async def test(server: Server) -> None:
         while not (await server.http.get("/api/health")).json()["radars"][0]["restarts"]:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         begun = (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"]
         while (health := (await server.http.get("/api/health")).json()["radars"][0])["simulated_s"] < begun + 10:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert health["next"] == 0
 
     play(test, station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(transmit=False, pace=FLAT_OUT.pace)))
@@ -176,7 +176,7 @@ def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> 
                 before.append(held())
         seen = await asyncio.gather(*followers)
         while (after := held()).files > before[0].files:  # the folder of a replaced scene may just be being removed
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert after.threads <= before[0].threads + 2  # of the engine that takes over
         assert after.objects < 1.1 * before[0].objects
         for epochs in seen:
@@ -317,7 +317,7 @@ def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
             answer = await server.http.patch("/api/radars/0/controls", json={"pace": pace})
             assert answer.status_code == 200
             while only.transmitter.sent == before:  # the first spoke goes at once, and the second is waited for
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.001)
         spans = begun + list(await covered(feed, begun[-1][2] + 2 * AZIMUTHS))
         assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
         health = (await server.http.get("/api/health")).json()["radars"][0]

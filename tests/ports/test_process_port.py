@@ -4,10 +4,8 @@ import asyncio
 import os
 import pickle
 import threading
-import time
 import zlib
 from collections.abc import Awaitable, Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +22,13 @@ from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.asgi import Server
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
 from tests.ports.toy import ToyPort, ToySink
+<<<<<<< HEAD:tests/ports/test_process_port.py
 from tests.service.fake import AZIMUTHS, FakeEngine, power_of, scene
+=======
+from tests.stream.asgi import Server
+from tests.stream.fake import AZIMUTHS, FakeEngine, power_of, scene
+from tests.stream.processes.test_fork_server import is_gone, until
+>>>>>>> 83badbd (What waits for another process looks each few milliseconds, so that it leaves the processor to it):tests/stream/ports/test_process_port.py
 
 
 class FarSink(ToySink):
@@ -122,12 +126,6 @@ def ear() -> Iterator[Ear]:
     made.close()
 
 
-def wait_until_gone(process: int) -> None:
-    deadline = time.monotonic() + 10.0
-    while Path(f"/proc/{process}").exists():
-        assert time.monotonic() < deadline
-
-
 def flat_out(scans: int) -> Callable[[Server], Awaitable[None]]:
     """A lossless client gets so many scans, each spoke once."""
 
@@ -171,7 +169,7 @@ def test_what_was_handed_on_is_done_before_the_end(ear: Ear) -> None:
     process = ear.heard[0]["process"]
     assert_accounted(ear.heard)
     assert len(numbers(ear.heard)) >= 10 * AZIMUTHS
-    wait_until_gone(process)
+    until(lambda: is_gone(process))
 
 
 def test_where_it_dies_another_one_goes_on_and_knows_what_was_lost(ear: Ear, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,7 +216,7 @@ def test_one_that_blocks_is_left_behind_in_time(settings: Settings, ear: Ear, mo
     host = play(port, test, settings, wait_for=settings is FLAT_OUT)
     (thread,) = [thread for each, thread in host.threads.items() if each is port]
     assert (thread.dropped > 0) is (settings is FLAT_OUT)
-    wait_until_gone(ear.heard[0]["process"])
+    until(lambda: is_gone(ear.heard[0]["process"]))
 
 
 def test_what_fails_there_is_counted_here(ear: Ear, caplog: pytest.LogCaptureFixture) -> None:
@@ -262,7 +260,7 @@ def test_a_process_that_hangs_ends_with_the_service(
     ear.until(lambda heard: len(heard) == 1)
     child.control.close()  # as where the service is killed
     child.data.close()
-    wait_until_gone(child.process)
+    until(lambda: is_gone(child.process))
 
 
 def test_one_that_cannot_be_made_ends_the_start(ear: Ear) -> None:

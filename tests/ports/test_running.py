@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -55,8 +54,7 @@ def test_uploads_swaps_and_kills_and_an_end_without_remains(service: tuple[subpr
         answer = http.post("api/scenes", json={"name": "mine", "scene": SCENE | {"name": "upload"}})
         assert answer.status_code == 201 and answer.json()["bodies"] == 1, answer.text
         assert http.put("api/radars/0/scene", json={"scene": "mine"}).json()["name"] == "upload"
-        while http.get("api/radars/0").json()["scene"]["name"] != "upload":
-            pass
+        until(lambda: http.get("api/radars/0").json()["scene"]["name"] == "upload")
         assert http.get("api/radars/0/truth?t=1").json()["bodies"][0]["name"] == "p"
         assert http.get("api/radars/0/ppi.png?size=64").content.startswith(b"\x89PNG")
         until(lambda: len(children(process.pid)) == 3)  # the earlier world and the picture have ended
@@ -117,11 +115,9 @@ async def first_spoke(address: str) -> tuple[Any, Any]:
 
 def wait_for_spokes(url: str) -> None:
     """Returns when the number of spokes sent has grown by more than what may be on its way."""
-    deadline = time.monotonic() + 20
     with httpx.Client(base_url=url, timeout=30) as http:
         start = http.get("api/health").json()["radars"][0]["spokes_sent"]
-        while http.get("api/health").json()["radars"][0]["spokes_sent"] < start + 10:
-            assert time.monotonic() < deadline
+        until(lambda: http.get("api/health").json()["radars"][0]["spokes_sent"] >= start + 10)
 
 
 def test_nothing_outlives_a_killed_service(service: tuple[subprocess.Popen[str], str]) -> None:

@@ -22,10 +22,12 @@ CHILDREN = 200
 
 
 def until(condition: Callable[[], bool]) -> None:
-    """Looks again and again until the condition holds. Raises AssertionError after SOON."""
+    """Looks each 5 ms until the condition holds, so that what is waited for has the processor. Raises AssertionError after
+    SOON."""
     deadline = time.monotonic() + SOON
     while not condition():
         assert time.monotonic() < deadline
+        time.sleep(0.005)
 
 
 def is_gone(process: int) -> bool:

@@ -39,7 +39,7 @@ class Gate:
 
     async def begun(self) -> None:
         while not self.began.is_set():
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
 
 
 def test_a_job_tells_its_stages() -> None:

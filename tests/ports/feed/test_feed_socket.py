@@ -224,7 +224,7 @@ def test_standby_sends_nothing_and_time_goes_on() -> None:
         assert answer.json()["transmit"] is False
         await step(server, 6)
         while (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"] < 7.5 * 2.5 / AZIMUTHS:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         await server.http.patch(CONTROLS, json={"transmit": True})
         await step(server, 1)
         message = await feed.receive()
@@ -368,7 +368,7 @@ def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbe
         feed = await server.feed("?mode=live")
         await feed.until("hello")
         while (await server.http.get("/api/health")).json()["radars"][0]["spokes_lost"] == 0:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
         expected, gaps = None, 0
         while True:
@@ -460,7 +460,7 @@ def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_resta
         assert "the wheel came off" in (await late.receive())["reason"]
         await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
         while (await server.http.get("/api/health")).json()["status"] == "failed":
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert (await (await server.feed()).receive())["scene"]["name"] == "second"
 
     play(test, station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0))

@@ -96,7 +96,7 @@ class Slow:
 
     async def begun(self) -> None:
         while not self.running.acquire(blocking=False):
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
 
 
 @pytest.mark.parametrize(("method", "path"), [("PUT", PUT), ("POST", "/api/scenes")])
@@ -142,7 +142,7 @@ def test_too_many_at_once_are_told_when_to_try_again_and_the_others_end() -> Non
         for _ in range(2):
             await slow.begun()
         while sum(upload.done() for upload in uploads) < MANY - 10:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert (await server.http.get("/api/scenes")).status_code == 200
         assert (await server.http.get("/api/health")).status_code == 200
         slow.go.set()

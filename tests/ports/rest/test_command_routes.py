@@ -131,7 +131,7 @@ def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
         assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
         assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
         while only.epoch.info.scene.radar.rotation_period != 1.5:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
         again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
         assert [command.speed_kn for command in only.epoch.source.commands] == [5.0, 6.0] and again["time"] == 0.0
@@ -147,7 +147,7 @@ def test_a_lossless_client_may_wait_for_answers_without_reading() -> None:
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run", "factor": "max"}})
         (client,) = only.hub.clients
         while not client.full:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         answers = [await server.http.patch(BUOY, json={"speed_kn": n}) for n in range(5)]
         assert [answer.status_code for answer in answers] == [200] * 5 and client.full
         first = 0
@@ -163,11 +163,11 @@ def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
     async def test(server: Server) -> None:
         await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})
         while not only.transmitter.pacer.idle:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert (await server.http.patch(BUOY, json={"speed_kn": 3})).json()["spoke"] == 9
         await only.swap(SceneOrder(steerable_scene("next")))
         while only.epoch.info.scene.name != "next":
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert (await server.http.get(BUOY)).json()["latest"] is None
         again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
         assert (again["spoke"], again["time"]) == (0, 0.0)
@@ -186,8 +186,13 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
         assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
         await only.swap(SceneOrder(steerable_scene("next")))
         while only.epoch.info.scene.name != "next":
+<<<<<<< HEAD:tests/ports/rest/test_command_routes.py
             await asyncio.sleep(0)
         monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
+=======
+            await asyncio.sleep(0.001)
+        monkeypatch.setattr("radar_service.stream.radio.command_worker.COMMAND_TIMEOUT", 10.0)
+>>>>>>> 83badbd (What waits for another process looks each few milliseconds, so that it leaves the processor to it):tests/stream/http/test_command_routes.py
         assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
         assert [command.speed_kn for command in only.epoch.source.commands] == [4.0]
 

@@ -143,7 +143,7 @@ def test_a_dropped_spoke_leaves_no_gap_in_the_numbers() -> None:
         await server.http.patch(ERRORS, json={"feed": {"drop_rate": 0.3}})
         await step(server, 2 * AZIMUTHS)
         while not only.transmitter.pacer.idle:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         await server.http.delete(ERRORS)
         await step(server, 1)
         numbers, indices = list[int](), list[int]()
@@ -191,7 +191,7 @@ def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.M
         await server.feed()
         await step(server, AZIMUTHS)
         while not only.transmitter.pacer.idle or len(written) < 5:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert len(written) == len(carried)
 
     monkeypatch.setattr(ConnectionErrors, "carry", carry)

@@ -175,7 +175,7 @@ def test_the_picture_shows_the_azimuths_received_so_far() -> None:
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS // 2}})
         await feed.spokes(AZIMUTHS // 2)
         while (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"] < 1.25:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         answer = await server.http.get("/api/radars/0/ppi.png?size=200")
         assert answer.headers["content-type"] == "image/png"
         picture = np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)

@@ -54,7 +54,7 @@ class Played:
         """The messages after the hello, which stand for `count` truths."""
         messages: list[dict[str, Any]] = []
         while sum(message.get("count", 1) for message in messages) < count:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
             messages += [message for message in await everything(self.client) if message["type"] != "hello"]
         return messages
 
@@ -104,7 +104,7 @@ def test_truths_that_come_too_slowly_are_given_up_oldest_first_in_one_message() 
         played.engine.answers.clear()
         played.send(1)
         while not played.engine.asked:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         played.send(9)
         await asyncio.sleep(0)
         assert not await played.told(0)
@@ -123,7 +123,7 @@ def test_truths_of_an_epoch_that_is_over_or_of_a_radar_that_stops_are_not_asked(
         played.engine.answers.clear()
         played.send(1)
         while not played.engine.asked:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         if ends == "epoch":
             played.hub.open_epoch("f", lambda view, mode: wire.pack({"type": "hello", "epoch": "f"}))
             played.send(1, "f")

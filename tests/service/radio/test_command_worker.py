@@ -85,6 +85,7 @@ class Radars:
         deadline = time.monotonic() + SOON
         while not all(each.pacer.idle or each.fault for each in self.transmitters.values()):
             assert time.monotonic() < deadline
+            time.sleep(0.001)
 
     def run(self) -> None:
         """Lets all run as fast as they can."""

@@ -95,6 +95,7 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     deadline = time.monotonic() + SOON
     while replaced.is_alive:
         assert time.monotonic() < deadline
+        time.sleep(0.001)
     engines.stop(SOON)
     assert not last.is_alive
 

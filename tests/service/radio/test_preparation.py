@@ -77,7 +77,7 @@ def test_it_is_kept_for_a_time_only(monkeypatch: pytest.MonkeyPatch) -> None:
     async def test(preparations: Preparations) -> None:
         preparations.keep(await preparations.source(make, FIRST))
         while not made[0].closed:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
 
     play(test)
 
@@ -142,7 +142,7 @@ def test_a_cancelled_preparation_ends_all_radars() -> None:
         with pytest.raises(Cancelled):
             await preparations.workers(cancels, {"a": FIRST, "b": SECOND}, "mine")
         while not all(engine.closed for engine in made):
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert len(made) == 2
 
     play(test)

@@ -57,7 +57,7 @@ def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> N
         watch.changes()
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
         while only.hub.epoch != answer.json()["epoch"]:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         changes = {change.kind: change.values for change in watch.changes()}
         assert changes["scene"]["epoch"] == answer.json()["epoch"] and "commands" not in changes
 
@@ -74,12 +74,12 @@ def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were(
         assert [change.kind for change in watch.changes()][-1] == "commands"
         name, _ = await only.swap(order)
         while only.epoch.name != name:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
         assert "commands" in {change.kind for change in watch.changes()}
         await only.change({"range_m": 100.0})
         while only.epoch.name == name:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert "commands" not in {change.kind for change in watch.changes()}
 
     play(test)
@@ -107,7 +107,7 @@ def test_a_radar_that_fails_is_told_with_its_fault() -> None:
         async with running(create_app([only])) as _:
             watch, told = StateWatch(only), dict[str, Any]()
             while told.get("state") != "failed":
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.001)
                 for change in watch.changes():
                     told |= change.values if change.kind == "status" else {}
             assert told["fault"] == only.transmitter.fault

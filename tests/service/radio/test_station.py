@@ -46,7 +46,7 @@ def test_a_further_sink_receives_what_the_feed_receives() -> None:
         station.hub.join(client := ClientQueue(View("u8")))
         station.transmitter.pacer.step(AZIMUTHS)
         while sink.spokes < AZIMUTHS:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         sent = [(item.first, item.count) for item in client.waiting if item.count]
         assert sent == [(batch.first, len(batch)) for batch in sink.batches]
         assert [epoch.name for epoch in sink.epochs] == [station.hub.epoch]
@@ -60,7 +60,7 @@ def test_a_sink_that_needs_labels_has_them_without_any_client() -> None:
     async def test(station: Station) -> None:
         station.transmitter.pacer.step(AZIMUTHS)
         while sink.spokes < AZIMUTHS:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
 
     play(test, sinks=[sink], recorded=SourceRequest(labels=True))
     assert sink.numbers == list(range(AZIMUTHS)) and all(batch.block.labels is not None for batch in sink.batches)
@@ -93,7 +93,7 @@ def test_scan_correlation_is_the_same_for_clients_that_join_late_or_catch_up() -
                 station.hub.join(clients[scan // 2])
             station.transmitter.pacer.step(AZIMUTHS)
             while sink.spokes < (scan + 1) * AZIMUTHS:
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.001)
         station.hub.join(clients[2], since=(station.hub.epoch, 0))
         first, late, again = map(bytes_of, clients)
         np.testing.assert_array_equal(late, first.reshape(AZIMUTHS, 5, -1).max(axis=2))
@@ -131,7 +131,7 @@ def test_a_change_acts_on_settings_steps_and_scene() -> None:
     async def test(station: Station) -> None:
         await station.change({"rpm": 48.0, "gain": 70.0, "pace": {"state": "step", "steps": 3}})
         while station.transmitter.sent < 3:
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         controls = station.controls()
         assert (controls["rpm"], controls["gain"], controls["pace"]["state"]) == (pytest.approx(48.0), 70.0, "pause")
 
@@ -170,7 +170,7 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
             await swap
         pending = station.transmitter.engines.pending_engine
         while station.epoch.source is not pending:  # paused: it takes over at once
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
         assert pending is made["second"] and made["first"].closed
         await station.stop()
 
@@ -208,11 +208,11 @@ def test_memory_stays_flat_over_swaps_of_wide_scenes() -> None:
         for _ in range(12):
             epoch, _ = await station.swap(SceneOrder(scene("wide", range_max_m=40_000)))
             while station.epoch.name != epoch:
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.001)
             engine = station.epoch.source
             station.transmitter.pacer.step(AZIMUTHS)
             while station.last_scan.read().next < AZIMUTHS:
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.001)
             assert isinstance(engine, FakeEngine)
             await asyncio.to_thread(engine.wait_for_blocks, 31, 10.0)  # a scan that was sent, and AZIMUTHS_AHEAD
             held.append(tracemalloc.get_traced_memory()[0])

@@ -46,7 +46,7 @@ def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **opt
 
 async def until(condition: Callable[[], bool]) -> None:
     while not condition():
-        await asyncio.sleep(0)
+        await asyncio.sleep(0.001)
 
 
 def rpm(station: Station) -> float:

@@ -97,7 +97,7 @@ def test_standby_uses_no_numbers_and_time_goes_on() -> None:
     with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
         transmitter.pacer.step(6)
         while transmitter.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
-            time.sleep(0)
+            time.sleep(0.001)
         transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
         stepped(transmitter, sink, 1)
     assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.sent) == (0, 6, 1)
@@ -145,7 +145,7 @@ def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
     options = {"engine": FakeEngine(scene(), dies_at=40), "on_restart": reasons.append}
     with transmitting(replace(FLAT_OUT, transmit=transmit), **options) as (transmitter, sink):
         while transmitter.simulated < 3 * 2.5:
-            time.sleep(0)
+            time.sleep(0.001)
     assert transmitter.engines.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
     skips = [details for name, details in sink.calls if name == "skip"]
     if not transmit:
@@ -163,7 +163,7 @@ def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() ->
     with transmitting(FLAT_OUT, restarts=2, on_failure=failures.append, **options) as (transmitter, sink):
         sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
         while not failures:
-            time.sleep(0)
+            time.sleep(0.001)
         assert transmitter.fault == "RuntimeError: the wheel came off" and transmitter.engines.restarts == 2
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")

@@ -49,7 +49,7 @@ class Played:
 
     async def until(self, condition: Callable[[], bool]) -> None:
         while not condition():
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.001)
 
     async def over(self) -> None:
         self.stream.end("over")

@@ -63,6 +63,7 @@ def until(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + SOON
     while not condition():
         assert time.monotonic() < deadline
+        time.sleep(0.001)
 
 
 def settled(*radars: Radar) -> None:
