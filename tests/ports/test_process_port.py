@@ -22,13 +22,8 @@ from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.asgi import Server
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
 from tests.ports.toy import ToyPort, ToySink
-<<<<<<< HEAD:tests/ports/test_process_port.py
+from tests.processes.test_fork_server import is_gone, until
 from tests.service.fake import AZIMUTHS, FakeEngine, power_of, scene
-=======
-from tests.stream.asgi import Server
-from tests.stream.fake import AZIMUTHS, FakeEngine, power_of, scene
-from tests.stream.processes.test_fork_server import is_gone, until
->>>>>>> 83badbd (What waits for another process looks each few milliseconds, so that it leaves the processor to it):tests/stream/ports/test_process_port.py
 
 
 class FarSink(ToySink):

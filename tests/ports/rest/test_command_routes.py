@@ -186,13 +186,8 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
         assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
         await only.swap(SceneOrder(steerable_scene("next")))
         while only.epoch.info.scene.name != "next":
-<<<<<<< HEAD:tests/ports/rest/test_command_routes.py
-            await asyncio.sleep(0)
-        monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
-=======
             await asyncio.sleep(0.001)
-        monkeypatch.setattr("radar_service.stream.radio.command_worker.COMMAND_TIMEOUT", 10.0)
->>>>>>> 83badbd (What waits for another process looks each few milliseconds, so that it leaves the processor to it):tests/stream/http/test_command_routes.py
+        monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
         assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
         assert [command.speed_kn for command in only.epoch.source.commands] == [4.0]
 

@@ -1,6 +1,6 @@
 """Breaks modules in small ways and tells which of these mutants the tests kill.
 
-    python -m tests.bench.mutants [MODULE ...] [--count 100] [--seed 0] [--also TEST ...] [--against TREE]
+    python -m tests.measurements.mutants [MODULE ...] [--count 100] [--seed 0] [--also TEST ...] [--against TREE]
 
 MODULE is a file or a folder, radar_service by default. In a mutant one operator of comparison, arithmetic or logic is another
 one, or one constant is larger by 1. It lives in a copy of this tree, where the test file that mirrors its module runs, with those
