@@ -42,5 +42,5 @@ def test_a_run_whose_folder_is_far_above_its_budget_fails(tmp_path: Path) -> Non
     row = next(line.split() for line in lines if line.startswith("busy "))
     assert 0.3 <= float(row[1]) < 1.2 and row[2] == "0.1"  # 0.3 s, and what pytest does about a test on a busy machine
     assert f"busy took {row[1]} s" in result.stdout and "1 passed" in result.stdout
-    assert any(line.startswith(COLLECTION) and float(line.split()[1]) > 0.1 for line in lines)  # of pytest in two processes
+    assert any(line.startswith(COLLECTION) and float(line.split()[1]) > 0.0 for line in lines)  # of the worker
     assert result.returncode == 1
