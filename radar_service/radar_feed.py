@@ -80,8 +80,8 @@ class RadarFeeds:
                 raise ValueError(
                     f'pace: {pace} has no effect in process, where scans come as they are taken; use over="websocket"'
                 )
-            made = scene if isinstance(scene, Scene) else load_scene(scene)
-            return ProcessFeed(made.for_radar(radar), seed, fidelity, request)
+            loaded = scene if isinstance(scene, Scene) else load_scene(scene)
+            return ProcessFeed(loaded.for_radar(radar), seed, fidelity, request)
         if over != "websocket":
             raise ValueError(f'over: "{over}" is not one of process, websocket')
         if isinstance(scene, Scene):
@@ -158,8 +158,8 @@ class RemoteFeed:
     def scans(self, count: int) -> Iterator[Scan]:
         """As RadarFeed.scans. Raises RuntimeError where the service ends the feed, or leaves out spokes."""
         for _ in range(count):
-            blocks, whole = self._blocks, self.hello["radar"]["azimuths"]
-            while not blocks or blocks[-1].index + len(blocks[-1]) < whole:
+            blocks, azimuths = self._blocks, self.hello["radar"]["azimuths"]
+            while not blocks or blocks[-1].index + len(blocks[-1]) < azimuths:
                 block = self._block(self._message())
                 if blocks or block.index == 0:  # the rest of a scan that began before this client came has no use
                     blocks.append(block)

@@ -270,9 +270,9 @@ class Simulator:
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
-        made = self._crossings.snapshot(number := self._latest(scan))
-        own_ship = self._stream.with_report(made.own_ship, number, self._stream.reporter.last_spoke(number))
-        return replace(made, own_ship=own_ship, feed_errors=self._stream.reporter.counts(number))
+        snapshot = self._crossings.snapshot(number := self._latest(scan))
+        own_ship = self._stream.with_report(snapshot.own_ship, number, self._stream.reporter.last_spoke(number))
+        return replace(snapshot, own_ship=own_ship, feed_errors=self._stream.reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""

@@ -49,7 +49,12 @@ def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
 
 def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
     """A target at the mean of its centroids in these scans, with her heading of this one."""
-    offsets = [one.centroid for result in near for one in result.truths if one.body == truth.body and one.centroid]
+    offsets = [
+        truth_then.centroid
+        for result in near
+        for truth_then in result.truths
+        if truth_then.body == truth.body and truth_then.centroid
+    ]
     if not offsets:
         return truth
     along, across = np.mean(offsets, axis=0).tolist()
@@ -75,7 +80,7 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, An
     return {
         **made_of, "scenario": scenario.name, "seed": seed,
         "metrics": {**scores(results), **plot_metrics(results)},
-        "remark": flood_remark([one.flood for one in results if one.flood], len(results)),
+        "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
         "scans": [_scan_data(result) for result in results],
         "ppi": ppi_of(latest[0]) if seed == FIRST_SEED else None,
     }  # fmt: skip
@@ -123,11 +128,11 @@ def report(loaded: Mapping[str, Scenario], runs: Runs, tracker: str) -> dict[str
 
 
 def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    names = list(dict.fromkeys(name for one in runs for name in one["metrics"]))
-    values = {name: [one["metrics"].get(name) for one in runs] for name in names}
+    names = list(dict.fromkeys(name for run in runs for name in run["metrics"]))
+    values = {name: [run["metrics"].get(name) for run in runs] for name in names}
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
-        "seeds": [one["seed"] for one in runs], "remark": next((one["remark"] for one in runs if one["remark"]), None),
+        "seeds": [run["seed"] for run in runs], "remark": next((run["remark"] for run in runs if run["remark"]), None),
         "metrics": {name: _mean(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
         "verdicts": [verdict(limit, values.get(limit.metric, [None] * len(runs))).as_dict() for limit in scenario.limit],

@@ -38,7 +38,7 @@ def write_report(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[
 
 def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     """Returns the page."""
-    sections = "".join(_section(one, runs[one["name"]][0]) for one in report["scenarios"])
+    sections = "".join(_section(scenario, runs[scenario["name"]][0]) for scenario in report["scenarios"])
     title = f"Test bench: {html.escape(report['tracker'])}"
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
@@ -46,11 +46,11 @@ def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any
     )
 
 
-def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+def comparison(report: Mapping[str, Any], compared: Mapping[str, Any]) -> str:
     """Returns a table of the metrics of two reports, scenario by scenario, as text."""
-    others = {scenario["name"]: scenario for scenario in other["scenarios"]}
-    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][-14:]:>14} {other['tracker'][-14:]:>14}"]
-    for scenario in one["scenarios"]:
+    others = {scenario["name"]: scenario for scenario in compared["scenarios"]}
+    lines = [f"{'scenario':32} {'metric':26} {report['tracker'][-14:]:>14} {compared['tracker'][-14:]:>14}"]
+    for scenario in report["scenarios"]:
         second = others.get(scenario["name"], {"metrics": {}})
         for metric, value in scenario["metrics"].items():
             lines.append(
@@ -62,14 +62,14 @@ def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
 def verdict_table(report: Mapping[str, Any]) -> str:
     """Returns a table of the verdicts as text: a limit's metric, its value that 95 % of runs keep, bound, unit; then remarks."""
     lines = [f"{'scenario':26} {'metric':28} {'95 % value':>10} {'limit':>16} {'unit':8} {'missed':>9}  verdict"]
-    for one in report["scenarios"]:
-        for verdict in one["verdicts"]:
+    for scenario in report["scenarios"]:
+        for verdict in scenario["verdicts"]:
             missed = f"{verdict['failures']} of {verdict['runs']}"
             lines.append(
-                f"{one['name'][:26]:26} {verdict['metric'][:28]:28} {_number(verdict['value_95']):>10} {_bound(verdict):>16} "
-                f"{unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
+                f"{scenario['name'][:26]:26} {verdict['metric'][:28]:28} {_number(verdict['value_95']):>10} "
+                f"{_bound(verdict):>16} {unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
             )
-    lines += [f"{one['name']}: remark: {one['remark']}" for one in report["scenarios"] if one["remark"]]
+    lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
     return "\n".join(lines) + "\n"
 
 

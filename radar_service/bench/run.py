@@ -77,7 +77,9 @@ def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[
     snapshot = simulator.snapshot(scan)
     bodies = [body for body in snapshot.bodies if body.body in targets]
     measured = any(body.length for body in bodies) and _measures_power(simulator)
-    latest: Mapping[str, Crossing] = {one.body: one for one in simulator.crossings(scan, radiometric=measured)}
+    latest: Mapping[str, Crossing] = {
+        crossing.body: crossing for crossing in simulator.crossings(scan, radiometric=measured)
+    }
     return tuple(
         _crossed(crossing) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship) for body in bodies
     )

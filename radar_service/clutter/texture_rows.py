@@ -234,8 +234,8 @@ class IndependentRows:
         frequency = scipy.fft.rfftfreq(self._size, self._grid.step)
         power = np.exp(-((np.pi * length[:, None] * frequency) ** 2))
         power = power[:, : int(np.count_nonzero(power.max(axis=0) > MIN_POWER))]
-        whole = 2.0 * power.sum(axis=1, keepdims=True) - power[:, :1]  # both sides; the two ends' variances differ
-        amplitude: Singles = (self._size * np.sqrt(0.5 * power / whole)).astype(np.float32)
+        total = 2.0 * power.sum(axis=1, keepdims=True) - power[:, :1]  # both sides; the two ends' variances differ
+        amplitude: Singles = (self._size * np.sqrt(0.5 * power / total)).astype(np.float32)
         return amplitude
 
 

@@ -12,7 +12,7 @@ from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.shared_options import add_jobs
-from radar_service.terminal.arguments import UsageError, whole
+from radar_service.terminal.arguments import UsageError, whole_number
 from radar_service.terminal.progress import progress
 
 
@@ -20,7 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
-    parser.add_argument("--seeds", default=3, type=partial(whole, minimum=1, maximum=100_000), metavar="N", help="default 3")
+    parser.add_argument(
+        "--seeds", default=3, type=partial(whole_number, minimum=1, maximum=100_000), metavar="N", help="default 3"
+    )
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",
@@ -56,7 +58,7 @@ def _bench(options: argparse.Namespace) -> int:
         report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, _progress)
     write_report(report, runs, options.out)
     print(verdict_table(report) + str(options.out / "report.html"))
-    failed = any(verdict["word"] == "fail" for one in report["scenarios"] for verdict in one["verdicts"])
+    failed = any(verdict["word"] == "fail" for scenario in report["scenarios"] for verdict in scenario["verdicts"])
     return 1 if failed else 0
 
 

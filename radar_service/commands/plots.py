@@ -16,7 +16,7 @@ from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, file_ending, whole
+from radar_service.terminal.arguments import UsageError, file_ending, whole_number
 from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.terminal.progress import progress
 
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_radar(parser)
     add_scene(parser)
     parser.add_argument(
-        "--scans", default=10, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 10)"
+        "--scans", default=10, type=partial(whole_number, minimum=1, maximum=10_000), help="revolutions (default 10)"
     )
     parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
     parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             f"--{name}-m", default=default, type=_length, metavar="M", help=f"length {text} (default {default:g})"
         )
     parser.add_argument(
-        "--max-plots", default=10_000, type=partial(whole, minimum=1, maximum=10_000), metavar="N",
+        "--max-plots", default=10_000, type=partial(whole_number, minimum=1, maximum=10_000), metavar="N",
         help="the strongest of a scan (default 10000)",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")

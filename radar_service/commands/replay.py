@@ -12,7 +12,7 @@ from radar_service.ports.registry import REPLAY_PORTS, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
-from radar_service.terminal.arguments import whole
+from radar_service.terminal.arguments import whole_number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--from", dest="start", default=0.0, type=seconds, metavar="S", help="simulated time to begin at [s] (default 0)"
     )
     parser.add_argument(
-        "--epoch", default=0, type=partial(whole, minimum=0, maximum=1_000_000), metavar="N",
+        "--epoch", default=0, type=partial(whole_number, minimum=0, maximum=1_000_000), metavar="N",
         help="which epoch of the recording, counted from 0 (default 0)",
     )  # fmt: skip
 

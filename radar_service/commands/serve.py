@@ -162,11 +162,11 @@ def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") ->
     first = make(order)
     others = [replace(order, radar=radar_id) for radar_id in first.info.scene.radar_ids[1:]]
     with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
-        made = [threads.submit(make, other) for other in others]
+        starting = [threads.submit(make, other) for other in others]
     with contextlib.ExitStack() as on_failure:
-        for radar in (first, *(each.result() for each in made if not each.exception())):
+        for radar in (first, *(each.result() for each in starting if not each.exception())):
             on_failure.callback(radar.close)
-        radars = [first, *(each.result() for each in made)]
+        radars = [first, *(each.result() for each in starting)]
         on_failure.pop_all()
     return radars
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import UsageError, pace, thread_count, whole
+from radar_service.terminal.arguments import UsageError, pace, thread_count, whole_number
 
 DEFAULT_SCENE = "harbour"
 SCENE_HELP = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
@@ -27,7 +27,9 @@ def add_exactness(to: "argparse._ActionsContainer") -> None:
     precision = to.add_mutually_exclusive_group()
     precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
     precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
-    to.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), metavar="N", help="default 0")
+    to.add_argument(
+        "--seed", default=0, type=partial(whole_number, minimum=0, maximum=2**63 - 1), metavar="N", help="default 0"
+    )
 
 
 def add_threads(to: "argparse._ActionsContainer") -> None:
@@ -51,7 +53,7 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """Adds the number of processes."""
     parser.add_argument(
-        "--jobs", default=max(1, (os.cpu_count() or 2) - 1), type=partial(whole, minimum=1, maximum=256), metavar="N",
+        "--jobs", default=max(1, (os.cpu_count() or 2) - 1), type=partial(whole_number, minimum=1, maximum=256), metavar="N",
         help="processes at once (default: all cores but one)",
     )  # fmt: skip
 
@@ -81,14 +83,18 @@ def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
     )
     where.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
     where.add_argument(
-        "--port", default=8000, type=partial(whole, minimum=0, maximum=65535), metavar="N", help="default 8000; 0: any"
+        "--port",
+        default=8000,
+        type=partial(whole_number, minimum=0, maximum=65535),
+        metavar="N",
+        help="default 8000; 0: any",
     )
     where.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
     where.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
     where.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
     fast.add_argument("--pace", default=1.0, type=pace, metavar="X", help="simulated seconds per second, or max (default 1)")
     fast.add_argument(
-        "--wait-for", default=0, type=partial(whole, minimum=0, maximum=500), metavar="N",
+        "--wait-for", default=0, type=partial(whole_number, minimum=0, maximum=500), metavar="N",
         help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
     )  # fmt: skip
     _add_access(may)
@@ -107,7 +113,7 @@ def _add_access(may: "argparse._ActionsContainer") -> None:
         help="a file whose first line is that token",
     )  # fmt: skip
     may.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
-    count = partial(whole, minimum=1, maximum=100_000)
+    count = partial(whole_number, minimum=1, maximum=100_000)
     may.add_argument("--connections", type=count, metavar="N", help="maximum number of connections")
     may.add_argument(
         "--connections-per-address", type=count, metavar="N", help="maximum number of connections from one other machine"

@@ -152,8 +152,8 @@ def node_weights(nodes: Indices, spoke: Floats) -> Singles:
     near = first + np.arange(order)[:, None]
     gap = within - nodes[near]
     weight = np.zeros((len(nodes), len(spoke)), dtype=np.float32)
-    for one in range(order):
-        others = [other for other in range(order) if other != one]
-        apart = np.prod(nodes[near[one]] - nodes[near[others]], axis=0)
-        weight[near[one], np.arange(len(spoke))] = np.prod(gap[others], axis=0) / apart
+    for k in range(order):
+        others = [other for other in range(order) if other != k]
+        apart = np.prod(nodes[near[k]] - nodes[near[others]], axis=0)
+        weight[near[k], np.arange(len(spoke))] = np.prod(gap[others], axis=0) / apart
     return weight

@@ -126,7 +126,7 @@ def _scatterers(
     resting = [_rests(body, scene) for body in scene.bodies]
 
     def build(rests: bool) -> ScattererSet:
-        keys = [i for i, one in enumerate(resting) if one == rests and i not in silent]
+        keys = [i for i, at_rest in enumerate(resting) if at_rest == rests and i not in silent]
         context = ScatteringContext(
             scene.radar,
             fidelity,

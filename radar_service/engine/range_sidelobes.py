@@ -53,9 +53,9 @@ class RangeSidelobes:
         rows, columns = window.shape
         eclipsed = max(0, min(columns, self._eclipsed - begin))
         if columns > MAX_COLUMNS or (eclipsed and self._eclipsed * self._eclipsing_bins > MAX_LOST):
-            whole = np.zeros((rows, self._compression.size), dtype=np.complex64)
-            whole[:, begin : begin + columns] = window
-            return square_law(self._compression.profiles(whole)[:, first:stop])
+            row = np.zeros((rows, self._compression.size), dtype=np.complex64)
+            row[:, begin : begin + columns] = window
+            return square_law(self._compression.profiles(row)[:, first:stop])
         part = slice(first - begin + self._compression.size, stop - begin + self._compression.size)
         parts = _products(window, [plane[:columns, part] for plane in self._pulse])
         end = min(stop, self._eclipsing_bins)

@@ -70,8 +70,8 @@ class StitchedEngine:
     def _whole_tiles(self, requested: Flags) -> Flags:
         """Flags (A,) of all azimuths in a tile of the last pulse that holds a requested one."""
         starts = np.arange(0, len(requested), self._tile)
-        whole = np.add.reduceat(requested, starts, dtype=np.int64) > 0
-        return np.repeat(whole, self._tile)[: len(requested)]
+        has_requested = np.add.reduceat(requested, starts, dtype=np.int64) > 0
+        return np.repeat(has_requested, self._tile)[: len(requested)]
 
 
 class _Rows:

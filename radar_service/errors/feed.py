@@ -46,12 +46,12 @@ class FeedLaw:
 
     def decisions(self, first: int, count: int) -> Decisions:
         """Returns what happens to `count` spokes from number `first` on."""
-        its, number = self.errors, first + np.arange(count)
+        errors, number = self.errors, first + np.arange(count)
         chance = self._chances(number)
-        dropped = (chance[:, DROP] < its.drop_rate) | self._in_burst(first, count)
+        dropped = (chance[:, DROP] < errors.drop_rate) | self._in_burst(first, count)
         repeated, late, swapped = (
             ~dropped & (chance[:, column] < rate)
-            for column, rate in ((REPEAT, its.repeat_rate), (LATE, its.late_rate), (SWAP, its.swap_rate))
+            for column, rate in ((REPEAT, errors.repeat_rate), (LATE, errors.late_rate), (SWAP, errors.swap_rate))
         )
         swapped &= ~late
         return Decisions(
@@ -60,13 +60,13 @@ class FeedLaw:
 
     def counts(self, first: int, count: int, stuck_from: int) -> FeedErrorCounts:
         """Returns what happens to `count` spokes from number `first` on. stuck_from: first spoke with this stuck sector."""
-        made, number = self.decisions(first, count), first + np.arange(count)
-        stuck = made.in_stuck_sector & (number >= stuck_from + self._radar.azimuths)
+        decisions, number = self.decisions(first, count), first + np.arange(count)
+        stuck = decisions.in_stuck_sector & (number >= stuck_from + self._radar.azimuths)
         lost = is_lost(self._radar.schedule(number)[1], self.errors.heading_lost)
         return FeedErrorCounts(
-            dropped=int(made.dropped.sum()), repeated=int(made.repeated.sum()), late=int(made.late.sum()),
-            out_of_order=int(made.swapped.sum()), stuck=int((stuck & ~made.dropped).sum()),
-            heading_lost=int((lost & ~made.dropped).sum()),
+            dropped=int(decisions.dropped.sum()), repeated=int(decisions.repeated.sum()), late=int(decisions.late.sum()),
+            out_of_order=int(decisions.swapped.sum()), stuck=int((stuck & ~decisions.dropped).sum()),
+            heading_lost=int((lost & ~decisions.dropped).sum()),
         )  # fmt: skip
 
     def _chances(self, number: Indices) -> Floats:
@@ -75,13 +75,13 @@ class FeedLaw:
 
     def _in_burst(self, first: int, count: int) -> Flags:
         """Whether spokes lie in a burst: one begins at them or at one of the spokes before."""
-        its = self.errors
-        if not its.burst_rate:
+        errors = self.errors
+        if not errors.burst_rate:
             return np.zeros(count, dtype=np.bool_)
-        begin = max(0, first - its.burst_spokes + 1)
-        begins = self._chances(np.arange(begin, first + count))[:, BURST] < its.burst_rate
-        total = np.concatenate([np.zeros(its.burst_spokes, dtype=np.int64), np.cumsum(begins)])
-        within = total[its.burst_spokes :] - total[: -its.burst_spokes]
+        begin = max(0, first - errors.burst_spokes + 1)
+        begins = self._chances(np.arange(begin, first + count))[:, BURST] < errors.burst_rate
+        total = np.concatenate([np.zeros(errors.burst_spokes, dtype=np.int64), np.cumsum(begins)])
+        within = total[errors.burst_spokes :] - total[: -errors.burst_spokes]
         return np.asarray(within[first - begin :] > 0)
 
     def _in_sector(self, number: Indices) -> Flags:
@@ -108,15 +108,15 @@ class FeedArranger:
         self._set_sector(law.errors.stuck_sector if law else None)
         if law is None:
             return self._with_held(block, [True] * len(block)) if self._held else [block]
-        made = law.decisions(block.first, len(block))
-        block = self._with_old_echoes(block, made.in_stuck_sector)
-        if not self._held and not (made.dropped | made.repeated | (made.delay > 0)).any():
+        decisions = law.decisions(block.first, len(block))
+        block = self._with_old_echoes(block, decisions.in_stuck_sector)
+        if not self._held and not (decisions.dropped | decisions.repeated | (decisions.delay > 0)).any():
             return [block]
-        for k in np.flatnonzero(made.delay).tolist():
-            for _ in range(1 + int(made.repeated[k])):
-                self._hold(block.part(k, k + 1), block.first + k + int(made.delay[k]))
-        passes = ~made.dropped & (made.delay == 0)
-        return self._with_held(block, passes.tolist(), made.repeated.tolist())
+        for k in np.flatnonzero(decisions.delay).tolist():
+            for _ in range(1 + int(decisions.repeated[k])):
+                self._hold(block.part(k, k + 1), block.first + k + int(decisions.delay[k]))
+        passes = ~decisions.dropped & (decisions.delay == 0)
+        return self._with_held(block, passes.tolist(), decisions.repeated.tolist())
 
     def _hold(self, spoke: SpokeBlock, follows: int) -> None:
         """Keeps a late spoke. It is copied: otherwise the whole block would stay in memory."""
@@ -142,18 +142,18 @@ class FeedArranger:
         rows = np.flatnonzero(in_sector).tolist()
         if not rows:
             return block
-        made = _with_copied_echoes(block)
+        stuck = _with_copied_echoes(block)
         for k in rows:
             old = self._old.setdefault(block.index + k, _with_copied_echoes(block.part(k, k + 1)))
-            made.field[k], made.power[k] = old.field[0], old.power[0]
-            if made.labels is not None:
-                made.labels[k] = UNKNOWN if old.labels is None else old.labels[0]
-            made = (
-                made
-                if made.powers is None
-                else replace(made, powers=_with_old_powers(made.powers, old.powers, k, made.power.shape))
+            stuck.field[k], stuck.power[k] = old.field[0], old.power[0]
+            if stuck.labels is not None:
+                stuck.labels[k] = UNKNOWN if old.labels is None else old.labels[0]
+            stuck = (
+                stuck
+                if stuck.powers is None
+                else replace(stuck, powers=_with_old_powers(stuck.powers, old.powers, k, stuck.power.shape))
             )
-        return made
+        return stuck
 
 
 def _with_copied_echoes(block: SpokeBlock) -> SpokeBlock:
@@ -165,12 +165,12 @@ def _with_copied_echoes(block: SpokeBlock) -> SpokeBlock:
 
 def _with_old_powers(powers: Powers, old: Powers | None, k: int, shape: tuple[int, ...]) -> Powers:
     """Powers (K, N) of their own, with those of one old spoke (1, N) in row k; NaN where they are not known."""
-    made = dict(powers)
-    for number in (old or {}).keys() - made.keys():
-        made[number] = np.zeros(shape, dtype=np.float32)
-    for number, power in made.items():
+    result = dict(powers)
+    for number in (old or {}).keys() - result.keys():
+        result[number] = np.zeros(shape, dtype=np.float32)
+    for number, power in result.items():
         power[k] = np.nan if old is None else old[number][0] if number in old else 0.0
-    return made
+    return result
 
 
 def runs(spokes: Iterable[SpokeBlock]) -> Iterator[SpokeBlock]:

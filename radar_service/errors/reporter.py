@@ -80,7 +80,7 @@ class ErrorReporter:
         self._radar, self._seed, self._radar_id, self._first, self._ship = radar, seed, radar_id, first, ship
         self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
         self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
-        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, key, ship))
+        self._sensor_laws = lru_cache(4)(lambda settings: SensorLaws(settings, radar, seed, key, ship))
 
     @property
     def errors(self) -> ErrorSettings | None:
@@ -106,8 +106,8 @@ class ErrorReporter:
         if errors is None:
             return block
         number = block.first + np.arange(len(block))
-        made = self._sensor_laws(errors).reported(number, block.time, block.readings, earlier)
-        return replace(block, **made._asdict(), true=block.readings)
+        reported = self._sensor_laws(errors).reported(number, block.time, block.readings, earlier)
+        return replace(block, **reported._asdict(), true=block.readings)
 
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
         """Returns what the feed sends when the spokes of a block are due: blocks of consecutive spokes, in order."""
@@ -120,17 +120,20 @@ class ErrorReporter:
             return None
         number = np.array([spoke])
         true = earlier(number)
-        made = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
-        offset = np.append(made.position[0] - true.position[0], 0.0)
+        reported = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
+        offset = np.append(reported.position[0] - true.position[0], 0.0)
         heading, course = (
-            None if np.isnan(value[0]) else float(wrap_bearing(its + wrap_angle(value - was)[0]))
-            for its, value, was in ((own.heading, made.heading, true.heading), (own.course, made.course, true.course))
+            None if np.isnan(value[0]) else float(wrap_bearing(true_angle + wrap_angle(value - was)[0]))
+            for true_angle, value, was in (
+                (own.heading, reported.heading, true.heading),
+                (own.course, reported.course, true.course),
+            )
         )
         expected = true.azimuth - true.heading if heading is None else true.azimuth
         east, north, up = (np.asarray(own.position) + offset).tolist()
         return ReportedOwnShip(
-            position=(east, north, up), heading=heading, course=course, speed=own.speed + float((made.speed - true.speed)[0]),
-            azimuth_error=float(wrap_angle(made.azimuth - expected)[0]),
+            position=(east, north, up), heading=heading, course=course, speed=own.speed + float((reported.speed - true.speed)[0]),
+            azimuth_error=float(wrap_angle(reported.azimuth - expected)[0]),
         )  # fmt: skip
 
     def counts(self, scan: int) -> FeedErrorCounts | None:

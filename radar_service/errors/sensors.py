@@ -43,12 +43,12 @@ class AntennaLaw:
     def error(self, number: Indices, time: Floats, from_bow: Floats) -> Floats:
         """Returns reported angle from the bow minus true angle (K,) [rad] of spokes of these numbers, times [s] and true
         angles from the bow (K,) [rad]."""
-        its = self._errors
-        error = its.misalignment + its.backlash * backlash(from_bow)
-        if its.encoder_noise:
-            error = error + its.encoder_noise * self._noise.at(number, time)
-        if its.encoder_step:
-            error = np.rint((from_bow + error) / its.encoder_step) * its.encoder_step - from_bow
+        settings = self._errors
+        error = settings.misalignment + settings.backlash * backlash(from_bow)
+        if settings.encoder_noise:
+            error = error + settings.encoder_noise * self._noise.at(number, time)
+        if settings.encoder_step:
+            error = np.rint((from_bow + error) / settings.encoder_step) * settings.encoder_step - from_bow
         return np.asarray(error)
 
 
@@ -89,31 +89,31 @@ class SensorLaws:
 
     def _heading_errors(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> tuple[Floats, Floats]:
         """The errors (K,) [rad] of heading and course."""
-        its = self._errors.gyro
-        if its is None or self._gyro is None:
+        gyro = self._errors.gyro
+        if gyro is None or self._gyro is None:
             return np.zeros(len(number)), np.zeros(len(number))
-        sensed = self._delayed(number, its.latency, true, earlier)
-        error = its.bias + its.calibration * np.sin(sensed.heading - its.calibration_phase)
-        error = error + its.noise * self._gyro.at(number, time) if its.noise else error
+        sensed = self._delayed(number, gyro.latency, true, earlier)
+        error = gyro.bias + gyro.calibration * np.sin(sensed.heading - gyro.calibration_phase)
+        error = error + gyro.noise * self._gyro.at(number, time) if gyro.noise else error
         return (
-            wrap_angle(sensed.heading - true.heading) + error if its.latency else error,
-            wrap_angle(sensed.course - true.course) + error if its.latency else error,
+            wrap_angle(sensed.heading - true.heading) + error if gyro.latency else error,
+            wrap_angle(sensed.course - true.course) + error if gyro.latency else error,
         )
 
     def _speed(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
-        its = self._errors.log
-        if its is None or self._log is None:
+        log = self._errors.log
+        if log is None or self._log is None:
             return np.asarray(true.speed)
-        speed = self._delayed(number, its.latency, true, earlier).speed * (1.0 + its.scale) + its.bias
-        return np.asarray(speed + its.noise * self._log.at(number, time) if its.noise else speed)
+        speed = self._delayed(number, log.latency, true, earlier).speed * (1.0 + log.scale) + log.bias
+        return np.asarray(speed + log.noise * self._log.at(number, time) if log.noise else speed)
 
     def _position(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
-        its = self._errors.position
-        if its is None:
+        sensor = self._errors.position
+        if sensor is None:
             return np.asarray(true.position)
-        position = self._delayed(number, its.latency, true, earlier).position + np.asarray(its.bias)
-        if its.noise:
-            position = position + its.noise * np.stack([noise.at(number, time) for noise in self._position_noise], axis=1)
+        position = self._delayed(number, sensor.latency, true, earlier).position + np.asarray(sensor.bias)
+        if sensor.noise:
+            position = position + sensor.noise * np.stack([noise.at(number, time) for noise in self._position_noise], axis=1)
         return np.asarray(position)
 
     def _delayed(self, number: Indices, latency: float, true: Readings, earlier: Earlier) -> Readings:

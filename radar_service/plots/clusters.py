@@ -128,13 +128,15 @@ def _saddles(hill: Indices, rank: Indices, low: Indices, high: Indices) -> tuple
     meet = hill[low] != hill[high]
     low, high = low[meet], high[meet]
     order = np.lexsort((rank[hill[high]], rank[low]))
-    low, one, other = low[order], hill[low[order]], hill[high[order]]
-    _, first = np.unique(np.minimum(one, other) * len(hill) + np.maximum(one, other), return_index=True)
+    low, hill_below, hill_above = low[order], hill[low[order]], hill[high[order]]
+    _, first = np.unique(
+        np.minimum(hill_below, hill_above) * len(hill) + np.maximum(hill_below, hill_above), return_index=True
+    )
     first.sort()
-    return low[first], one[first], other[first]
+    return low[first], hill_below[first], hill_above[first]
 
 
-def _merged(level: Floats, saddle: Indices, one: Indices, other: Indices, split_db: float) -> Indices:
+def _merged(level: Floats, saddle: Indices, hill_below: Indices, hill_above: Indices, split_db: float) -> Indices:
     """For each cell (C,), where it is the peak of a hill: the peak of the part of that hill. Later, lower saddles between two
     hills that stay apart do not join them: what rises enough above one rises more above those."""
     heights = level.tolist()
@@ -146,7 +148,7 @@ def _merged(level: Floats, saddle: Indices, one: Indices, other: Indices, split_
             cell = above[cell]
         return cell
 
-    for cell, first, second in zip(saddle.tolist(), one.tolist(), other.tolist(), strict=True):
+    for cell, first, second in zip(saddle.tolist(), hill_below.tolist(), hill_above.tolist(), strict=True):
         higher, lower = sorted((peak(first), peak(second)), key=heights.__getitem__, reverse=True)
         if higher != lower and heights[lower] - heights[cell] < split_db:
             above[lower] = higher

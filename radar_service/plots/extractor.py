@@ -109,7 +109,7 @@ class PlotExtractor:
         kept = np.flatnonzero(~explained & far)
         best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
         chosen = [recent.only(cells[groups.members(number)]) for number in best.tolist()]
-        pairs = sorted(((plot_of(one, layout), one) for one in chosen), key=lambda pair: pair[0].time)
+        pairs = sorted(((plot_of(cluster, layout), cluster) for cluster in chosen), key=lambda pair: pair[0].time)
         dropped = len(kept) - len(best)
         flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold)
         self._warn(flood)
@@ -119,7 +119,7 @@ class PlotExtractor:
             int(explained.sum()),
             dropped,
             flood,
-            tuple(one for _, one in pairs),
+            tuple(cluster for _, cluster in pairs),
         )
 
     def _warn(self, flood: Flood | None) -> None:

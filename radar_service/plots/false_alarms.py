@@ -37,9 +37,9 @@ def covariance(cells: Indices, correlation: Complexes) -> Complexes:
     span = int(np.ptp(cells)) + 1
     lags = np.zeros(max(span, len(correlation)), dtype=np.complex128)
     lags[: len(correlation)] = correlation
-    whole = toeplitz(lags[:span], np.conj(lags[:span]))
+    matrix = toeplitz(lags[:span], np.conj(lags[:span]))
     place = cells - cells.min()
-    return np.asarray(whole[np.ix_(place, place)])
+    return np.asarray(matrix[np.ix_(place, place)])
 
 
 def known_level_factor(pfa: float) -> float:

@@ -20,7 +20,9 @@ def write_picture(path: Path, report: PlotReport, unit: Unit = DEFAULT_UNIT) -> 
     figure = Figure(figsize=(10.0, 9.0), layout="constrained")
     axes = report.last.plot(figure.subplots(), unit=unit)
     for kind in KINDS:
-        some = [one.plot for one in report.plots if one.kind == kind and one.plot.scan == report.last.number]
+        some = [
+            labelled.plot for labelled in report.plots if labelled.kind == kind and labelled.plot.scan == report.last.number
+        ]
         distance, bearing = (
             np.array([plot.range / UNITS[unit].metres for plot in some]),
             np.array([plot.bearing for plot in some]),

@@ -196,7 +196,7 @@ class _Counting:
     def report(self) -> PlotReport:
         """Returns the counts of all scans but the first and the last one."""
         simulator, numbers = self._simulator, range(self._scan[-1].number + 2 - len(self._cells), self._scan[-1].number)
-        plots = [one for one in self._plots if one.plot.scan in numbers]
+        plots = [labelled for labelled in self._plots if labelled.plot.scan in numbers]
         cells = np.sum(self._cells[1:-1], axis=0)
         return PlotReport(
             simulator.scene.name, simulator.seed, simulator.fidelity.name, len(numbers),
@@ -206,9 +206,9 @@ class _Counting:
         )  # fmt: skip
 
     def _kind_count(self, kind: Kind, cells: Indices, plots: Sequence[LabelledPlot], scans: int) -> KindCount:
-        labels = [label for label, its in self._kinds.items() if its == kind]
+        labels = [label for label, kind_then in self._kinds.items() if kind_then == kind]
         total, detected = (int(some[labels].sum()) for some in cells)
-        count = sum(one.kind == kind for one in plots)
+        count = sum(labelled.kind == kind for labelled in plots)
         return KindCount(kind, total, detected, detected / total if total else None, count, count / scans)
 
     def _bodies(self) -> Mapping[int, Body]:
@@ -217,14 +217,14 @@ class _Counting:
     def _body_count(self, body: Body, label: int, scans: range) -> BodyCount:
         """A plot or a cell belongs to the crossing within half a rotation."""
         radar = self._simulator.scene.radar
-        crossings = [one for one in self._crossings if one.body == body.name and one.scan in scans]
+        crossings = [crossing for crossing in self._crossings if crossing.body == body.name and crossing.scan in scans]
         spokes = np.concatenate([some[some[:, 1] == label, 0] for some in self._spokes])
-        times = np.sort([one.plot.time for one in self._plots if one.label == label])
-        has_cells = [2 * _nearest(spokes, one.spoke) < radar.azimuths for one in crossings]
-        has_plot = [2.0 * _nearest(times, one.time) < radar.rotation_period for one in crossings]
+        times = np.sort([labelled.plot.time for labelled in self._plots if labelled.label == label])
+        has_cells = [2 * _nearest(spokes, crossing.spoke) < radar.azimuths for crossing in crossings]
+        has_plot = [2.0 * _nearest(times, crossing.time) < radar.rotation_period for crossing in crossings]
         there, plotted = sum(has_cells), sum(has_plot)
         return BodyCount(
-            body.name, kind_of(body), float(np.mean([one.range for one in crossings])) if crossings else None,
+            body.name, kind_of(body), float(np.mean([crossing.range for crossing in crossings])) if crossings else None,
             len(crossings), there, plotted, plotted / there if there else None,
         )  # fmt: skip
 
@@ -232,4 +232,4 @@ class _Counting:
 def _nearest(values: Sequence[float] | Floats | Indices, value: float) -> float:
     """The distance of a value from the nearest of rising ones (K,); inf without any."""
     at = int(np.searchsorted(values, value))
-    return float(min((abs(one - value) for one in values[max(at - 1, 0) : at + 1]), default=np.inf))
+    return float(min((abs(candidate - value) for candidate in values[max(at - 1, 0) : at + 1]), default=np.inf))

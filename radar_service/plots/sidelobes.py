@@ -83,8 +83,8 @@ def range_envelope(radar: Radar) -> Floats:
     compression = compression_for(radar, PRESETS["reference"].kernel_width)
     half = radar.bins // 2
     rows = np.zeros((1, compression.size), dtype=np.complex64)
-    one = np.ones((1, 1), dtype=np.complex64)
-    compression.spread(rows, np.array([float(half)]), np.zeros((1, 1), dtype=np.float32), one)
+    unit_amplitude = np.ones((1, 1), dtype=np.complex64)
+    compression.spread(rows, np.array([float(half)]), np.zeros((1, 1), dtype=np.float32), unit_amplitude)
     profile = np.abs(compression.profiles(rows)[0].astype(np.complex128)) ** 2
     return _envelope(profile[half:] / profile[half])
 

@@ -83,11 +83,11 @@ class _AlongRange(ABC):
                 f"window: guards and windows of {self.guard:g} and {self.window:g} m need {2 * edge + side} cells; spokes have "
                 f"{cells}: choose shorter ones"
             )
-        both, one = self._factors
+        both_sides, one_side = self._factors
         near = self._level(power, 0, edge, [(guard + 1, 2 * side)])
         middle = self._level(power, edge, cells - edge, [(-edge, side), (guard + 1, side)])
         far = self._level(power, cells - edge, cells, [(-guard - 2 * side, 2 * side)])
-        return np.concatenate([one * near, both * middle, one * far], axis=1)
+        return np.concatenate([one_side * near, both_sides * middle, one_side * far], axis=1)
 
     @property
     def _cells(self) -> tuple[int, int]:

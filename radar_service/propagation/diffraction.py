@@ -91,9 +91,9 @@ def _height_gains(y: Floats, sea: tuple[float, float, str, int]) -> Complexes:
     result = np.empty((len(y), sea[-1]), dtype=np.complex128)
     panel = np.floor(y / PANEL).astype(np.int64)
     for number in np.unique(panel).tolist():
-        its = np.flatnonzero(panel == number)
-        inside = 2.0 * (y[its] / PANEL - number) - 1.0
-        result[its] = np.polynomial.chebyshev.chebvander(inside, DEGREE) @ _panel(number, sea)
+        inside_panel = np.flatnonzero(panel == number)
+        inside = 2.0 * (y[inside_panel] / PANEL - number) - 1.0
+        result[inside_panel] = np.polynomial.chebyshev.chebvander(inside, DEGREE) @ _panel(number, sea)
     return result
 
 

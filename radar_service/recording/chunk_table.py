@@ -124,7 +124,9 @@ class ChunkTable:
         for k in range(len(self.chunks)) if chunks is None else chunks:
             place = self.chunks[k]
             if place.end >= start and (channel in place.channels or not place.channels):
-                yield from (one for one in self.records(place) if isinstance(one, Message) and one.channel_id == channel)
+                yield from (
+                    record for record in self.records(place) if isinstance(record, Message) and record.channel_id == channel
+                )
 
     def _fill(self, file: BinaryIO) -> bool:
         """Reads the heads of the records up to the end, or to the first that is not whole; returns whether it is the end."""

@@ -16,7 +16,7 @@ def schema_of(kind: Any) -> dict[str, Any]:
         properties = {field.name: schema_of(hints[field.name]) for field in fields(kind)}
         return {"type": "object", "properties": properties}
     if get_origin(kind) in (Union, types.UnionType):
-        return {"anyOf": [schema_of(one) for one in get_args(kind)]}
+        return {"anyOf": [schema_of(member) for member in get_args(kind)]}
     if get_origin(kind) is tuple:
         return {"type": "array", "items": schema_of(get_args(kind)[0])}
     return {"type": NAMES[kind]}

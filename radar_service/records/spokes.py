@@ -113,9 +113,9 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
     for block in blocks:
         waiting.append(block)
         while sum(map(len, waiting)) >= size:
-            whole = joined(waiting)
-            yield whole.part(0, size)
-            waiting = [whole.part(size, len(whole))] if len(whole) > size else []
+            block_of_all = joined(waiting)
+            yield block_of_all.part(0, size)
+            waiting = [block_of_all.part(size, len(block_of_all))] if len(block_of_all) > size else []
     if waiting:
         yield joined(waiting)
 
@@ -125,16 +125,16 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     if len(blocks) == 1:
         return blocks[0]
 
-    def whole(name: str) -> Any:
+    def array(name: str) -> Any:
         return np.concatenate([getattr(block, name) for block in blocks])
 
     has_errors = any(block.true is not None for block in blocks)
     powers = [(block.powers or {}, (len(block), len(block.range))) for block in blocks]
     truths = [block.readings if block.true is None else block.true for block in blocks] if has_errors else []
     return replace(
-        blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
-        course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
+        blocks[0], time=array("time"), azimuth=array("azimuth"), heading=array("heading"), position=array("position"),
+        course=array("course"), speed=array("speed"), field=array("field"), power=array("power"),
         true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
-        labels=None if blocks[0].labels is None else whole("labels"),
+        labels=None if blocks[0].labels is None else array("labels"),
         powers=None if blocks[0].powers is None else joined_powers(powers),
     )  # fmt: skip

@@ -62,10 +62,10 @@ def scans_to_xarray(
             raise ValueError(f"scans: some have {name} and others do not; give scans of one kind")
     numbers = powered(scans)
     each = [_dataset(scan, about, names, numbers) for scan in scans]
-    whole: xarray.Dataset = _library().concat(
+    dataset: xarray.Dataset = _library().concat(
         each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
     )
-    return whole.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
+    return dataset.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
 
 
 def scan_to_xarray(
@@ -157,20 +157,25 @@ def _split(dataset: xarray.Dataset) -> xarray.Dataset:
     return dataset.drop_vars("field").assign(parts)
 
 
-def _scan(one: xarray.Dataset) -> Scan:
-    if "field" in one:
-        field = one["field"].values
+def _scan(dataset: xarray.Dataset) -> Scan:
+    if "field" in dataset:
+        field = dataset["field"].values
     else:
-        field = (one["field_real"].values + np.complex64(1j) * one["field_imag"].values).astype(np.complex64)
-    single: dict[str, Any] = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
-    position = np.stack([one["east"].values, one["north"].values], axis=-1)
-    step, power = float(one.attrs["range_step_m"]), np.asarray(one["power"].values, dtype=np.float32)
-    labels = np.asarray(one["labels"].values, dtype=np.uint32) if "labels" in one else None
+        field = (dataset["field_real"].values + np.complex64(1j) * dataset["field_imag"].values).astype(np.complex64)
+    single: dict[str, Any] = {
+        name: dataset[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")
+    }
+    position = np.stack([dataset["east"].values, dataset["north"].values], axis=-1)
+    step, power = float(dataset.attrs["range_step_m"]), np.asarray(dataset["power"].values, dtype=np.float32)
+    labels = np.asarray(dataset["labels"].values, dtype=np.uint32) if "labels" in dataset else None
     return Scan(
-        number=int(one["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
-        powers=_stored_powers(one) if "powers" in one else None, **single,
+        number=int(dataset["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
+        powers=_stored_powers(dataset) if "powers" in dataset else None, **single,
     )  # fmt: skip
 
 
-def _stored_powers(one: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
-    return {int(number): np.asarray(one["powers"].sel(power_source=number).values) for number in one["power_source"].values}
+def _stored_powers(dataset: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
+    return {
+        int(number): np.asarray(dataset["powers"].sel(power_source=number).values)
+        for number in dataset["power_source"].values
+    }

@@ -112,8 +112,8 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
     azimuths: of a whole scan; without it the blocks are all of one. Azimuths without a block are NaN.
     """
     parts = list(blocks)
-    whole = joined(parts)
-    count = azimuths or len(whole)
+    block = joined(parts)
+    count = azimuths or len(block)
     rows = np.concatenate([part.index + np.arange(len(part)) for part in parts])
 
     def spread(values: NDArray[Any]) -> NDArray[Any]:
@@ -124,12 +124,12 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
         result[rows] = values
         return result
 
-    azimuth = _boresight(count) if whole.true is None else spread(whole.azimuth)
+    azimuth = _boresight(count) if block.true is None else spread(block.azimuth)
     return Scan(
-        whole.scan, spread(whole.time), azimuth, spread(whole.heading), spread(whole.position), spread(whole.course),
-        spread(whole.speed), whole.range, whole.range_step, spread(whole.field), spread(whole.power),
-        None if whole.labels is None else spread(whole.labels),
-        None if whole.powers is None else {number: spread(power) for number, power in whole.powers.items()},
+        block.scan, spread(block.time), azimuth, spread(block.heading), spread(block.position), spread(block.course),
+        spread(block.speed), block.range, block.range_step, spread(block.field), spread(block.power),
+        None if block.labels is None else spread(block.labels),
+        None if block.powers is None else {number: spread(power) for number, power in block.powers.items()},
     )  # fmt: skip
 
 

@@ -89,13 +89,13 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
 
 
 def set_up_at_origin(
-    made: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int
+    earlier: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int
 ) -> EngineSetUp:
     """Returns the engine of the same scene whose rotation has another origin; arguments as `engine_set_up`."""
-    if made.set_up is None:
+    if earlier.set_up is None:
         return engine_set_up(scene, fidelity, requested, seed, threads)
-    pulses = tuple(prepared.at_origin(scene.radar.origin, seed) for prepared in made.pulses)
-    return _of_pulses(replace(made.set_up, prepared=pulses[-1]), pulses, threads)
+    pulses = tuple(prepared.at_origin(scene.radar.origin, seed) for prepared in earlier.pulses)
+    return _of_pulses(replace(earlier.set_up, prepared=pulses[-1]), pulses, threads)
 
 
 def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...], threads: int) -> EngineSetUp:

@@ -55,11 +55,11 @@ class Labeller:
         if record.rows is None and record.clutter is None and not record.interference:
             return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
         rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
-        strongest = self._resting_part(start, transmitting, rows.whole)
+        strongest = self._resting_part(start, transmitting, rows.full_rows)
         for windows in rows.windows:
             self._offer_windows(strongest, windows)
-        for number in rows.whole.keys() - self._resting.keys():
-            gridded = rows.whole[number]
+        for number in rows.full_rows.keys() - self._resting.keys():
+            gridded = rows.full_rows[number]
             strong = np.flatnonzero(self._exceeds(gridded, self._noise))
             strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
         if record.clutter is not None:

@@ -42,8 +42,8 @@ def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
         for number, power in pulse.powers.scan(scan).items():
             part = pulse.gain * power[:, pulse.columns]
             if part.any():
-                whole = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
-                whole[:, pulse.columns] = part
+                power_of_scan = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
+                power_of_scan[:, pulse.columns] = part
     return dict(sorted(powers.items()))
 
 
@@ -106,14 +106,14 @@ class PowerWindow:
 
     def _joined(self, array: Callable[[TilePowers], Singles | None]) -> Singles:
         """What each tile of each pulse has in the bins of that pulse; 0 for None."""
-        whole = np.zeros((len(self.number), self._parts[-1][0].columns.stop), dtype=np.float32)
+        joined = np.zeros((len(self.number), self._parts[-1][0].columns.stop), dtype=np.float32)
         for pulse, tiles in self._parts:
             start = 0
             for tile, rows in tiles:
                 part, start = slice(start, start + rows.stop - rows.start), start + rows.stop - rows.start
                 if (values := array(tile)) is not None:
-                    whole[part, pulse.columns] = pulse.gain * values[rows, pulse.columns]
-        return whole
+                    joined[part, pulse.columns] = pulse.gain * values[rows, pulse.columns]
+        return joined
 
 
 def _tiles(powers: SourcePowers, first: int, stop: int) -> list[tuple[TilePowers, slice]]:

@@ -64,8 +64,8 @@ class SourcePowers:
         powers: dict[int, Singles] = {}
         for start in range(0, radar.azimuths, self.prepared.tile):
             for number, power in self.computed(scan, start).power.items():
-                whole = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
-                whole[start : start + len(power)] = power
+                power_of_scan = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
+                power_of_scan[start : start + len(power)] = power
         return dict(sorted(powers.items()))
 
     @BLAS_LIMIT.held()
@@ -87,9 +87,9 @@ class SourcePowers:
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
         rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
-        echoing = rows.whole.keys() | self._at_rest.keys()
+        echoing = rows.full_rows.keys() | self._at_rest.keys()
         alone = {
-            number: self._alone(number, rows.whole.get(number), start, record.transmitting)
+            number: self._alone(number, rows.full_rows.get(number), start, record.transmitting)
             for number in (echoing if of == "all" else echoing & set(of))
         }
         for w in rows.windows:

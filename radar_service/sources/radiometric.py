@@ -88,18 +88,18 @@ class RadiometricTruth:
 
     def _time(self, number: float) -> Floats:
         """The time (1,) [s] of an azimuth, or of a place between two of them."""
-        whole = int(number)
-        _, time = self._radar.schedule(np.array([whole]))
-        return time + (number - whole) * self._radar.spoke_period
+        earlier = int(number)
+        _, time = self._radar.schedule(np.array([earlier]))
+        return time + (number - earlier) * self._radar.spoke_period
 
     def _track(self, body: int, time: Floats, along: float = 0.0, across: float = 0.0) -> tuple[Floats, Floats]:
         """Positions (K, 3) [m] from the antenna at times (K,) [s] of a point of a body, and the body's headings (K,) [rad].
 
         along, across: of the point from the reference point, to the bow and to starboard [m].
         """
-        its = self._scene.bodies[body]
-        pose = its.motion.pose(time)
-        point = its.reference + np.array([across, along, 0.0])
+        scene_body = self._scene.bodies[body]
+        pose = scene_body.motion.pose(time)
+        point = scene_body.reference + np.array([across, along, 0.0])
         upright = pose.rotation is None
         arm = turned(point, np.cos(pose.heading), np.sin(pose.heading)) if upright else pose.rotation @ point
         return pose.position + arm - self._scene.antenna(time), pose.heading

@@ -37,37 +37,39 @@ class Windows:
 class SourceRows:
     """Gridded rows of sources over the azimuths (K,) of a tile.
 
-    whole: rows (K, size) of the sources that have whole rows, by source number.
+    full_rows: rows (K, size) of the sources that have full rows, by source number.
     windows: all others.
     """
 
-    whole: dict[int, Profiles]
+    full_rows: dict[int, Profiles]
     windows: tuple[Windows, ...]
 
 
-def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, whole: Collection[int] = ()) -> SourceRows:
+def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, full_rows: Collection[int] = ()) -> SourceRows:
     """The echoes of all blocks of a tile by source.
 
-    numbers: as `source_numbers`; whole: sources that get whole rows. So do those whose columns are not all within a row.
+    numbers: as `source_numbers`; full_rows: sources that get full rows. So do those whose columns are not all within a row.
     """
     if record.rows is None:
         return SourceRows({}, ())
     present, index = _sources(record, numbers)
     begin, width = _windows(prepared, record, index, len(present))
-    is_whole = np.array([number in whole for number in present.tolist()]) | _out_of_row(prepared, begin, begin + width)
-    shared = ~is_whole & _isolated(begin, begin + width, prepared.compression.size)
-    again = np.flatnonzero(~is_whole & ~shared)
+    has_full_rows = np.array([number in full_rows for number in present.tolist()]) | _out_of_row(
+        prepared, begin, begin + width
+    )
+    shared = ~has_full_rows & _isolated(begin, begin + width, prepared.compression.size)
+    again = np.flatnonzero(~has_full_rows & ~shared)
     at = np.cumsum(np.concatenate([[0], width[again]]))
     shift = np.zeros(len(present), dtype=np.int64)  # from the column of the row to that of the grid
     shift[again] = at[:-1] - begin[again]
     grid = np.zeros((len(record.transmitting), int(at[-1])), dtype=np.complex64)
-    rows = {s: np.zeros_like(record.rows) for s in np.flatnonzero(is_whole).tolist()}
+    rows = {s: np.zeros_like(record.rows) for s in np.flatnonzero(has_full_rows).tolist()}
     start = 0
     for first, stop, echoes in record.echoes:
         of, start = index[start : start + len(echoes.range)], start + len(echoes.range)
         for s in rows:
             spread_echoes(prepared, rows[s][first:stop], echoes.chosen(np.flatnonzero(of == s)))
-        if len(again) and len(left := np.flatnonzero(~is_whole[of] & ~shared[of])):
+        if len(again) and len(left := np.flatnonzero(~has_full_rows[of] & ~shared[of])):
             spread_echoes(prepared, grid[first:stop], echoes.chosen(left), shift[of[left]])
     for spread in (grid, *rows.values()):
         spread[~record.transmitting] = 0.0

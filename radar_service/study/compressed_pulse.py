@@ -102,6 +102,6 @@ def _correlation(product: float, window: str) -> BSpline:
     _, wave = nonlinear_chirp_samples(product, 1.0, window)
     count = len(wave)
     size = int(scipy.fft.next_fast_len(2 * count))
-    whole = scipy.fft.ifft(np.abs(scipy.fft.fft(wave, size)) ** 2)
+    correlation = scipy.fft.ifft(np.abs(scipy.fft.fft(wave, size)) ** 2)
     lags = np.arange(-count, count + 1)
-    return make_interp_spline(lags / count, whole[lags % size] / count, k=5)
+    return make_interp_spline(lags / count, correlation[lags % size] / count, k=5)

@@ -24,7 +24,7 @@ def pace(text: str) -> float:
     raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
 
 
-def whole(text: str, minimum: int, maximum: int) -> int:
+def whole_number(text: str, minimum: int, maximum: int) -> int:
     """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
     with contextlib.suppress(ValueError):
         if minimum <= int(text) <= maximum:
@@ -34,7 +34,7 @@ def whole(text: str, minimum: int, maximum: int) -> int:
 
 def thread_count(text: str) -> int:
     """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
-    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
+    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole_number(text, 1, MAX_THREADS)
 
 
 def file_ending(text: str, suffix: str | tuple[str, ...]) -> Path:

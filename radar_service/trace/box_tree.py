@@ -106,10 +106,10 @@ class BoxTree:
         enters, leaves = np.zeros(len(pairs.ray)), reach.take(pairs.ray)
         for axis in range(3):
             start, slope = origin[axis].take(pairs.ray), inverse[axis].take(pairs.ray)
-            one = (boxes.low[axis].take(pairs.box) - start) * slope
-            other = (boxes.high[axis].take(pairs.box) - start) * slope
-            np.maximum(enters, np.minimum(one, other), out=enters)
-            np.minimum(leaves, np.maximum(one, other), out=leaves)
+            at_low = (boxes.low[axis].take(pairs.box) - start) * slope
+            at_high = (boxes.high[axis].take(pairs.box) - start) * slope
+            np.maximum(enters, np.minimum(at_low, at_high), out=enters)
+            np.minimum(leaves, np.maximum(at_low, at_high), out=leaves)
         return pairs._replace(enters=enters).chosen(np.flatnonzero(enters <= leaves))
 
     def _children(self, pairs: Pairs) -> Pairs:

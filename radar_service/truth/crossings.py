@@ -127,8 +127,14 @@ class CrossingTruth:
         ]  # fmt: skip
 
     def _identity(self, body: int) -> dict[str, Any]:
-        its = self._scene.bodies[body]
-        return {"radar": self._scene.radar_id, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+        scene_body = self._scene.bodies[body]
+        return {
+            "radar": self._scene.radar_id,
+            "body": scene_body.name,
+            "mmsi": scene_body.mmsi,
+            "length": scene_body.length,
+            "beam": scene_body.beam,
+        }
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""

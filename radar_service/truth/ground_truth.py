@@ -122,9 +122,9 @@ class GroundTruth:
 
     def _is_far(self, body: int, antenna: Floats, time: float) -> bool:
         """Whether all of a body with a mesh lies beyond the maximum range or the horizon."""
-        its, radar = self.scene.bodies[body], self.scene.radar
-        nearest = math.dist(its.middle_at(time)[:2], antenna[:2]) - its.radius
-        top = float(self._outermost(body, time)[:, 2].max()) + its.diagonal
+        scene_body, radar = self.scene.bodies[body], self.scene.radar
+        nearest = math.dist(scene_body.middle_at(time)[:2], antenna[:2]) - scene_body.radius
+        top = float(self._outermost(body, time)[:, 2].max()) + scene_body.diagonal
         sea = np.inf if self._over_horizon[body] else float(horizon(top, float(antenna[2]), self.earth_radius))
         return nearest > min(np.inf if radar.second_time_around else radar.range_max, sea)
 

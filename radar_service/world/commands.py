@@ -171,7 +171,7 @@ class CommandLog:
             later += 1
         return len(self._commands) - later
 
-    def made(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Returns a command from a spoke on, or at a time [s], for `add`. Here it is checked, and nowhere later.
 
         Raises CommandError.

@@ -87,8 +87,10 @@ class Presences:
 
     def __init__(self, bodies: Sequence[HasPresence]) -> None:
         self._each = [body.presence for body in bodies]
-        self.changing: Indices = np.array([b for b, one in enumerate(self._each) if not one.constant], dtype=np.int64)
-        self._present_first = np.array([bool(one.at(np.zeros(1))[0]) for one in self._each], dtype=np.bool_)
+        self.changing: Indices = np.array(
+            [b for b, presence in enumerate(self._each) if not presence.constant], dtype=np.int64
+        )
+        self._present_first = np.array([bool(presence.at(np.zeros(1))[0]) for presence in self._each], dtype=np.bool_)
 
     def at(self, time: float) -> Flags:
         """Returns which bodies (B,) are present at `time` [s]."""

@@ -129,12 +129,12 @@ class Scene:
     @property
     def radar_ids(self) -> tuple[str, ...]:
         """The ids of all radars of the file."""
-        return tuple(its.id for its in self.radars) or (self.radar_id,)
+        return tuple(installation.id for installation in self.radars) or (self.radar_id,)
 
     @property
     def has_sensors(self) -> bool:
         """Whether the platform has gyro, log and position sensor: a fixed site has none."""
-        return next((its.has_sensors for its in self.radars if its.id == self.radar_id), True)
+        return next((installation.has_sensors for installation in self.radars if installation.id == self.radar_id), True)
 
     @property
     def own_id(self) -> str:
@@ -154,9 +154,16 @@ class Scene:
         if radar_id in (None, self.radar_id):
             return self
         known = known_radar(radar_id, self.radar_ids)
-        its = next(its for its in self.radars if its.id == known)
-        world = replace(self.world, environment=its.environment)
-        return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id, errors=its.errors)
+        installation = next(installation for installation in self.radars if installation.id == known)
+        world = replace(self.world, environment=installation.environment)
+        return replace(
+            self,
+            world=world,
+            radar=installation.radar,
+            platform=installation.platform,
+            radar_id=installation.id,
+            errors=installation.errors,
+        )
 
     def with_world(self, **changes: Any) -> "Scene":
         """Returns the scene with changes to fields of its world."""

@@ -69,7 +69,7 @@ def commanded(
     worker: EngineWorker, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
 ) -> Command:
     """Commands what a worker runs; returns the command."""
-    command = worker.commands.made(spoke, body, values, time)
+    command = worker.commands.command(spoke, body, values, time)
     worker.command(command)
     worker.tell()
     return command

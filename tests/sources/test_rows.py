@@ -47,8 +47,8 @@ def recorded(prepared: Prepared) -> tuple[Contributions, dict[int, Profiles]]:
 def test_each_source_has_the_rows_of_its_echoes_alone(eclipsing: bool) -> None:
     prepared = prepare(scene(radar=RADAR | {"eclipsing": eclipsing}), PRESETS["balanced"], 0)
     record, expected = recorded(prepared)
-    rows = source_rows(prepared, record, NUMBERS, whole=[20])
-    got = dict(rows.whole)
+    rows = source_rows(prepared, record, NUMBERS, full_rows=[20])
+    got = dict(rows.full_rows)
     for windows in rows.windows:
         assert (np.diff(windows.at) > 0).all()
         for number, begin, at, width in zip(windows.number, windows.begin, windows.at, windows.width, strict=True):
@@ -58,10 +58,10 @@ def test_each_source_has_the_rows_of_its_echoes_alone(eclipsing: bool) -> None:
     assert set(got) == set(expected) == set(NUMBERS.tolist())
     for number in got:
         np.testing.assert_allclose(got[number], expected[number], atol=3e-3, err_msg=str(number))  # the kernel's tables
-    assert set(rows.whole) == {20, 257}
+    assert set(rows.full_rows) == {20, 257}
     assert [set(windows.number.tolist()) for windows in rows.windows] == [{259, 260}, {4, 256}]
     assert rows.windows[0].grid is record.rows
-    assert set(source_rows(prepared, record, NUMBERS, NUMBERS.tolist()).whole) == set(expected)
+    assert set(source_rows(prepared, record, NUMBERS, NUMBERS.tolist()).full_rows) == set(expected)
 
 
 def test_columns_that_wrap_around_the_row_are_nobodys_alone() -> None:
@@ -80,4 +80,4 @@ def test_columns_that_wrap_around_the_row_are_nobodys_alone() -> None:
 def test_no_echoes_have_no_rows() -> None:
     prepared = prepare(scene(radar=RADAR), PRESETS["balanced"], 0)
     rows = source_rows(prepared, Contributions(), NUMBERS)
-    assert not rows.whole and not rows.windows
+    assert not rows.full_rows and not rows.windows

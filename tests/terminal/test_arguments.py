@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.terminal.arguments import MAX_THREADS, file_ending, pace, thread_count, whole
+from radar_service.terminal.arguments import MAX_THREADS, file_ending, pace, thread_count, whole_number
 
 
 @pytest.mark.parametrize(("text", "factor"), [("max", math.inf), ("1", 1.0), ("2.5", 2.5), ("1e-3", 0.001)])
@@ -17,7 +17,7 @@ def test_a_pace_is_a_number_above_0_or_max(text: str, factor: float) -> None:
 
 
 def test_whole_numbers_threads_and_files_are_read() -> None:
-    assert whole("7", 7, 8) == 7 and thread_count(str(MAX_THREADS)) == MAX_THREADS and thread_count("auto") >= 1
+    assert whole_number("7", 7, 8) == 7 and thread_count(str(MAX_THREADS)) == MAX_THREADS and thread_count("auto") >= 1
     assert file_ending("a/b.NPZ", ".npz") == Path("a/b.NPZ")
 
 
@@ -25,7 +25,8 @@ def test_whole_numbers_threads_and_files_are_read() -> None:
     ("read", "text", "words"),
     [
         (pace, "0", "not a pace"), (pace, "nan", "not a pace"), (pace, "inf", "not a pace"),
-        (lambda text: whole(text, 1, 5), "6", "from 1 to 5"), (lambda text: whole(text, 1, 5), "2.5", "from 1 to 5"),
+        (lambda text: whole_number(text, 1, 5), "6", "from 1 to 5"),
+        (lambda text: whole_number(text, 1, 5), "2.5", "from 1 to 5"),
         (thread_count, "0", "from 1 to 64"), (lambda text: file_ending(text, ".png"), "a.npz", "does not end in .png"),
     ],
 )  # fmt: skip

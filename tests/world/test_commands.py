@@ -136,7 +136,7 @@ def test_commands_before_a_change_of_rpm_keep_their_spokes() -> None:
 
 
 def added(log: CommandLog, spoke: int, body: str | None, values: dict[str, float]) -> Command:
-    command = log.made(spoke, body, values)
+    command = log.command(spoke, body, values)
     log.add(command)
     return command
 
@@ -174,7 +174,7 @@ def test_it_says_what_a_block_does_not_know_and_what_acts_until_a_spoke() -> Non
 
 def test_to_make_a_command_adds_nothing() -> None:
     log = CommandLog(ALL)
-    assert log.made(3, "ferry", {"speed_kn": 20}).speed_kn == pytest.approx(20.0)
+    assert log.command(3, "ferry", {"speed_kn": 20}).speed_kn == pytest.approx(20.0)
     assert len(log) == 0
 
 

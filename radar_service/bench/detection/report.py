@@ -53,8 +53,8 @@ def summary(study: Mapping[str, Any]) -> str:
         f"{'environment':14} {'target':32} {'first lost':>16} {'last held':>16} {'standard':>9} {'p':>6} {'SNR':>17}  verdict"
     ]
     for series in study["series"]:
-        for one in series["targets"]:
-            target, lost, held, standard, p, snr, word = _row(one)
+        for measured in series["targets"]:
+            target, lost, held, standard, p, snr, word = _row(measured)
             lines.append(
                 f"{series['environment'][:14]:14} {target[:32]:32} {lost:>16} {held:>16} {standard:>9} {p:>6} {snr:>17}  {word}"
             )
@@ -64,26 +64,30 @@ def summary(study: Mapping[str, Any]) -> str:
 
 def _section(series: Mapping[str, Any]) -> str:
     heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
-    rows = "".join(_table_row(one) for one in series["targets"])
+    rows = "".join(_table_row(target) for target in series["targets"])
     return (
         f"<h2>{html.escape(series['environment'])}</h2><table><tr>{heads}</tr>{rows}</table>"
         f'<img alt="probability of detection by range" src="data:image/png;base64,{_figure(series)}">'
     )
 
 
-def _table_row(one: Mapping[str, Any]) -> str:
-    *cells, word = _row(one)
+def _table_row(target: Mapping[str, Any]) -> str:
+    *cells, word = _row(target)
     values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
     return f'<tr>{values}<td class="{word.split(",")[0].split()[0]}">{word}</td></tr>'
 
 
-def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
+def _row(target: Mapping[str, Any]) -> tuple[str, ...]:
     """The cells of COLUMNS of a target."""
-    lost, held = (_both(one[key]) for key in ("first_lost_m", "last_held_m"))
-    standard = "none" if one["standard_nm"] is None else f"{one['standard_nm']:g} NM"
-    p = "none" if one["p"] is None else f"{one['p']:.2g}"
-    snr = "none" if one["snr_difference_db"] is None else f"{one['snr_difference_db']:+.2f} +- {one['snr_error_db']:.2f} dB"
-    return one["target"], lost, held, standard, p, snr, one["word"]
+    lost, held = (_both(target[key]) for key in ("first_lost_m", "last_held_m"))
+    standard = "none" if target["standard_nm"] is None else f"{target['standard_nm']:g} NM"
+    p = "none" if target["p"] is None else f"{target['p']:.2g}"
+    snr = (
+        "none"
+        if target["snr_difference_db"] is None
+        else f"{target['snr_difference_db']:+.2f} +- {target['snr_error_db']:.2f} dB"
+    )
+    return target["target"], lost, held, standard, p, snr, target["word"]
 
 
 def _both(values: Mapping[str, float | None]) -> str:
@@ -98,14 +102,16 @@ def _figure(series: Mapping[str, Any]) -> str:
 
     figure = Figure(figsize=(11.0, 5.0), layout="constrained")
     chart = figure.subplots()
-    for one in series["targets"]:
-        rows = np.array([(r["range_m"] / NAUTICAL_MILE, r["predicted"], r["detected"]) for r in one["ranges"]]).reshape(
+    for target in series["targets"]:
+        rows = np.array([(r["range_m"] / NAUTICAL_MILE, r["predicted"], r["detected"]) for r in target["ranges"]]).reshape(
             -1, 3
         )
-        (line,) = chart.plot(one["curve"]["range_nm"], one["curve"]["predicted"], linewidth=1.0, label=one["target"])
+        (line,) = chart.plot(
+            target["curve"]["range_nm"], target["curve"]["predicted"], linewidth=1.0, label=target["target"]
+        )
         chart.plot(rows[:, 0], rows[:, 2], "o", markersize=3, color=line.get_color())
-        if one["standard_nm"] is not None:
-            chart.axvline(one["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
+        if target["standard_nm"] is not None:
+            chart.axvline(target["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
     chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
     chart.legend(fontsize="small")
     buffer = io.BytesIO()

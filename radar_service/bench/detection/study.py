@@ -129,14 +129,14 @@ def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene
     slant = np.array([(cell + 0.5) * bare.radar.range_step for _, cell in rows])
     bodies, predicted = [], []
     for (number, cell), spoke, distance in zip(rows, spokes.tolist(), slant, strict=True):
-        its, angle = targets[number], spoke * bare.radar.azimuth_step
-        ground = ground_distance(np.array([distance]), its.height, bare.radar, bare.environment)
-        position = [float(ground[0] * np.sin(angle)), float(ground[0] * np.cos(angle)), its.height]
+        target, angle = targets[number], spoke * bare.radar.azimuth_step
+        ground = ground_distance(np.array([distance]), target.height, bare.radar, bare.environment)
+        position = [float(ground[0] * np.sin(angle)), float(ground[0] * np.cos(angle)), target.height]
         bodies.append({
-            "name": f"{its.name} {cell}", "shape": "point", "rcs_dbsm": its.rcs_dbsm, "swerling": its.swerling,
+            "name": f"{target.name} {cell}", "shape": "point", "rcs_dbsm": target.rcs_dbsm, "swerling": target.swerling,
             "position_m": position,
         })  # fmt: skip
-        predicted.append(float(signal_to_noise(bare.radar, bare.environment, ground, its)[0]))
+        predicted.append(float(signal_to_noise(bare.radar, bare.environment, ground, target)[0]))
     scene = load_scene({**scenario.scene, "name": scenario.name, "own_ship": {}, "environment": air, "body": bodies})
     layout = Layout(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), spokes, np.array(predicted))
     return scene, layout
@@ -168,8 +168,8 @@ def _sea(multipath: bool) -> str:
     return "over the sea" if multipath else "free space"
 
 
-def _series(made: tuple[Scene, Layout], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
-    scene, layout = made
+def _series(study: tuple[Scene, Layout], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
+    scene, layout = study
     return {
         "environment": _sea(multipath),
         "targets": [

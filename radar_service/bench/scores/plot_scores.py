@@ -44,7 +44,7 @@ def plot_metrics(results: Sequence[ScanResult]) -> dict[str, float | None]:
     plots = sum(len(result.given.plots) for result in results[1:])
     return {
         "detected": _mean(list(shares.values())), "detected_worst": min(shares.values(), default=None),
-        "resolved": _mean([float(one == every) for one, every in zip(detected, seen, strict=True) if every]),
+        "resolved": _mean([float(present == bodies) for present, bodies in zip(detected, seen, strict=True) if bodies]),
         "false_plots": (plots - sum(map(len, matched))) / len(matched) if matched else None,
         **_errors([match for some in matched for match in some]),
     }  # fmt: skip

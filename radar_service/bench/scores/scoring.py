@@ -116,15 +116,15 @@ def _track_vector(track: TrackState) -> list[float]:
     return [track.east, track.velocity_east, track.north, track.velocity_north, track.time]
 
 
-def position_error(one: Any, other: Any) -> float:
+def position_error(state: Any, other: Any) -> float:
     """Returns the distance [m] of two states, the second moved along its velocity to the time of the first."""
-    a, b = np.ravel(one.state_vector), np.ravel(other.state_vector)
+    a, b = np.ravel(state.state_vector), np.ravel(other.state_vector)
     return distance_at(a[[0, 2]], a[4], b[[0, 2]], b[[1, 3]], b[4])
 
 
-def velocity_error(one: Any, other: Any) -> float:
+def velocity_error(state: Any, other: Any) -> float:
     """Returns the difference [m/s] of the velocities of two states."""
-    a, b = np.ravel(one.state_vector), np.ravel(other.state_vector)
+    a, b = np.ravel(state.state_vector), np.ravel(other.state_vector)
     return float(np.hypot(a[1] - b[1], a[3] - b[3]))
 
 
@@ -147,7 +147,9 @@ def _identity_metrics(results: Sequence[ScanResult]) -> dict[str, float | None]:
     for result in results:
         for body, track in associations(result).items():
             names.setdefault(body, []).append(track.track)
-    changes = sum(one != other for sequence in names.values() for one, other in zip(sequence, sequence[1:], strict=False))
+    changes = sum(
+        earlier != later for sequence in names.values() for earlier, later in zip(sequence, sequence[1:], strict=False)
+    )
     held = [len(associations(result)) / len(result.truths) for result in results[-LAST:] if result.truths]
     return {"identity_changes": float(changes), "held": float(np.mean(held)) if held else None}
 
@@ -239,8 +241,8 @@ def _length(vector: Floats) -> float:
     return float(np.hypot(vector[0], vector[1]))
 
 
-def _angle_between(one: Floats, true: Floats) -> float:
+def _angle_between(estimated: Floats, true: Floats) -> float:
     """Angle [deg] between two vectors (2,); nan where the true one has no direction."""
     if not true.any():
         return math.nan
-    return float(np.degrees(abs(wrap_angle(np.arctan2(one[0], one[1]) - np.arctan2(true[0], true[1])))))
+    return float(np.degrees(abs(wrap_angle(np.arctan2(estimated[0], estimated[1]) - np.arctan2(true[0], true[1])))))

@@ -151,9 +151,11 @@ def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
 
 def _date_by_its_plot(track: Any) -> None:
     """Gives the newest state of a track the time of its plot: JPDA's updates carry that of the scan instead."""
-    plots = [one for one in getattr(getattr(track.state, "hypothesis", None), "single_hypotheses", ()) if one]
+    plots = [
+        hypothesis for hypothesis in getattr(getattr(track.state, "hypothesis", None), "single_hypotheses", ()) if hypothesis
+    ]
     if plots:
-        track.state.timestamp = max(plots, key=lambda one: one.probability).measurement.timestamp
+        track.state.timestamp = max(plots, key=lambda hypothesis: hypothesis.probability).measurement.timestamp
 
 
 class _AtPlotTime:

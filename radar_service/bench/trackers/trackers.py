@@ -41,10 +41,10 @@ def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tra
     module, _, attribute = name.partition(":")
     _import_from_here()
     try:
-        made: Tracker = getattr(importlib.import_module(module), attribute)()
+        tracker: Tracker = getattr(importlib.import_module(module), attribute)()
     except (ImportError, AttributeError) as error:
         raise TrackerError(f"tracker: {name} could not be imported: {error}") from None
-    return made
+    return tracker
 
 
 def tuning_of(scenario: Scenario, association: str) -> Tuning:

@@ -228,14 +228,14 @@ class CommandWorker:
             if self._running <= 0:
                 return False
             radars = [radar for radar in self._radars if radar.is_commanded]
-            steered = {radar: its for radar in radars if (its := radar.steered)}
+            steered = {radar: commanded for radar in radars if (commanded := radar.steered)}
             outcomes = self._outcomes(steered) if steered else []  # none where all have failed since
             if any(isinstance(outcome, Command) for _, outcome in outcomes):
                 for radar in radars:
                     radar.commanded()
                 self.clock.notify()
-        for its in steered.values():
-            its.worker.tell()  # without the lock: a process may be slow to read
+        for commanded in steered.values():
+            commanded.worker.tell()  # without the lock: a process may be slow to read
         for waiting, outcome in outcomes:
             waiting.answer(outcome)
         return True
@@ -285,8 +285,8 @@ def ordered(
         name = steerable.name_of(body)
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
-    command = radars[addressed].worker.commands.made(None, body, values, time)
+    command = radars[addressed].worker.commands.command(None, body, values, time)
     for radar, name in names.items():
-        its = radars[radar].worker
-        its.command(command if radar is addressed else its.engine.info.scene.steerable.seen(command, name))
+        worker = radars[radar].worker
+        worker.command(command if radar is addressed else worker.engine.info.scene.steerable.seen(command, name))
     return command

@@ -149,7 +149,7 @@ class _Reports:
         return json.dumps(content | ({"feed_errors": asdict(counts)} if counts else {}), allow_nan=False)
 
 
-def _power_before(block: SpokeBlock, whole: SpokeBlock) -> Singles | None:
+def _power_before(block: SpokeBlock, sent: SpokeBlock) -> Singles | None:
     """The power of the spoke before a part of a block; None where that is not in the block."""
-    at = block.first - whole.first - 1
-    return whole.power[at] if 0 <= at < len(whole) else None
+    at = block.first - sent.first - 1
+    return sent.power[at] if 0 <= at < len(sent) else None

@@ -85,7 +85,7 @@ def _outside(box: Box, frame: Box) -> float:
     return sum(max(0.0, length) for length in beyond)
 
 
-def overlap(one: Box, other: Box) -> float:
+def overlap(box: Box, other: Box) -> float:
     """Returns the common area of two boxes."""
-    width, height = min(one[2], other[2]) - max(one[0], other[0]), min(one[3], other[3]) - max(one[1], other[1])
+    width, height = min(box[2], other[2]) - max(box[0], other[0]), min(box[3], other[3]) - max(box[1], other[1])
     return max(0.0, width) * max(0.0, height)

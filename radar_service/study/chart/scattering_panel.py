@@ -52,7 +52,10 @@ def scattering_models(scene: Scene, groups: list[list[CanonicalTarget]], turns: 
 
     def model(family: str, setting: str, scattering: str | None, bounces: int = 1, preset: str | None = None) -> Model:
         fidelity = replace(PRESETS["balanced"], bounces=bounces)
-        tables = (turntables(scene, *one, scattering, fidelity, seed) for one in zip(groups, columns, strict=True))
+        tables = (
+            turntables(scene, *targets_and_turns, scattering, fidelity, seed)
+            for targets_and_turns in zip(groups, columns, strict=True)
+        )
         return Model(family, setting, tuple(tables), preset)
 
     optics = [

@@ -89,11 +89,11 @@ def turntables(
     in free space.
     """
     spokes = _spokes(scene, targets, len(turns), seed)
-    made = turntable_scene(scene, targets, turns, spokes, scattering)
-    scatterers, occlusion = all_scatterers(made, fidelity, seed), OcclusionScene(made.bodies, np.inf)
+    turntable = turntable_scene(scene, targets, turns, spokes, scattering)
+    scatterers, occlusion = all_scatterers(turntable, fidelity, seed), OcclusionScene(turntable.bodies, np.inf)
     turning = any(target.rate for target in targets) and len(scatterers.aspect_models) > 0
-    passages = BeamPassages(made, scatterers, occlusion, MAX_RANGE, made.radar.beamwidth) if turning else None
-    return Turntables(made, np.array([target.distance for target in targets]), spokes, scatterers, occlusion, passages)
+    passages = BeamPassages(turntable, scatterers, occlusion, MAX_RANGE, turntable.radar.beamwidth) if turning else None
+    return Turntables(turntable, np.array([target.distance for target in targets]), spokes, scatterers, occlusion, passages)
 
 
 def _spokes(scene: Scene, targets: Sequence[CanonicalTarget], draws: int, seed: int) -> Indices:
