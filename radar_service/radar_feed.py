@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, Literal, Protocol, Self
 
 import numpy as np
+from typing_extensions import override
 from websockets.sync.client import ClientConnection, connect
 
 from radar_service import wire
@@ -98,7 +99,7 @@ class RadarFeeds:
         self._ending.close()
 
 
-class ProcessFeed:
+class ProcessFeed(RadarFeed):
     """A RadarFeed of a simulator in this process."""
 
     def __init__(self, scene: Scene, seed: int, fidelity: str, request: SourceRequest) -> None:
@@ -108,12 +109,12 @@ class ProcessFeed:
         self._taken = 0
 
     @property
+    @override
     def label_names(self) -> dict[int, str]:
-        """As RadarFeed.label_names."""
         return self.simulator.label_names
 
+    @override
     def scans(self, count: int) -> Iterator[Scan]:
-        """As RadarFeed.scans."""
         for _ in range(count):
             scan = self.simulator.scan()
             self.crossings += self.simulator.crossings(scan.number)
@@ -121,8 +122,9 @@ class ProcessFeed:
             yield scan
 
     @property
+    @override
     def snapshots(self) -> Sequence[Snapshot]:
-        """As RadarFeed.snapshots; computed when they are first taken."""
+        """They are computed when they are first taken."""
         self._snapshots += map(self.simulator.snapshot, range(len(self._snapshots), self._taken))
         return self._snapshots
 
@@ -152,11 +154,11 @@ class RemoteFeed:
 
     @property
     def label_names(self) -> dict[int, str]:
-        """As RadarFeed.label_names; empty without labels and powers."""
+        """The names of sources by rising number; empty without labels and powers."""
         return {source["number"]: source["name"] for source in self.hello.get("sources", ())}
 
     def scans(self, count: int) -> Iterator[Scan]:
-        """As RadarFeed.scans. Raises RuntimeError where the service ends the feed, or leaves out spokes."""
+        """Yields the next scans. Raises RuntimeError where the service ends the feed, or leaves out spokes."""
         for _ in range(count):
             blocks, azimuths = self._blocks, self.hello["radar"]["azimuths"]
             while not blocks or blocks[-1].index + len(blocks[-1]) < azimuths:

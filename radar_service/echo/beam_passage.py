@@ -218,10 +218,9 @@ class BeamPassages:
         return bearing, _aside(np.tile(self._radius + self._speed * slot + self._swing, 2), distance)
 
     def _found_crossing(self, n: int, start: float) -> int:
-        """As `crossing`, from a start [turns].
+        """Computes `crossing` from a start [turns].
 
-        A body may jump across the beam, as its heading has a corner: its crossing is between the spokes before and after.
-        """
+        A body may jump across the beam, as its heading has a corner: its crossing is between the spokes before and after."""
         turns, ahead, before, radar = start, np.inf, np.inf, self._scene.radar
         for _ in range(MAX_ITERATIONS):
             (position,), _ = self._rates[n].track(np.array([radar.time_of_turns(turns)]))
@@ -236,7 +235,7 @@ class BeamPassages:
         return round(start) * radar.azimuths if lost else round(turns * radar.azimuths)
 
     def _scheduled(self, n: int, crossing: int) -> tuple[Part, ...]:
-        """As `parts`, computed anew."""
+        """Computes `parts` anew."""
         radar, rates = self._scene.radar, self._rates[n]
         (position,), _ = rates.track(np.array([radar.time_of_spokes(float(crossing))]))
         aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))

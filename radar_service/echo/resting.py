@@ -84,7 +84,7 @@ class PassingShadows:
         return self._steps.get((step, self._line_of_sight.presences.state(time)), lambda: self.computed(step, time))
 
     def computed(self, step: int, presence_time: float) -> OccludedEchoes:
-        """As `at`, computed anew."""
+        """Computes anew what `at` returns."""
         resting, echoes, line_of_sight = self._resting, self._resting.echoes, self._line_of_sight.as_of(presence_time)
         time = (step + 0.5) * self._interval
         behind = self._behind(line_of_sight.moving_shadow_sectors(resting.antenna, time))

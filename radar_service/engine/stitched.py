@@ -49,7 +49,7 @@ class StitchedEngine:
         self.range: Floats = engines[-1].range
 
     def tiles(self, scan: int, requested: Flags | None = None) -> Tiles:
-        """As `Engine.tiles`, in the tiles of the last pulse."""
+        """Yields the tiles of a scan as `Engine.tiles`; they are those of the last pulse."""
         return self._stitched([engine.tiles for engine in self._engines], scan, requested)
 
     def _stitched(self, tiles: Sequence[Callable[..., Iterator[Any]]], scan: int, requested: Flags | None) -> Iterator[Any]:

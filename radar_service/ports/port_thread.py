@@ -7,6 +7,8 @@ from collections.abc import Callable, Hashable
 from functools import partial
 from typing import NamedTuple
 
+from typing_extensions import override
+
 from radar_service.service.logs import log_event
 from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
@@ -135,7 +137,7 @@ def described(error: BaseException) -> str:
         return type(error).__name__
 
 
-class QueuedSink:
+class QueuedSink(SpokeSink):
     """A sink before one of a port, which is called by the thread of the port.
 
     The port's sink is told of each epoch before its spokes, and of all numbers of an epoch that it does not get.
@@ -148,24 +150,24 @@ class QueuedSink:
         self._opened = ""  # epoch of the port's sink; the port's thread alone uses it, and
         self._next = 0  # the number that the sink expects
 
+    @override
     def open_epoch(self, radar: RadarInfo) -> None:
-        """As SpokeSink.open_epoch."""
         self._radar, self._ends[radar.epoch.name] = radar, 0
         while len(self._ends) > KEPT_ENDS:
             del self._ends[next(iter(self._ends))]
         self._thread.put(partial(self._open, radar), key=self)
 
+    @override
     def send(self, batch: SpokeBatch) -> None:
-        """As SpokeSink.send."""
         size = batch.block.nbytes + (0 if batch.earlier is None else batch.earlier.nbytes)
         self._put(partial(self._send, self._radar, batch), batch.first + len(batch), len(batch), size)
 
+    @override
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """As SpokeSink.skip."""
         self._put(partial(self._skip, self._radar, first, count, reason), first + count, count, 0)
 
+    @override
     def close(self, reason: str) -> None:
-        """As SpokeSink.close."""
         self._thread.put(partial(self._close, self._radar, reason))
 
     def _put(self, do: Do, end: int, spokes: int, size: int) -> None:

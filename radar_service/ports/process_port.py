@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from time import monotonic
 from typing import Any
 
+from typing_extensions import override
+
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread, described
 from radar_service.processes.channel import Channel
@@ -61,8 +63,8 @@ class ProcessPort(Port):
         self._began, self._is_ending = 0.0, False
         self._state: dict[tuple[str, Kind], StateChange] = {}  # for a process that follows another one
 
+    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        """As Port.sinks."""
         return () if self._kind.sinks is Port.sinks else (_FarSink(radar, self),)
 
     async def start(self, service: Service) -> None:
@@ -79,12 +81,13 @@ class ProcessPort(Port):
             await asyncio.to_thread(self._faults.join, STOP_SECONDS)
             child.close()
 
+    @override
     def tick(self, radar: str, time: float) -> None:
-        """As Port.tick."""
         self.tell("tick", radar, time)
 
+    @override
     def changed(self, change: StateChange) -> None:
-        """As Port.changed. A process that follows another one is told the state first."""
+        """A process that follows another one is told the state first."""
         if self._kind.changed is Port.changed:
             return
         place = change.radar, change.kind
@@ -137,7 +140,7 @@ def _count_faults(control: Channel, thread: PortThread) -> None:
             thread.note_fault(control.receive()[1])
 
 
-class _FarSink:
+class _FarSink(SpokeSink):
     """Hands the spokes of one radar on. A process that follows another one is told of the epoch first."""
 
     def __init__(self, radar: str, port: ProcessPort) -> None:
@@ -145,27 +148,27 @@ class _FarSink:
         self._radar: RadarInfo | None = None
         self._next = self._starts = 0  # number of the next spoke; process that knows the epoch
 
+    @override
     def open_epoch(self, radar: RadarInfo) -> None:
-        """As SpokeSink.open_epoch."""
         self._radar, self._next = radar, 0
         self._port.tell("open_epoch", self._name, radar)
         self._starts = self._port.starts
 
+    @override
     def send(self, batch: SpokeBatch) -> None:
-        """As SpokeSink.send."""
         self._make_known(batch.first)
         block = vars(batch.block) | {"range": None}  # the epoch has it
         self._port.tell("send", self._name, batch.first, block, batch.video, batch.before, batch.earlier)
         self._next = batch.first + len(batch)
 
+    @override
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """As SpokeSink.skip."""
         self._make_known(first)
         self._port.tell("skip", self._name, epoch, first, count, reason)
         self._next = first + count
 
+    @override
     def close(self, reason: str) -> None:
-        """As SpokeSink.close."""
         self._make_known(self._next)
         self._port.tell("close", self._name, reason)
 

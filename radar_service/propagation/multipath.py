@@ -127,7 +127,7 @@ class ReflectedRay(NamedTuple):
 
 
 def reflected_ray(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> ReflectedRay:
-    """As `specular_geometry`, the ray by the sea alone and without its angles: a third of the time."""
+    """The part of `specular_geometry` that is the ray by the sea, without its angles: a third of the time."""
     height = np.maximum(height, 0.0)
     x = reflection_distance(distance, height, antenna_height, earth_radius)
     bulge = x * x / (2.0 * earth_radius)

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.types import Floats
 from radar_service.radar.antenna import AntennaPattern
@@ -56,8 +57,8 @@ class Sinc2(AntennaPattern):
     name = "sinc2"
     aperture_width = 1.0
 
+    @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-        """As AntennaPattern.gain."""
         gain: Floats = np.sinc(2.0 * HALF_POWER_U / beamwidth * np.asarray(offset, dtype=np.float64)) ** 2
         return gain
 
@@ -69,8 +70,8 @@ class Printed(AntennaPattern):
     name = "printed"
     aperture_width = 2.783 / (2.0 * HALF_POWER_U)  # of the uniform aperture that has the nominal beamwidth
 
+    @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-        """As AntennaPattern.gain."""
         return printed_gain(offset, beamwidth)
 
 
@@ -81,8 +82,8 @@ class Gaussian(AntennaPattern):
     name = "gaussian"
     aperture_width = 1.0
 
+    @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-        """As AntennaPattern.gain."""
         gain: Floats = np.exp(-4.0 * np.log(2.0) * (np.asarray(offset, dtype=np.float64) / beamwidth) ** 2)
         return gain
 
@@ -96,12 +97,12 @@ class CosineSum(AntennaPattern):
         """The illumination."""
 
     @property
+    @override
     def aperture_width(self) -> float:
-        """As AntennaPattern.aperture_width."""
         return self.source.half_power / HALF_POWER_U
 
+    @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-        """As AntennaPattern.gain."""
         u = 2.0 * self.source.half_power / beamwidth * np.asarray(offset, dtype=np.float64)
         gain: Floats = _sinc_sum(u, self.source.positions, self.source.weights) ** 2
         return gain
@@ -114,8 +115,8 @@ class Cosine(CosineSum):
     name = "cosine"
 
     @cached_property
+    @override
     def source(self) -> LineSource:
-        """As CosineSum.source."""
         return _line_source((-0.5, 0.5), (np.pi / 4.0, np.pi / 4.0))
 
 
@@ -126,8 +127,8 @@ class Cosine2(CosineSum):
     name = "cosine2"
 
     @cached_property
+    @override
     def source(self) -> LineSource:
-        """As CosineSum.source."""
         return _line_source((-1.0, 0.0, 1.0), (0.5, 1.0, 0.5))
 
 
@@ -143,8 +144,8 @@ class Taylor(CosineSum):
     name = "taylor"
 
     @property
+    @override
     def description(self) -> str:
-        """As AntennaPattern.description."""
         return f"taylor {self.sidelobe_db:g} dB, nbar {self.nbar}"
 
     @cached_property
@@ -176,12 +177,13 @@ class Table(AntennaPattern):
     aperture_width = 1.7  # slightly more than a cosine-squared taper
 
     @property
+    @override
     def description(self) -> str:
-        """As AntennaPattern.description."""
         return f"a table of {len(self.rows)} rows"
 
+    @override
     def gain(self, offset: Floats | float, beamwidth: float = np.nan) -> Floats:
-        """As AntennaPattern.gain; a table has its own beamwidth."""
+        """A table has its own beamwidth."""
         inside = np.minimum(np.abs(offset), self.rows[-1][0])
         gain: Floats = 10.0 ** self._curve(inside)
         return gain

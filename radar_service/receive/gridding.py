@@ -31,7 +31,7 @@ class Kernel:
 
     @property
     def beta(self) -> float:
-        """As `shape_parameter`."""
+        """The `shape_parameter` of the kernel."""
         return shape_parameter(self.width, self.oversampling)
 
     def weights(self, x: Floats) -> tuple[Indices, Floats]:

@@ -107,7 +107,7 @@ class Recording:
         raise EngineFault(NO_TRUTH)
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
-        """As SpokeSource.truth_lines, as the truth was recorded; none where it was not."""
+        """Returns the lines of a scan, or the header for None, as the truth was recorded; none where it was not."""
         if scan is None:
             header = self.record["truth_header"]
             return [TruthLine(0.0, json.dumps(header))] if header else []

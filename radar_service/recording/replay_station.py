@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
+from typing_extensions import override
+
 from radar_service.processes.call import Progress
 from radar_service.recording.error import RecordingError
 from radar_service.recording.recording import NO_TRUTH, Recording
@@ -50,8 +52,9 @@ class ReplayStation(Station):
         settings = changed_settings(settings, engine.info.scene, recorded)
         super().__init__(identity, engine, *arguments, settings=settings, restarts=0, **options)
 
+    @override
     def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
-        """As Station.join. Raises FeedRefused also for a client that requests the truth of every instant."""
+        """Raises FeedRefused also for a client that requests the truth of every instant."""
         if client.truth:
             raise FeedRefused(f"truth: {NO_TRUTH}")
         super().join(client, since)

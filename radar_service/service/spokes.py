@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
+from typing_extensions import override
+
 from radar_service.display.video import Controls, Layout
 from radar_service.numerics.types import Singles
 from radar_service.records.spokes import SpokeBlock
@@ -131,13 +133,13 @@ class SentListener(Protocol):
     """Is told what was sent, as a SpokeSink is given spokes."""
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """As SpokeSink.open_epoch."""
+        """Begins an epoch: the spokes of another scene or range follow."""
 
     def sent(self, what: Sent) -> None:
         """Takes the notice of the next spokes."""
 
     def close(self, reason: str) -> None:
-        """As SpokeSink.close."""
+        """Receives the notice that no spokes come until another epoch opens."""
 
 
 class SentNotices:
@@ -158,29 +160,29 @@ class SentNotices:
         """Tells nothing: these spokes were not sent."""
 
 
-class SinkGroup:
+class SinkGroup(SpokeSink):
     """Several sinks as one: each receives all, in the order in which they were given."""
 
     def __init__(self, sinks: Sequence[SpokeSink]) -> None:
         self._sinks = tuple(sinks)
 
+    @override
     def open_epoch(self, radar: RadarInfo) -> None:
-        """As SpokeSink.open_epoch."""
         for sink in self._sinks:
             sink.open_epoch(radar)
 
+    @override
     def send(self, batch: SpokeBatch) -> None:
-        """As SpokeSink.send."""
         for sink in self._sinks:
             sink.send(batch)
 
+    @override
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """As SpokeSink.skip."""
         for sink in self._sinks:
             sink.skip(epoch, first, count, reason)
 
+    @override
     def close(self, reason: str) -> None:
-        """As SpokeSink.close."""
         for sink in self._sinks:
             sink.close(reason)
 

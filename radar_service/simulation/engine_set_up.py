@@ -54,7 +54,7 @@ class LabelledEngine(Protocol):
     """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """As `tiles`, each with its labels (K, N)."""
+        """Yields the tiles of a scan, each with its labels (K, N); arguments as of `tiles`."""
         ...
 
 

@@ -85,7 +85,7 @@ class SpokeStream:
         return self._readings(*self._radar.schedule(number))
 
     def _readings(self, boresight: Floats, time: Floats) -> Readings:
-        """As `readings`, of spokes at boresights [rad] and times [s] (K,)."""
+        """The readings of spokes at boresights [rad] and times [s] (K,)."""
         own = self.steering.past.own_ship.pose(time)
         return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
 

@@ -131,7 +131,7 @@ class LabellingEngine(Engine):
         return Labeller(self.prepared)
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """As `tiles`, each with its labels (K, bins)."""
+        """Yields the tiles of a scan, each with its labels (K, bins); arguments as of `tiles`."""
         labeller = self._labeller
         starts = self.starts(requested)
         tiles = in_order(partial(_labelled_tile, labeller, self.prepared, scan), starts, self._threads)
@@ -153,5 +153,5 @@ class LabellingStitchedEngine(StitchedEngine):
         self._labelling = engines
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """As `tiles`, each with its labels (K, bins)."""
+        """Yields the tiles of a scan, each with its labels (K, bins); arguments as of `tiles`."""
         return self._stitched([engine.labelled_tiles for engine in self._labelling], scan, requested)

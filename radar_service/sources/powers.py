@@ -70,7 +70,7 @@ class SourcePowers:
 
     @BLAS_LIMIT.held()
     def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
-        """As `tile`, computed anew: for a scene that is steered. of: the sources that matter; others may be left out."""
+        """Computes `tile` anew, for a scene that is steered. of: the sources that matter; others may be left out."""
         record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))
         shape = len(record.transmitting), self.prepared.scene.radar.bins
         power: dict[int, Singles] = {}

@@ -10,9 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.trace.moller_trumbore import watertight_pairs
+from radar_service.trace.tree_cache import Tree
 
 WIDTH = 4  # boxes or triangles in a box
 MAX_PAIRS = 2**15  # of rays and boxes worked on at once, which the L2 cache holds; twice or half as many are slower
@@ -44,8 +46,8 @@ class Pairs(NamedTuple):
         return Pairs(self.level, self.ray.take(which), self.box.take(which), self.enters.take(which))
 
 
-class BoxTree:
-    """Triangles for ray tests, with the interface of `tree_cache.Tree`."""
+class BoxTree(Tree):
+    """Triangles for ray tests, by a tree of boxes."""
 
     def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
         """vertices (V, 3) and faces (F, 3)."""
@@ -59,8 +61,9 @@ class BoxTree:
             levels.append(_enclosing(levels[-1]))
         self._levels = levels[::-1]  # from the root to the triangles
 
+    @override
     def first_hit(self, origins: Singles, directions: Singles) -> Indices:
-        """As `Tree.first_hit`. Of several triangles at the same distance the one of the lowest index."""
+        """Of several triangles at the same distance it takes the one of the lowest index."""
         nearest, triangle = np.full(len(directions), np.inf), np.full(len(directions), -1, dtype=np.int64)
         for ray, index, distance in self._crossings(origins, directions, nearest):
             order = np.lexsort((index, distance, ray))
@@ -71,8 +74,8 @@ class BoxTree:
             nearest[ray[closer]], triangle[ray[closer]] = distance[closer], index[closer]
         return triangle
 
+    @override
     def occluded(self, origins: Singles, directions: Singles, reach: Singles) -> Flags:
-        """As `Tree.occluded`."""
         left = reach.astype(np.float64)
         occluded = np.zeros(len(directions), dtype=np.bool_)
         for ray, _, _ in self._crossings(origins, directions, left):

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.trace.box_tree import BoxTree
@@ -35,8 +36,8 @@ class RayCount:
         self.rays = 0
 
 
-class EmbreeTree:
-    """A tree of Embree's, with the interface of `Tree`."""
+class EmbreeTree(Tree):
+    """A tree of Embree's."""
 
     def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
         self._scene = EmbreeScene(_device(), robust=True)  # non-robust leaks 9 % of rays at shared edges
@@ -45,12 +46,12 @@ class EmbreeTree:
             np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32)
         )  # two threads must not commit it
 
+    @override
     def first_hit(self, origins: Singles, directions: Singles) -> Indices:
-        """As `Tree.first_hit`."""
         return np.asarray(self._scene.run(origins, directions), dtype=np.int64)
 
+    @override
     def occluded(self, origins: Singles, directions: Singles, reach: Singles) -> Flags:
-        """As `Tree.occluded`."""
         hits = self._scene.run(origins, directions, dists=reach.copy(), query="OCCLUDED")
         return np.asarray(np.asarray(hits) >= 0)
 

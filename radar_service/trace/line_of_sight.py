@@ -130,7 +130,7 @@ class OcclusionScene:
         among: Collection[int] | None,
         over_horizon: float = 0.0,
     ) -> Flags:
-        """As `visible`, or as `visible_by_sea` where there are reflection points (E, 3)."""
+        """Does the work of `visible` and, where there are reflection points (E, 3), of `visible_by_sea`."""
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
 from radar_service.world.motion import Motion, Pose
@@ -138,8 +139,9 @@ class SteeredMotion(CommandedMotion):
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         return self._track.current.turn_rate(time)
 
+    @override
     def corners(self, time: Floats) -> Flags:
-        """As `Motion.corners`, of what `pose` follows."""
+        """The corners are those of the motion that `pose` follows."""
         return self._track.current.corners(time)
 
     def leg_at(self, time: float) -> Leg:
@@ -211,8 +213,9 @@ class PastMotion(CommandedMotion):
             rate[which] = motion.turn_rate(t[which])
         return rate
 
+    @override
     def corners(self, time: Floats) -> Flags:
-        """As `Motion.corners`; each command begins another leg."""
+        """Each command begins another leg."""
         corners = np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
         for which, motion in self.steered.legs_at(time):
             corners |= np.where(which[1:] == which[:-1], which[1:] & motion.corners(time), True)

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
 from radar_service.world.presence import Presence
@@ -51,7 +52,7 @@ class SteeredPresence(Presence):
         self._track.taken = self._track.first
 
     def taken_at(self, time: Floats) -> Flags:
-        """As `at`, with all changes that were taken."""
+        """Returns whether the body is present at each time (K,) [s], with all changes that were taken."""
         return self._track.taken.at(time)
 
     @property
@@ -71,8 +72,9 @@ class PastPresence(Presence):
     steered: SteeredPresence
 
     @property
+    @override
     def constant(self) -> bool:
-        """As `SteeredPresence.constant`."""
+        """It never is: commands may change it."""
         return False
 
     def at(self, time: Floats) -> Flags:

@@ -8,6 +8,8 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import Any
 
+from typing_extensions import override
+
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
@@ -29,14 +31,14 @@ class ProcessTracker(LineTracker):
         Thread(target=self._read, name="tracker's answers", daemon=True).start()
         self.begin(header)
 
+    @override
     def write(self, line: str) -> None:
-        """As LineTracker.write."""
         assert self._process.stdin
         self._process.stdin.write(line + "\n")
         self._process.stdin.flush()
 
+    @override
     def answer(self, scan: int) -> str:
-        """As LineTracker.answer."""
         try:
             line = self._answers.get(timeout=self.timeout)
         except Empty:

@@ -11,6 +11,7 @@ from stonesoup.base import Property
 from stonesoup.buffered_generator import BufferedGenerator
 from stonesoup.reader.base import DetectionReader, GroundTruthReader
 from stonesoup.types.groundtruth import GroundTruthPath, GroundTruthState
+from typing_extensions import override
 
 from radar_service.bench.trackers.stone_soup import EPOCH, Tuning, detection
 from radar_service.plots.extractor import PlotExtractor
@@ -29,8 +30,8 @@ class PlotReader(DetectionReader):  # type: ignore[misc]  # Stone Soup has no ty
     extractor: PlotExtractor | None = Property(default=None, doc="A new one for the radar by default.")
 
     @BufferedGenerator.generator_method  # type: ignore[untyped-decorator]
+    @override
     def detections_gen(self) -> Iterator[tuple[datetime, set[Any]]]:
-        """As DetectionReader.detections_gen."""
         extractor = self.extractor or PlotExtractor(self.radar)
         for scan in self.scans:
             plots = extractor.add(scan).plots
@@ -43,8 +44,8 @@ class TruthReader(GroundTruthReader):  # type: ignore[misc]
     snapshots: Iterable[Snapshot] = Property(doc="Of consecutive scans, as RadarFeed.snapshots.")
 
     @BufferedGenerator.generator_method  # type: ignore[untyped-decorator]
+    @override
     def groundtruth_paths_gen(self) -> Iterator[tuple[datetime, set[Any]]]:
-        """As GroundTruthReader.groundtruth_paths_gen."""
         paths: dict[str, Any] = {}
         for snapshot in self.snapshots:
             time = EPOCH + timedelta(seconds=snapshot.time)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from typing import Any
 
+from typing_extensions import override
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.sync.client import connect
 
@@ -34,12 +35,12 @@ class WebsocketTracker(LineTracker):
             raise TrackerError(f"tracker: {url} could not be reached: {error or type(error).__name__}") from None
         self.begin(header)
 
+    @override
     def write(self, line: str) -> None:
-        """As LineTracker.write."""
         self._connection.send(line)
 
+    @override
     def answer(self, scan: int) -> str:
-        """As LineTracker.answer."""
         try:
             message = self._connection.recv(self.timeout)
         except TimeoutError:

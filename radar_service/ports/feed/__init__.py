@@ -13,7 +13,7 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 
 def opened(options: argparse.Namespace) -> "Port":
-    """As PortPackage.opened."""
+    """Returns the port of the feed."""
     from radar_service.ports.feed.feed_socket import FeedPort
 
     return FeedPort()

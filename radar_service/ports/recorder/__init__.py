@@ -24,7 +24,7 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 
 def opened(options: argparse.Namespace) -> "Port | None":
-    """As PortPackage.opened."""
+    """Returns the recorder, with its file open; None without --record. Raises UsageError and OSError."""
     if options.record is None:
         for name in ("labels", "powers"):
             if getattr(options, name):

@@ -13,7 +13,7 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 
 def opened(options: argparse.Namespace) -> "Port":
-    """As PortPackage.opened."""
+    """Returns the port of REST."""
     from radar_service.ports.rest.rest_port import RestPort
 
     return RestPort(options.scene_folder, options.sandbox_all)

@@ -46,7 +46,7 @@ def remove_abandoned(prefix: str) -> None:
 
 
 def _lock_of_own(path: Path) -> int | None:
-    """As `_locked`, of a new folder; NO_LOCK where the system has no locks there, so that nobody takes it for abandoned."""
+    """Locks a new folder; NO_LOCK where the system has no locks there, so that nobody takes it for abandoned."""
     try:
         return NO_LOCK if sys.platform == "win32" else _locked(path)
     except OSError:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fastapi import APIRouter
 from fastapi.responses import Response
+from typing_extensions import override
 
 from radar_service.ports.port import Port, Service
 from radar_service.ports.rest import metrics
@@ -33,8 +34,8 @@ class RestPort(Port):
         self._vitals: Vitals | None = None
         self._changes: ChangeFeed | None = None
 
+    @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
-        """As Port.routes."""
         stations, jobs = service.stations, service.preparations.jobs
         self._pictures = pictures = Pictures(service.fork_server)
         self._vitals = vitals = Vitals(jobs, self.store.home)
@@ -49,21 +50,21 @@ class RestPort(Port):
             _metrics(service, vitals),
         )
 
+    @override
     async def start(self, service: Service) -> None:
-        """As Port.start."""
         assert self._vitals is not None and self._changes is not None, "routes() comes first"
         self._vitals.start()
         self._changes.start()
 
+    @override
     async def stop(self) -> None:
-        """As Port.stop."""
         if self._vitals and self._pictures:
             self._vitals.close()
             self._pictures.close()
         self.store.close()
 
+    @override
     def changed(self, change: StateChange) -> None:
-        """As Port.changed."""
         if self._changes:
             self._changes.take(change)
 

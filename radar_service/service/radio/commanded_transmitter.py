@@ -32,25 +32,25 @@ class CommandedTransmitter:
 
     @property
     def is_commanded(self) -> bool:
-        """As CommandedRadar."""
+        """Whether the transmitter runs: it has not failed, and does not stop."""
         return self._state.fault is None and not self._pacer.stopping
 
     @property
     def takes_commands(self) -> bool:
-        """As CommandedRadar: enough was sent since the last ones, or nothing can be sent now."""
+        """Whether commands may come: enough was sent since the last ones, or nothing can be sent now."""
         cannot_send = self._state.now is State.RESTARTING or self._handover.is_due(self.unsent)
         return cannot_send or self.pace.allows(self._pacer.waiting)
 
     @property
     def steered(self) -> Steered | None:
-        """As CommandedRadar."""
+        """What commands act on; None while another scene is about to begin."""
         if not self._pacer.is_outdated:
             return Steered(self._engines.worker, self.unsent, self.newest)
         pending = self._engines.pending
         return None if pending is None else Steered(pending, 0, -math.inf)
 
     def commanded(self) -> None:
-        """As CommandedRadar."""
+        """Counts the commands that came, and lets the pacer go on."""
         self.pace.commanded()
         self._pacer.waiting = False
 

@@ -93,7 +93,7 @@ class EngineWorker:
         return block
 
     def _has_block(self, timeout: float | None) -> bool:
-        """As `wait_until_ready`, with the lock held."""
+        """Does the work of `wait_until_ready`. The lock is held."""
         self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
         if self._fault and not self._blocks:
             raise EngineFault(self._fault)

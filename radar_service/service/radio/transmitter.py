@@ -102,7 +102,7 @@ class Transmitter:
 
     @property
     def fault(self) -> str | None:
-        """As TransmitterState."""
+        """Why the transmitter has failed; None while it has not."""
         return self.state.fault
 
     def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from time import monotonic
 from typing import Any
 
+from typing_extensions import override
+
 from radar_service.processes.call import Progress
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
@@ -19,7 +21,7 @@ from radar_service.records.truth import Truth
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, EngineFault
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.source import MakeEngine, SceneOrder
-from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.spoke_source import Commanded, Continuing, SourceInfo, TellsSources, TruthLine
 from radar_service.world.commands import Command
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -28,7 +30,7 @@ NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
-class WorldSource:
+class WorldSource(Commanded, TellsSources, Continuing):
     """A source of spokes: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, order: SceneOrder, info: SourceInfo) -> None:
@@ -63,8 +65,9 @@ class WorldSource:
             spare.close()
             return None
 
+    @override
     def begin_at(self, origin: Origin) -> None:
-        """As Continuing.begin_at; its process is told with the start."""
+        """Its process is told with the start."""
         self.order, self.info = replace(self.order, origin=origin), self.info.at_origin(origin)
 
     def skip_to(self, scan: int) -> None:
@@ -102,8 +105,9 @@ class WorldSource:
         """Sends the process a request, as TellsSources.request_sources."""
         self._tell((SourceRequest(labels, powers), spoke))
 
+    @override
     def replay(self, commands: Iterable[Command]) -> None:
-        """As Commanded.replay; its process is told with the start."""
+        """Its process is told with the start."""
         self._commands = tuple(commands)
 
     def _tell(self, message: Command | tuple[SourceRequest, int | None]) -> None:
