@@ -221,7 +221,7 @@ class WebsocketFeed(RemoteFeed):
         self._service = ExitStack()
         address = self._service.enter_context(service(scene, seed, pace, fidelity))
         super().__init__(address, radar, request.labels, request.powers)
-        for other in radars:  # the world waits for a client of each; one that leaves again is enough
+        for other in radars:  # the group waits for a client of each; one that leaves again is enough
             if other != radar:
                 with connect(f"ws://{address}/api/radars/{other}/feed", close_timeout=CLOSE_TIMEOUT) as client:
                     client.recv(RECEIVE_TIMEOUT)

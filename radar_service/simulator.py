@@ -23,7 +23,7 @@ from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.sources.numbers import source_names
-from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
@@ -113,13 +113,13 @@ class Simulator:
         return plan_for(self.scene, self.fidelity, engine_statistics(self._made.set_up))
 
     @property
-    def info(self) -> SourceInfo:
+    def info(self) -> SpokeSourceInfo:
         """What is known of it before its first spoke, its plan included."""
         return self.described(self.plan.as_dict())
 
-    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+    def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan as plain data, which is not made then."""
-        return SourceInfo(
+        return SpokeSourceInfo(
             outline_of(self.scene),
             self.seed,
             self.fidelity,

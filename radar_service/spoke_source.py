@@ -1,4 +1,4 @@
-"""What produces the spokes of a scene: a simulator, a recording, or the process of a world. Some can do more than others."""
+"""What produces the spokes of a scene: a simulator, a recording, or the process of a scene. Some can do more than others."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,7 +16,7 @@ from radar_service.world.outline import SceneOutline
 
 
 @dataclass(frozen=True, eq=False)
-class SourceInfo:
+class SpokeSourceInfo:
     """What is known of a source before its first spoke, as data that another process may have.
 
     seed: of its random generators; fidelity: the settings of its calculation; plan: what it models and what not, as plain data.
@@ -65,7 +65,7 @@ class SpokeSource(Protocol):
     """Produces the spokes of one scene."""
 
     @property
-    def info(self) -> SourceInfo:
+    def info(self) -> SpokeSourceInfo:
         """What is known of it before its first spoke."""
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:

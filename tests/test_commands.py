@@ -23,8 +23,8 @@ from tests.scenes import everything, point, scene
 
 AZIMUTHS = 72
 STEERED = {"max_speed_kn": 25, "max_turn_rate_deg_s": 6}
-Orders = Mapping[int, tuple[str | None, dict[str, Any]]]  # by the spoke after which they are given
-ORDERS: Orders = {
+RunControl = Mapping[int, tuple[str | None, dict[str, Any]]]  # by the spoke after which they are given
+ORDERS: RunControl = {
     20: ("steel", {"course_deg": 160, "speed_kn": 20}),
     75: (None, {"speed_kn": 15, "turn_rate_deg_s": 5}),
     100: ("buoy", {"position_m": [-150, 200], "heading_deg": 40}),
@@ -55,7 +55,7 @@ def steerable_everything() -> rs.Scene:
     return with_motions(made, {**bodies, None: SteeredMotion.under(made.own_ship, limits)})
 
 
-def power(sim: rs.Simulator, scans: int = 3, size: int = 16, orders: Orders | None = None) -> bytes:
+def power(sim: rs.Simulator, scans: int = 3, size: int = 16, orders: RunControl | None = None) -> bytes:
     """The bytes of some scans, during which orders are given."""
     made = []
     for block in sim.blocks(scans, size=size):

@@ -8,8 +8,8 @@ import pytest
 
 from radar_service.radar.parameters import Origin
 from radar_service.recording.recording import Recording
-from radar_service.service.radio.world import WorldSource
-from radar_service.service.source import Spared
+from radar_service.service.radio.scene_process import SceneProcess
+from radar_service.service.scene_request import Spared
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import Commanded, Continuing, SpokeSource, TellsSources
 from tests.recording.scenes import recorded, simulator
@@ -27,12 +27,12 @@ def test_a_source_of_spokes_has_six_members_which_each_kind_has() -> None:
     assert members_of(SpokeSource) == MEMBERS
     made: SpokeSource = Simulator(scene())
     assert MEMBERS <= set(dir(made)) and MEMBERS <= set(dir(FakeEngine(scene())))
-    assert MEMBERS - {"info"} <= set(dir(Recording)) & set(dir(WorldSource))  # that is made with the object
+    assert MEMBERS - {"info"} <= set(dir(Recording)) & set(dir(SceneProcess))  # that is made with the object
 
 
 @pytest.mark.parametrize(
     ("kind", "can"),
-    [(Simulator, (Commanded, TellsSources, Continuing)), (Recording, ()), (WorldSource, CAPABILITIES)],
+    [(Simulator, (Commanded, TellsSources, Continuing)), (Recording, ()), (SceneProcess, CAPABILITIES)],
 )
 def test_what_else_a_source_can_do_is_told_by_its_methods(kind: type, can: tuple[type, ...]) -> None:
     for capability in CAPABILITIES:

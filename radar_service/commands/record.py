@@ -15,8 +15,8 @@ from radar_service.numerics.types import Singles
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import controls_state
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_sources, file_ending, whole_number
@@ -68,10 +68,10 @@ def run(options: argparse.Namespace) -> int:
 def record_scans(
     recording: "RadarRecording", simulator: Simulator, scene: str | Path | Mapping[str, Any], scans: int, with_truth: bool
 ) -> None:
-    """Records the next scans of a simulator as one epoch. scene: its scene, as SceneOrder names it. Raises OSError."""
+    """Records the next scans of a simulator as one epoch. scene: its scene, as SceneRequest names it. Raises OSError."""
     settings = Settings(pace=Pace("run", math.inf))
     commands = CommandLog(simulator.scene.steerable, simulator.commands)
-    epoch = Epoch(new_epoch_name(), simulator, None, commands, SceneOrder(scene))
+    epoch = Epoch(new_epoch_name(), simulator, None, commands, SceneRequest(scene))
     controls = controls_state(settings, epoch.info.scene, epoch.info.scene)
     recording.open_epoch(RadarInfo(RADAR, f"radar {RADAR}", epoch, 0.0, controls, with_truth))
     number = 0

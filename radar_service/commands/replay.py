@@ -38,23 +38,23 @@ def run(options: argparse.Namespace) -> int:
     from radar_service.ports.running import run
     from radar_service.recording.chunk_table import ChunkTable
     from radar_service.recording.epochs import radars_with_epoch
-    from radar_service.recording.replay_station import ReplaySource, ReplayStation, refuse
+    from radar_service.recording.replay_station import ReplaySpokeSource, ReplayStation, refuse
 
     access = access_for(options)
     logs.configure(options.log)
     radars = radars_with_epoch(ChunkTable(options.recording), options.epoch)
-    sources = [ReplaySource(options.recording, radar, options.epoch, options.start) for radar in radars]
-    if sources and sources[0].epochs > 1:
-        print(f"epoch {options.epoch} of {sources[0].epochs}; --epoch selects another", flush=True)
+    recordings = [ReplaySpokeSource(options.recording, radar, options.epoch, options.start) for radar in radars]
+    if recordings and recordings[0].epochs > 1:
+        print(f"epoch {options.epoch} of {recordings[0].epochs}; --epoch selects another", flush=True)
     options.exit_when_failed = True
     fork_server = ForkServer(("radar_service.display.last_scan",), ())
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
         with opened(options, REPLAY_PORTS) as ports:
             status = run(
-                options, access, lambda: [[source] for source in sources], refuse, fork_server, ports, ReplayStation
+                options, access, lambda: [[recording] for recording in recordings], refuse, fork_server, ports, ReplayStation
             )
-    return 0 if all(source.has_ended for source in sources) else status
+    return 0 if all(recording.has_ended for recording in recordings) else status
 
 
 def seconds(text: str) -> float:

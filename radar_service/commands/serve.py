@@ -1,4 +1,4 @@
-"""The command `serve`: starts the worlds of its radars in processes of their own, and meanwhile the server.
+"""The command `serve`: starts the scenes of its radars in processes of their own, and meanwhile the server.
 
 What takes long to import is imported while those processes start and prepare.
 """
@@ -33,10 +33,10 @@ from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
-    from radar_service.service.radio.world import WorldSource
-    from radar_service.service.source import MakeEngine, SceneOrder
+    from radar_service.service.radio.scene_process import SceneProcess
+    from radar_service.service.scene_request import MakeSimulator, SceneRequest
 
-WORLDS_NEED = ("radar_service.simulator", "radar_service.service.radio.world_process")
+SCENES_NEED = ("radar_service.simulator", "radar_service.service.radio.scene_process_main")
 OTHERS_NEED = (
     "radar_service.service.radio.last_scan", "radar_service.display.last_scan",
     "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
@@ -77,10 +77,10 @@ def run(options: argparse.Namespace) -> int:
     return serve(options, simulator_options(options, options.threads), opened)
 
 
-def serve(options: argparse.Namespace, make_engine: "MakeEngine", open_ports: OpenPorts) -> int:
+def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_ports: OpenPorts) -> int:
     """Serves the scenes of the options until stopped; returns the exit status.
 
-    make_engine: makes the engine of a scene, in the scene's own process; open_ports: opens the ports that options ask for.
+    make_simulator: makes the simulator of a scene, in the scene's own process; open_ports: opens the ports that options ask for.
     Raises StartError, SceneError, OSError, and what a port raises that cannot open.
     """
     access = access_for(options)
@@ -89,25 +89,27 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine", open_ports: Op
     with contextlib.ExitStack() as on_end:
         on_end.callback(gc.enable)
         on_end.enter_context(ended_by_signals())
-        worlds: list[Future[list[WorldSource]]] = []
+        scenes: list[Future[list[SceneProcess]]] = []
         start = Start()
-        fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
-        for close in (partial(_close, worlds), fork_server.close, start.close):  # the last one comes first
+        fork_server = ForkServer(SCENES_NEED, OTHERS_NEED)
+        for close in (partial(_close, scenes), fork_server.close, start.close):  # the last one comes first
             on_end.callback(close)
         fork_server.start()
-        from radar_service.service.radio.prefetch import EngineFault
-        from radar_service.service.radio.world import WorldMaker  # here and below: meanwhile the other process starts
-        from radar_service.service.source import SceneOrder
+        from radar_service.service.radio.prefetch import SpokeSourceFault
+        from radar_service.service.radio.scene_process import (
+            SceneProcessMaker,  # here and below: meanwhile the other process starts
+        )
+        from radar_service.service.scene_request import SceneRequest
 
-        make = WorldMaker(fork_server, make_engine)
-        orders = [SceneOrder(source, options.sandbox_all) for source in options.scenes]
-        worlds += _started(partial(make, progress=start), orders)
+        make = SceneProcessMaker(fork_server, make_simulator)
+        scene_requests = [SceneRequest(scene_input, options.sandbox_all) for scene_input in options.scenes]
+        scenes += _started(partial(make, progress=start), scene_requests)
         from radar_service.ports.running import run
 
         ports = on_end.enter_context(open_ports(options))
         try:
-            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, ports)
-        except EngineFault as error:
+            return run(options, access, lambda: [scene.result() for scene in scenes], make, fork_server, ports)
+        except SpokeSourceFault as error:
             raise StartError(f"scene: {error}") from None
 
 
@@ -141,26 +143,26 @@ class Start:
 
 
 def _started(
-    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]"
-) -> "list[Future[list[WorldSource]]]":
+    make: "Callable[[SceneRequest], SceneProcess]", scene_requests: "Sequence[SceneRequest]"
+) -> "list[Future[list[SceneProcess]]]":
     """Returns the radars of each scene; scenes are prepared side by side."""
-    threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
-    worlds = [threads.submit(_radars, make, order) for order in orders]
+    threads = ThreadPoolExecutor(len(scene_requests), thread_name_prefix="start")
+    scenes = [threads.submit(_radars, make, scene_request) for scene_request in scene_requests]
     threads.shutdown(wait=False)
-    return worlds
+    return scenes
 
 
-def _close(worlds: "Sequence[Future[list[WorldSource]]]") -> None:
-    for world in worlds:
-        if not world.exception():
-            for radar in world.result():
+def _close(scenes: "Sequence[Future[list[SceneProcess]]]") -> None:
+    for scene in scenes:
+        if not scene.exception():
+            for radar in scene.result():
                 radar.close()
 
 
-def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
+def _radars(make: "Callable[[SceneRequest], SceneProcess]", scene_request: "SceneRequest") -> "list[SceneProcess]":
     """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
-    first = make(order)
-    others = [replace(order, radar=radar_id) for radar_id in first.info.scene.radar_ids[1:]]
+    first = make(scene_request)
+    others = [replace(scene_request, radar=radar_id) for radar_id in first.info.scene.radar_ids[1:]]
     with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
         starting = [threads.submit(make, other) for other in others]
     with contextlib.ExitStack() as on_failure:

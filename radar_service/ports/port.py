@@ -74,7 +74,7 @@ class Port:
         """Ends, when the radars have ended, within a second."""
 
     def tick(self, radar: str, time: float) -> None:
-        """Is called for each radar once in `period` of the world's time, also in standby and, by the wall clock, in a pause.
+        """Is called for each radar once in `period` of the group's time, also in standby and, by the wall clock, in a pause.
 
         At most 50 times a second, so less often at a high pace. time: of simulation [s]; another scene begins anew.
         """

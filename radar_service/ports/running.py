@@ -16,22 +16,22 @@ from radar_service.processes.stop_signals import STOP_SIGNALS
 from radar_service.radar.parameters import FIRST_ID
 from radar_service.service.access import Access
 from radar_service.service.logs import Refusals
+from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.station_world import StationWorld
+from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import MakeSource, OrderedSource
 from radar_service.world.error import SceneError
 
 
 def run(
-    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[OrderedSource]]], make: MakeSource,
-    fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
+    options: argparse.Namespace, access: Access, scenes: Callable[[], Sequence[Sequence[SceneSpokeSource]]],
+    make: MakeSpokeSource, fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
 ) -> int:  # fmt: skip
-    """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen,
+    """Serves the radars of all scenes until stopped; returns the exit status. Raises OSError where it cannot listen,
     UndeclaredRoleError for a route of a port, and SceneError where two radars have the same id.
 
-    options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
-    together; make, fork_server: start further worlds and other processes.
+    options: of the command `serve`; scenes: waits for the radars of each scene, which prepare while the application is put
+    together; make, fork_server: start further scenes and other processes.
     """
     refused, requests, stations, host = Refusals(), Requests(), list[Station](), PortHost(ports)
     app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
@@ -41,12 +41,12 @@ def run(
     )  # fmt: skip
     server = Server(config, stations, lambda: None, requests)
     settings = Settings(pace=Pace("run", options.pace))
-    for number, radars in enumerate(worlds()):
-        world = StationWorld()
+    for number, radars in enumerate(scenes()):
+        group = RadarGroup()
         for radar in radars:
             identity = _identity(radar, number)
             station = station_type(
-                identity, radar, make, settings=settings, allow_truth=options.truth, world=world,
+                identity, radar, make, settings=settings, allow_truth=options.truth, group=group,
                 wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
             )  # fmt: skip
             stations.append(station)
@@ -54,7 +54,7 @@ def run(
     return _run(server, stations, options)
 
 
-def _identity(radar: OrderedSource, number: int) -> str:
+def _identity(radar: SceneSpokeSource, number: int) -> str:
     """Returns the id of a radar in addresses: its own, and for the only one of a scene without an id the scene's number."""
     scene = radar.info.scene
     return str(number) if scene.radar_ids == (FIRST_ID,) else scene.radar_id

@@ -34,7 +34,7 @@ def child_environment() -> dict[str, str]:
 
 
 def default_memory() -> int:
-    """Returns the memory that one world may use [bytes]: half of the machine's, at least MIN_MEMORY."""
+    """Returns the memory that the process of a scene may use [bytes]: half of the machine's, at least MIN_MEMORY."""
     try:
         machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (ValueError, OSError, AttributeError):

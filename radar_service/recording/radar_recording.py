@@ -35,8 +35,8 @@ from radar_service.service.codecs.native.source_fields import source_fields
 from radar_service.service.feed_request import View
 from radar_service.service.logs import log_event
 from radar_service.service.radio.last_scan import LastScan, draw
-from radar_service.service.radio.prefetch import EngineFault
-from radar_service.service.source import SceneOrder
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
 from radar_service.world.error import SceneError
@@ -50,28 +50,29 @@ PICTURE_SIZE = 600  # pixels
 OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
 
 
-def scene_document(order: SceneOrder) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
-    """Returns the scene of an order as its file has it, and the SHA-256 of each file that it names, by its name.
+def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
+    """Returns the scene of a scene request as its file has it, and the SHA-256 of each file that it names, by its name.
 
-    The rate of rotation is that of the order. The document is None where the scene's file has gone; so is the hash of a file.
+    The rate of rotation is that of the scene request. The document is None where the scene's file has gone; so is the hash
+    of a file.
     """
     try:
-        model, folder = model_and_folder(order.source, None)
+        model, folder = model_and_folder(scene_request.scene_input, None)
     except SceneError:
         return None, {}
     document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
-    if order.rpm is not None:
-        document["radar"] = _at_rpm(document.get("radar", {}), order)
+    if scene_request.rpm is not None:
+        document["radar"] = _at_rpm(document.get("radar", {}), scene_request)
     return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
 
 
-def _at_rpm(radar: Any, order: SceneOrder) -> Any:
-    """The table, or the tables of several radars, with the rate of rotation of an order for the radar that it names."""
+def _at_rpm(radar: Any, scene_request: SceneRequest) -> Any:
+    """The table, or the tables of several radars, with the rate of rotation of a scene request for the radar that it names."""
     if isinstance(radar, dict):
-        return radar | {"rpm": order.rpm}
+        return radar | {"rpm": scene_request.rpm}
     names = [each.get("id") for each in radar]
-    number = 0 if order.radar is None else names.index(order.radar)
-    return [each | ({"rpm": order.rpm} if k == number else {}) for k, each in enumerate(radar)]
+    number = 0 if scene_request.radar is None else names.index(scene_request.radar)
+    return [each | ({"rpm": scene_request.rpm} if k == number else {}) for k, each in enumerate(radar)]
 
 
 def _file_names(part: Any) -> Iterator[str]:
@@ -114,7 +115,7 @@ class RadarRecording:
         epoch, time = radar.epoch, radar.simulated
         self._offset += max(0.0, self._logged - (self._offset + time))
         self._next = self._known = 0
-        self._last_scan = self._last_scan or LastScan(epoch.source)
+        self._last_scan = self._last_scan or LastScan(epoch.spoke_source)
         self._last_scan.open_epoch(radar)
         header = self._truth_lines(epoch, None)
         record = {
@@ -161,10 +162,11 @@ class RadarRecording:
         self._file.flush()
 
     def _truth_lines(self, epoch: Epoch, scan: int | None) -> list[TruthLine]:
-        """The truth of a scan, or the header; none where it is not recorded, or the engine fails, which another one replaces."""
+        """The truth of a scan, or the header; none where it is not recorded, or the spoke source fails, which another one
+        replaces."""
         try:
-            return epoch.source.truth_lines(scan) if self._with_truth else []
-        except EngineFault:
+            return epoch.spoke_source.truth_lines(scan) if self._with_truth else []
+        except SpokeSourceFault:
             return []
 
     def _picture(self, epoch: Epoch, video: Controls, log_time: float) -> dict[str, Any]:
@@ -228,7 +230,7 @@ def scene_record(radar: RadarInfo) -> Mapping[str, Any]:
     """
     epoch, known = radar.epoch, radar.epoch.info
     to, scene = epoch.layout(None), known.scene
-    document, files = scene_document(epoch.order) if epoch.order else (None, {})
+    document, files = scene_document(epoch.scene_request) if epoch.scene_request else (None, {})
     outline = {name: getattr(scene, name) for name in OUTLINE}
     return {
         "format": FORMAT, "epoch": epoch.name, "id": radar.identity, "name": radar.name, "outline": outline,

@@ -20,8 +20,8 @@ from radar_service.records.cell_sources import SourceList
 from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
 from radar_service.records.truth import Truth
 from radar_service.scans.scan import Scan, scan_of
-from radar_service.service.radio.prefetch import EngineFault
-from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
 from radar_service.world.commands import command_from
 from radar_service.world.outline import SceneOutline
@@ -65,7 +65,7 @@ class Recording:
         sources = SourceList(
             names, "" if kept["labels"] else NO_LABELS, "" if kept["powers"] else NO_POWERS, on_request=False
         )
-        self.info = info = SourceInfo(
+        self.info = info = SpokeSourceInfo(
             scene, self.record["seed"], restored(self.record["fidelity"]), self.record["plan"], self.record["noise_power"],
             _ranges(**cells), float(cells["step"]), sources,
         )  # fmt: skip
@@ -103,8 +103,8 @@ class Recording:
         return self.sources.names
 
     def truth(self, t: float) -> Truth:
-        """Raises EngineFault: it has not been recorded."""
-        raise EngineFault(NO_TRUTH)
+        """Raises SpokeSourceFault: it has not been recorded."""
+        raise SpokeSourceFault(NO_TRUTH)
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
         """Returns the lines of a scan, or the header for None, as the truth was recorded; none where it was not."""

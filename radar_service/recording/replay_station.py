@@ -13,44 +13,46 @@ from radar_service.service.controls import CONTROLS, changed_settings
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.logs import log_event
-from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.source import OrderedSource, SceneOrder
 
 ENDED = "the recording has ended"
 PLAYS = "this radar replays a recording: its scene and rate of rotation stay; serve a scene to change them"
 
 
-class ReplaySource(Recording):
+class ReplaySpokeSource(Recording):
     """A recording whose end is told to its clients. has_ended: whether all of it was read."""
 
     has_ended = False
 
     @property
-    def order(self) -> SceneOrder:
+    def scene_request(self) -> SceneRequest:
         """The scene as it was recorded."""
-        return SceneOrder(self.record["document"] or {})
+        return SceneRequest(self.record["document"] or {})
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields the recorded blocks. Raises EngineFault at the end, and where the file is damaged."""
+        """Yields the recorded blocks. Raises SpokeSourceFault at the end, and where the file is damaged."""
         try:
             yield from super().blocks(size=size)
         except RecordingError as error:
-            raise EngineFault(str(error)) from None
+            raise SpokeSourceFault(str(error)) from None
         self.has_ended = True
-        raise EngineFault(ENDED)
+        raise SpokeSourceFault(ENDED)
 
 
 class ReplayStation(Station):
     """A radar that sends a recording once."""
 
-    def __init__(self, identity: str, engine: ReplaySource, *arguments: Any, settings: Settings, **options: Any) -> None:
+    def __init__(
+        self, identity: str, spoke_source: ReplaySpokeSource, *arguments: Any, settings: Settings, **options: Any
+    ) -> None:
         """settings: display controls are those of the recording instead."""
         display = {control.name for control in CONTROLS if control.acts_on == "display"}
-        recorded = {name: value for name, value in engine.record["controls"].items() if name in display}
-        settings = changed_settings(settings, engine.info.scene, recorded)
-        super().__init__(identity, engine, *arguments, settings=settings, restarts=0, **options)
+        recorded = {name: value for name, value in spoke_source.record["controls"].items() if name in display}
+        settings = changed_settings(settings, spoke_source.info.scene, recorded)
+        super().__init__(identity, spoke_source, *arguments, settings=settings, restarts=0, **options)
 
     @override
     def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
@@ -64,6 +66,6 @@ class ReplayStation(Station):
         self.failed()
 
 
-def refuse(order: SceneOrder, progress: Progress) -> OrderedSource:
-    """Raises EngineFault in place of another scene: a stream.source.MakeSource."""
-    raise EngineFault(PLAYS)
+def refuse(scene_request: SceneRequest, progress: Progress) -> SceneSpokeSource:
+    """Raises SpokeSourceFault in place of another scene: a stream.scene_request.MakeSpokeSource."""
+    raise SpokeSourceFault(PLAYS)

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import OrderedSource, SceneOrder
 from radar_service.world.outline import SceneOutline
 
 
@@ -30,7 +30,7 @@ class Control:
     description: for people;
     read: the value from the settings and the scene (for engine controls the scene that runs next);
     write: the settings with another value (display and transmitter controls);
-    rebuild: the order of the scene with another value (engine controls);
+    rebuild: the scene request of the scene with another value (engine controls);
     unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
     scene_maximum: a maximum that depends on the scene;
     step: of a slider, between its limits; None for a number that is typed.
@@ -43,7 +43,7 @@ class Control:
     description: str
     read: Callable[[Settings, SceneOutline], Any]
     write: Callable[[Settings, SceneOutline, Any], Settings] | None = None
-    rebuild: Callable[[SceneOrder, Any], SceneOrder] | None = None
+    rebuild: Callable[[SceneRequest, Any], SceneRequest] | None = None
     unit: str = ""
     example: float | None = None
     minimum: float | None = None
@@ -85,7 +85,7 @@ def _write_range(settings: Settings, scene: SceneOutline, value: float) -> Setti
 
 
 def _write_pace(settings: Settings, scene: SceneOutline, change: Mapping[str, Any]) -> Settings:
-    """Changes state and factor; the state "step" is an order to the transmitter and changes no setting."""
+    """Changes state and factor; the state "step" acts on the transmitter at once and changes no setting."""
     pace, factor, state = settings.pace, change.get("factor"), change.get("state")
     if factor is not None:
         pace = replace(pace, factor=math.inf if factor == "max" else factor)
@@ -122,7 +122,7 @@ CONTROLS = (
     Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch at the end of a scan",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
-        rebuild=lambda order, value: replace(order, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
+        rebuild=lambda request, value: replace(request, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
     ),
     Control(
         "pace", "pace", "transmitter", "Pace", "run, pause or step, and simulated seconds per second",
@@ -147,20 +147,20 @@ def changed_settings(settings: Settings, scene: SceneOutline, requested: Mapping
     return settings
 
 
-def changes_engine(requested: Mapping[str, Any]) -> bool:
+def needs_new_spoke_source(requested: Mapping[str, Any]) -> bool:
     """Whether an engine control is among the requested ones."""
     return any(control.name in requested and control.rebuild is not None for control in CONTROLS)
 
 
-def changed_order(settings: Settings, source: OrderedSource, requested: Mapping[str, Any]) -> SceneOrder | None:
-    """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
-    order = result = source.order
+def changed_request(settings: Settings, spoke_source: SceneSpokeSource, requested: Mapping[str, Any]) -> SceneRequest | None:
+    """Returns the scene request of the scene with the requested engine controls, None where it has them already."""
+    scene_request = result = spoke_source.scene_request
     for control in CONTROLS:
         if control.name in requested and control.rebuild is not None:
             value = requested[control.name]
-            if not math.isclose(value, control.read(settings, source.info.scene), rel_tol=1e-9):
+            if not math.isclose(value, control.read(settings, spoke_source.info.scene), rel_tol=1e-9):
                 result = control.rebuild(result, value)
-    return None if result is order else result
+    return None if result is scene_request else result
 
 
 def control_definitions(scene: SceneOutline) -> list[dict[str, Any]]:

@@ -14,8 +14,8 @@ from typing_extensions import override
 from radar_service.display.video import Controls, Layout
 from radar_service.numerics.types import Singles
 from radar_service.records.spokes import SpokeBlock
-from radar_service.service.source import SceneOrder, cell_layout
-from radar_service.spoke_source import SourceInfo, SpokeSource
+from radar_service.service.scene_request import SceneRequest, cell_layout
+from radar_service.spoke_source import SpokeSource, SpokeSourceInfo
 from radar_service.world.commands import CommandLog
 from radar_service.world.outline import NOT_STEERABLE
 
@@ -27,27 +27,27 @@ class Epoch:
     """A part of the feed in which sequence numbers count on and the range cells stay the same.
 
     source: of its spokes, another one after a failure; range: of the display [m], None for all cells.
-    commands: all that came so far; order: of the scene, None where there was none.
+    commands: all that came so far; scene_request: of the scene, None where there was none.
     info: of the source. Another process gets an epoch without its source and the commands.
     """
 
     name: str
-    source: SpokeSource = field(repr=False, compare=False)
+    spoke_source: SpokeSource = field(repr=False, compare=False)
     range: float | None
     commands: CommandLog = field(default_factory=lambda: NO_COMMANDS, repr=False, compare=False)
-    order: SceneOrder | None = field(default=None, compare=False)
-    info: SourceInfo = field(init=False, repr=False, compare=False)
+    scene_request: SceneRequest | None = field(default=None, compare=False)
+    info: SpokeSourceInfo = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "info", self.source.info)
+        object.__setattr__(self, "info", self.spoke_source.info)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in vars(self).items() if key not in ("source", "commands")}
+        return {key: value for key, value in vars(self).items() if key not in ("spoke_source", "commands")}
 
     @property
     def goes_on(self) -> bool:
         """Whether it goes on with the time, the commands and the errors of a scene that ran."""
-        return self.order is not None and self.order.goes_on
+        return self.scene_request is not None and self.scene_request.goes_on
 
     def layout(self, bins: int | None) -> Layout:
         """Returns how a spoke of this epoch becomes `bins` bins; None is one for each cell."""
@@ -121,7 +121,7 @@ class Sent(NamedTuple):
     ends: whether they end the scan; commands: how many act until then.
     """
 
-    source: SpokeSource
+    spoke_source: SpokeSource
     scan: int
     first: float
     last: float
@@ -154,7 +154,9 @@ class SentNotices:
         epoch, block = batch.epoch, batch.block
         ends = block.index + len(block) == epoch.info.radar.azimuths
         commands = epoch.commands.acting_at(block.first + len(block) - 1)
-        self._listener.sent(Sent(epoch.source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands))
+        self._listener.sent(
+            Sent(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
+        )
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Tells nothing: these spokes were not sent."""

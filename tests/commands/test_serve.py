@@ -14,13 +14,13 @@ from fastapi import FastAPI
 
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
-from radar_service.commands.serve import OTHERS_NEED, WORLDS_NEED, StartError, access_for, serve
+from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED, StartError, access_for, serve
 from radar_service.ports.http.server import MAX_PER_ADDRESS, Server
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.registry import opened
 from radar_service.service.access import Access
+from radar_service.service.radio.scene_process import SceneProcess
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.world import WorldSource
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene
 from tests.service.fake import FakeEngine
@@ -131,9 +131,9 @@ def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: 
     assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
     assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
     assert [station.epoch.info.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
-    assert stations[0].world is stations[1].world and len({station.world for station in stations}) == 3
-    assert stations[0].transmitter.pacer.world is stations[1].transmitter.pacer.world
-    assert len({station.epoch.source.process for station in stations}) == 4
+    assert stations[0].group is stations[1].group and len({station.group for station in stations}) == 3
+    assert stations[0].transmitter.pacer.group_clock is stations[1].transmitter.pacer.group_clock
+    assert len({station.epoch.spoke_source.process for station in stations}) == 4
 
 
 def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
@@ -149,7 +149,7 @@ NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndi
 @pytest.mark.parametrize(
     ("modules", "too_much"),
     [
-        (WORLDS_NEED, {"fastapi", "uvicorn"} | NOT_AT_A_START),
+        (SCENES_NEED, {"fastapi", "uvicorn"} | NOT_AT_A_START),
         (("radar_service.ports.running",), {"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START),
     ],
 )
@@ -177,13 +177,13 @@ def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
     tmp_path: Path, seen: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended: list[str] = []
-    close = WorldSource.close
+    close = SceneProcess.close
 
-    def noted(self: WorldSource) -> None:
+    def noted(self: SceneProcess) -> None:
         ended.append(self.info.scene.radar_id)
         close(self)
 
-    monkeypatch.setattr(WorldSource, "close", noted)
+    monkeypatch.setattr(SceneProcess, "close", noted)
     with pytest.raises(StartError, match="the mast is down"):
         serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing, opened)
     assert sorted(ended) == ["aft", "bow"]

@@ -21,9 +21,9 @@ from radar_service.processes.call import UNFOLLOWED
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.pacing import Schedule
+from radar_service.service.radio.scene_process import SceneProcessMaker
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.world import WorldMaker
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSource
 from tests.measurements.with_azimuths import WithAzimuths
 from tests.service.fake import FakeEngine, scene
@@ -72,7 +72,7 @@ def engine(azimuths: int, bins: int, name: str, fork_server: ForkServer) -> Spok
     """The engine of a scene, or where none is named of the same noise over and over."""
     if not name:
         return ReplayEngine(azimuths, bins)
-    return WorldMaker(fork_server, WithAzimuths(azimuths))(SceneOrder(name), UNFOLLOWED)
+    return SceneProcessMaker(fork_server, WithAzimuths(azimuths))(SceneRequest(name), UNFOLLOWED)
 
 
 def main(azimuths: int, bins: int, name: str = "") -> None:

@@ -17,15 +17,15 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from radar_service import wire
-from radar_service.commands.serve import OTHERS_NEED, WORLDS_NEED
+from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED
 from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.ports.app import create_app
 from radar_service.processes.call import UNFOLLOWED
 from radar_service.processes.fork_server import ForkServer
+from radar_service.service.radio.radar_group import RadarGroup
+from radar_service.service.radio.scene_process import SceneProcessMaker
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.station_world import StationWorld
-from radar_service.service.radio.world import WorldMaker
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from tests.ports.serving import served
 
 pytestmark = pytest.mark.bench
@@ -59,7 +59,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope="module")
 def fork_server() -> Iterator[ForkServer]:
-    server = ForkServer(WORLDS_NEED, OTHERS_NEED)
+    server = ForkServer(SCENES_NEED, OTHERS_NEED)
     server.start()
     yield server
     server.close()
@@ -102,11 +102,11 @@ async def latencies(host: str, port: int, radars: Sequence[str]) -> list[float]:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_command_shows_within_a_tenth_of_a_second(name: str, fork_server: ForkServer) -> None:
-    maker = WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
-    first = maker(SceneOrder(SCENES[name]), UNFOLLOWED)
-    radars, world = first.scene.radar_ids, StationWorld()
-    others = {each: maker(SceneOrder(SCENES[name], radar=each), UNFOLLOWED) for each in radars[1:]}
-    stations = [Station(each, source, maker, world=world) for each, source in ({radars[0]: first} | others).items()]
+    maker = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast"))
+    first = maker(SceneRequest(SCENES[name]), UNFOLLOWED)
+    radars, world = first.scene.radar_ids, RadarGroup()
+    others = {each: maker(SceneRequest(SCENES[name], radar=each), UNFOLLOWED) for each in radars[1:]}
+    stations = [Station(each, source, maker, group=world) for each, source in ({radars[0]: first} | others).items()]
     with served(create_app(stations, fork_server=fork_server), stations) as (host, port):
         times = 1e3 * np.array(asyncio.run(asyncio.wait_for(latencies(host, port, radars), 120)))
     middle, high, worst = np.percentile(times, [50, 95, 100])

@@ -24,7 +24,7 @@ from websockets.asyncio.client import connect
 
 import radar_service
 from radar_service import wire
-from radar_service.commands.serve import OTHERS_NEED, WORLDS_NEED
+from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED
 from radar_service.ports.app import create_app
 from radar_service.processes.call import UNFOLLOWED
 from radar_service.processes.fork_server import ForkServer
@@ -32,10 +32,10 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.service.fanout.client_queue import QueueItem
 from radar_service.service.fanout.hub import EncodedBatch
 from radar_service.service.radio.command_worker import WaitingCommand
+from radar_service.service.radio.scene_process import SceneProcessMaker
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.world import WorldMaker
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.service.spokes import SpokeBatch
 from radar_service.world.commands import Command
 from radar_service.world.scene import Scene
@@ -43,7 +43,7 @@ from tests.ports.serving import served
 from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine
 
 PACKAGE = str(Path(radar_service.__file__).parent)
-FOLDER = "WALK_FOLDER"  # of the environment: where the world process says what it has seen
+FOLDER = "WALK_FOLDER"  # of the environment: where the scene process says what it has seen
 COURSE = 123.0  # of the command
 AHEAD = 12 * AZIMUTHS  # spokes: more than the service computes ahead, so that some pass all the way while it is watched
 SPOKE = SpokeBlock | SpokeBatch | EncodedBatch | QueueItem
@@ -148,11 +148,11 @@ def walked(kind: str) -> tuple[set[str], set[str]]:
     walk = Walk()
     with tempfile.TemporaryDirectory() as folder:
         os.environ.update({FOLDER: folder, "WALK_KIND": kind})
-        fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
+        fork_server = ForkServer(SCENES_NEED, OTHERS_NEED)
         fork_server.start()
-        maker = WorldMaker(fork_server, watched_engine)
+        maker = SceneProcessMaker(fork_server, watched_engine)
         threading.setprofile(walk)
-        source = maker(SceneOrder(SCENE), UNFOLLOWED)
+        source = maker(SceneRequest(SCENE), UNFOLLOWED)
         station = Station("0", source, maker, settings=Settings(pace=Pace("pause")))
         with served(create_app([station], fork_server=fork_server), [station]) as (host, port):
             asyncio.run(asyncio.wait_for(play(kind, host, port, walk), 30))
@@ -171,6 +171,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    from tests.measurements import walk  # by its name, as the world process finds the engine
+    from tests.measurements import walk  # by its name, as the scene process finds the engine
 
     walk.main()

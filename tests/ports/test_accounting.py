@@ -19,7 +19,7 @@ from radar_service.records.truth import Truth
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
-from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
@@ -209,7 +209,7 @@ class Untold(FakeEngine):
     """An engine whose process has died for questions, but still has spokes."""
 
     def truth(self, t: float) -> Truth:
-        raise EngineFault("its process has ended")
+        raise SpokeSourceFault("its process has ended")
 
 
 class Slow(FakeEngine):
@@ -332,7 +332,7 @@ def test_a_radar_that_tells_no_truth_loses_no_spoke_and_goes_on(dies_at: int | N
 
     for account in play(only, act):
         assert account.next == {only.hub.epoch: ends[0]}
-    assert only.transmitter.engines.restarts == (dies_at is not None)
+    assert only.transmitter.supervisor.restarts == (dies_at is not None)
 
 
 def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
@@ -351,7 +351,7 @@ def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
         assert account.next == {only.hub.epoch: ends[0]}
     told = accounts[TRUTHFUL[0]].truths
     assert told[:2] == [(0.0, 1), (pytest.approx(engine.scene.radar.rotation_period / 8), told[1][1])] and told[1][1] > 20
-    assert only.transmitter.engines.restarts == 0 and [time for time, _ in told] == sorted(time for time, _ in told)
+    assert only.transmitter.supervisor.restarts == 0 and [time for time, _ in told] == sorted(time for time, _ in told)
 
 
 def test_a_batch_that_a_sink_fails_to_take_is_announced() -> None:

@@ -34,7 +34,7 @@ def test_options_reach_their_ports(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text('name = "mine"\n')
     with opened(options) as (rest, _, recorder):
         assert isinstance(rest, RestPort) and isinstance(recorder, RecorderPort)
-        assert rest.store.order("mine").sandboxed
+        assert rest.store.scene_request("mine").sandboxed
         assert recorder.sources.labels and recorder.sources.powers == (1, 257)
 
 

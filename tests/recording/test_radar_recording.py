@@ -15,8 +15,8 @@ import radar_service as rs
 from radar_service import wire
 from radar_service.recording.radar_recording import RadarRecording, scene_document
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.service.radio.prefetch import EngineFault
-from radar_service.service.source import SceneOrder
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo
 from radar_service.spoke_source import TruthLine
 from radar_service.truth.truth_file import scene_hash
@@ -62,7 +62,7 @@ class WithoutTruth(FakeEngine):
     """An engine whose process has died."""
 
     def truth_lines(self, scan: int | None) -> list[TruthLine]:
-        raise EngineFault("gone")
+        raise SpokeSourceFault("gone")
 
 
 def test_a_truth_that_is_not_to_be_had_is_left_out(tmp_path: Path) -> None:
@@ -75,20 +75,20 @@ def test_a_truth_that_is_not_to_be_had_is_left_out(tmp_path: Path) -> None:
 
 def test_the_document_gives_the_same_scene_again(tmp_path: Path) -> None:
     (path := tmp_path / "scene.json").write_text(json.dumps(MOVING))
-    document, files = scene_document(SceneOrder(path))
+    document, files = scene_document(SceneRequest(path))
     assert document is not None and files == {}
     assert scene_hash(rs.load_scene(json.loads(json.dumps(document)))) == scene_hash(rs.load_scene(MOVING))
 
 
 def test_the_rate_of_rotation_is_that_of_the_order() -> None:
-    document, _ = scene_document(SceneOrder(MOVING, rpm=12.5))
+    document, _ = scene_document(SceneRequest(MOVING, rpm=12.5))
     assert document is not None and document["radar"]["rpm"] == 12.5 and document["radar"]["azimuths"] == 64
 
 
 @pytest.mark.parametrize(("radar", "rpms"), [("pier", [24, 12.5]), (None, [12.5, 48])])
 def test_of_several_radars_the_rate_is_that_of_the_one_that_is_named(radar: str | None, rpms: list[float]) -> None:
     tables = [MOVING["radar"] | {"id": "bow", "rpm": 24}, MOVING["radar"] | {"id": "pier", "rpm": 48}]
-    document, _ = scene_document(SceneOrder(MOVING | {"radar": tables}, rpm=12.5, radar=radar))
+    document, _ = scene_document(SceneRequest(MOVING | {"radar": tables}, rpm=12.5, radar=radar))
     assert document is not None and [table["rpm"] for table in document["radar"]] == rpms
 
 
@@ -96,9 +96,9 @@ def test_files_have_hashes(tmp_path: Path) -> None:
     (tmp_path / "ship.stl").write_bytes(b"solid")
     bodies = [{"name": name, "mesh": file} for name, file in (("a", "ship.stl"), ("b", "gone.stl"), ("c", "ship.stl"))]
     (path := tmp_path / "scene.json").write_text(json.dumps({"name": "s", "body": bodies}))
-    _, files = scene_document(SceneOrder(path))
+    _, files = scene_document(SceneRequest(path))
     assert files == {"gone.stl": None, "ship.stl": hashlib.sha256(b"solid").hexdigest()}
 
 
 def test_a_scene_whose_file_has_gone_has_no_document(tmp_path: Path) -> None:
-    assert scene_document(SceneOrder(tmp_path / "gone.json")) == (None, {})
+    assert scene_document(SceneRequest(tmp_path / "gone.json")) == (None, {})

@@ -17,7 +17,7 @@ from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import Spoke
-from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.world.commands import CommandLog
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
@@ -150,7 +150,7 @@ def test_the_truth_of_each_scan_is_read(recording: Path) -> None:
 
 
 def test_the_truth_of_every_instant_was_not_recorded(recording: Path, tmp_path: Path) -> None:
-    with pytest.raises(EngineFault, match="the truth of beam crossings"):
+    with pytest.raises(SpokeSourceFault, match="the truth of beam crossings"):
         read(recording).truth(1.0)
     silent = read(recorded(tmp_path / "silent.mcap", 1, with_truth=False))
     assert silent.truth_lines(None) == silent.truth_lines(0) == [] and not list(silent.crossings())

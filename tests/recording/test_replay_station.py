@@ -15,11 +15,11 @@ from radar_service.ports.app import create_app
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.recording.replay_station import ReplaySource, ReplayStation, refuse
+from radar_service.recording.replay_station import ReplaySpokeSource, ReplayStation, refuse
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.simulator import Simulator
 from radar_service.world.commands import CommandError
 from tests.ports.asgi import Closed, Server, running
@@ -51,14 +51,14 @@ def feed(station: Station, query: str, count: int = 3 * AZIMUTHS) -> list[dict[s
 
 
 def replayed(path: Path, start: float = 0.0, **options: Any) -> ReplayStation:
-    return ReplayStation("0", ReplaySource(path, "0", 0, start), refuse, settings=FAST, wait_for=1, **options)
+    return ReplayStation("0", ReplaySpokeSource(path, "0", 0, start), refuse, settings=FAST, wait_for=1, **options)
 
 
 @pytest.mark.parametrize(
     "query", ["encoding=c64", "encoding=f32", "encoding=f16", "encoding=u8-log&bins=40", "encoding=u8&sector=10,200"]
 )
 def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path) -> None:
-    live = Station("0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1)
+    live = Station("0", InProcess(SceneRequest(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1)
     sent, again = feed(live, query), feed(replayed(recording), query)
     assert len(sent) > 3 * AZIMUTHS / 4 and any(spoke["blind"] for spoke in sent)
     assert again == sent
@@ -67,7 +67,7 @@ def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path
 @pytest.mark.parametrize("query", ["encoding=f32&labels=1&powers=all", "encoding=u8&bins=40&labels=1&compress=zstd"])
 def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
     live = Station(
-        "0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1, allow_truth=True
+        "0", InProcess(SceneRequest(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1, allow_truth=True
     )  # fmt: skip
     query = query.replace("powers=all", "powers=256,257")
     sent, again = told(live, query), told(replayed(labelled_recording, allow_truth=True), query)
@@ -112,7 +112,7 @@ def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path
     ended = []
     station.failed = lambda: ended.append(True)
     served(station, test)
-    assert ended and isinstance(station.epoch.source, ReplaySource) and station.epoch.source.has_ended
+    assert ended and isinstance(station.epoch.spoke_source, ReplaySpokeSource) and station.epoch.spoke_source.has_ended
 
 
 def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_pat
 
     station = replayed(path)
     served(station, test)
-    assert isinstance(station.epoch.source, ReplaySource) and not station.epoch.source.has_ended
+    assert isinstance(station.epoch.spoke_source, ReplaySpokeSource) and not station.epoch.spoke_source.has_ended
 
 
 def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
@@ -157,7 +157,7 @@ def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path)
 
 
 def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = ReplaySource(recording)
+    source = ReplaySpokeSource(recording)
     monkeypatch.setitem(source.record["controls"], "gain", 71)
     for name, value in (("rpm", 3), ("transmit", False), ("range_m", 20.0)):  # are no controls of the display
         monkeypatch.setitem(source.record["controls"], name, value)

@@ -14,10 +14,10 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, Snapshot, Truth
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio.prefetch import EngineWorker
-from radar_service.service.radio.world_process import scene_of
-from radar_service.service.source import SceneOrder
-from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process_main import scene_of
+from radar_service.service.scene_request import SceneRequest
+from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.world.commands import Command
 from radar_service.world.outline import outline_of
 from radar_service.world.rotation import scene_at_origin, scene_at_rpm
@@ -66,7 +66,7 @@ def steerable_scene(name: str = "steerable") -> Scene:
 
 
 def commanded(
-    worker: EngineWorker, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
+    worker: SpokeWorker, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
 ) -> Command:
     """Commands what a worker runs; returns the command."""
     command = worker.commands.command(spoke, body, values, time)
@@ -82,7 +82,7 @@ class FakeEngine:
     """
 
     def __init__(self, of: Scene, dies_at: int | None = None, turns: threading.Semaphore | None = None) -> None:
-        self.order = SceneOrder(of)
+        self.scene_request = SceneRequest(of)
         self.closed, self.trees = False, 3
         self.scene, self.noise_power = of, 1e-15
         self.fidelity, self.plan = Fidelity("balanced"), dict[str, Any](modelled=[])
@@ -97,11 +97,11 @@ class FakeEngine:
         self._made = threading.Condition()
 
     @property
-    def info(self) -> SourceInfo:
+    def info(self) -> SpokeSourceInfo:
         return self.described(self.plan)
 
-    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
-        return SourceInfo(
+    def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
+        return SpokeSourceInfo(
             outline_of(self.scene), 7, self.fidelity, plan, self.noise_power, self.range, self.range_step,
             self.sources,
         )  # fmt: skip
@@ -140,7 +140,7 @@ class FakeEngine:
             assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
 
     def begin_at(self, origin: Origin) -> None:
-        self.scene, self.order = scene_at_origin(self.scene, origin), replace(self.order, origin=origin)
+        self.scene, self.scene_request = scene_at_origin(self.scene, origin), replace(self.scene_request, origin=origin)
         self._first = self._next = origin.scan
         self.commands = []
 
@@ -217,25 +217,25 @@ def labels_of(number: Any, bins: int) -> Any:
     return np.array(list(SOURCES), dtype=np.uint32)[(np.asarray(number)[:, None] + np.arange(bins)) % len(SOURCES)]
 
 
-def factory(**options: Any) -> Callable[[SceneOrder, Progress], FakeEngine]:
+def factory(**options: Any) -> Callable[[SceneRequest, Progress], FakeEngine]:
     """Makes fake engines in this process; that of a test scene for an order of one."""
     return made_by(lambda of: FakeEngine(of, **options))
 
 
-def scene_in(order: SceneOrder) -> Scene:
+def scene_in(order: SceneRequest) -> Scene:
     """The scene of an order; orders of fake engines hold it."""
-    if not isinstance(order.source, Scene):
+    if not isinstance(order.scene_input, Scene):
         return scene_of(order)
-    of = order.source.for_radar(order.radar)
+    of = order.scene_input.for_radar(order.radar)
     return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin or START)
 
 
-def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:
+def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneRequest, Progress], FakeEngine]:
     """Makes engines in this process by `make`."""
 
-    def ordered(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def ordered(order: SceneRequest, progress: Progress) -> FakeEngine:
         engine = make(scene_in(order))
-        engine.order = order
+        engine.scene_request = order
         return engine
 
     return ordered

@@ -10,7 +10,7 @@ from radar_service.ports.rest.schemas import ControlsChange, ControlsState
 from radar_service.service.controls import (
     CONTROLS,
     ControlError,
-    changed_order,
+    changed_request,
     changed_settings,
     control_definitions,
     controls_state,
@@ -95,12 +95,12 @@ def test_a_range_beyond_the_radar_is_refused_with_the_limits() -> None:
 
 def test_engine_controls_change_the_scene_that_runs_next() -> None:
     running = FakeEngine(scene())
-    changed = changed_order(Settings(), running, {"rpm": 48.0, "gain": 3.0})
+    changed = changed_request(Settings(), running, {"rpm": 48.0, "gain": 3.0})
     assert changed is not None and scene_in(changed).radar.rotation_period == pytest.approx(60 / 48)
     assert controls_state(Settings(), scene(), scene_in(changed))["rpm"] == pytest.approx(48.0)
     for same in ({"rpm": 24.0 * (1 + 1e-12)}, {"gain": 3.0}):
-        assert changed_order(Settings(), running, same) is None
-    changed = changed_order(Settings(), FakeEngine(scene(prf_hz=12.0)), {"rpm": 600.0})
+        assert changed_request(Settings(), running, same) is None
+    changed = changed_request(Settings(), FakeEngine(scene(prf_hz=12.0)), {"rpm": 600.0})
     assert changed is not None
     with pytest.raises(SceneError):  # by the process that would run it
         scene_in(changed)

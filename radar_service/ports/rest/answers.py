@@ -19,7 +19,7 @@ from radar_service.processes.processor_time import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, EngineFault
+from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.world.commands import CommandError, NotSteerableError, UnknownBodyError
 from radar_service.world.error import SceneError
@@ -66,8 +66,8 @@ def add_exception_handlers(app: FastAPI) -> None:
     async def command_error(_: Request, error: CommandError) -> JSONResponse:
         return refuse(COMMAND_STATUS.get(type(error), 422), [str(error)])
 
-    @app.exception_handler(EngineFault)
-    async def engine_fault(_: Request, error: EngineFault) -> JSONResponse:
+    @app.exception_handler(SpokeSourceFault)
+    async def spoke_source_fault(_: Request, error: SpokeSourceFault) -> JSONResponse:
         return refuse(422, [f"scene: {error}"])
 
     @app.exception_handler(OSError)

@@ -12,15 +12,15 @@ from radar_service.ports.rest.vitals import Vitals
 from radar_service.service import logs
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import STATES, state
-from radar_service.service.source import Spared
+from radar_service.service.scene_request import Spared
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
 Read = Callable[[Station], float | None]  # None: not known yet
 
 
 def _trees(station: Station) -> int:
-    source = station.epoch.source
-    return source.trees if isinstance(source, Spared) else 0
+    spoke_source = station.epoch.spoke_source
+    return spoke_source.trees if isinstance(spoke_source, Spared) else 0
 
 
 COUNTERS: dict[str, tuple[str, Read]] = {
@@ -33,7 +33,7 @@ COUNTERS: dict[str, tuple[str, Read]] = {
         lambda s: s.transmitter.pacer.schedule.slips,
     ),
     "radar_restarts": (
-        "Times that the engine failed and was started again", lambda s: s.transmitter.engines.restarts,
+        "Times that the engine failed and was started again", lambda s: s.transmitter.supervisor.restarts,
     ),
 }  # fmt: skip
 GAUGES: dict[str, tuple[str, Read]] = {

@@ -10,7 +10,7 @@ from radar_service.processes.fork_server import ForkServer
 from radar_service.service.jobs import Job, JobQueue
 from radar_service.service.radio.last_scan import Revolution, draw
 from radar_service.service.radio.station import Station
-from radar_service.service.source import cell_layout
+from radar_service.service.scene_request import cell_layout
 
 MAX_PER_SECOND = 4  # drawn for all clients together; equal ones are drawn once
 MAX_WAITING = 4

@@ -32,7 +32,7 @@ from radar_service.service.codecs.native import messages
 from radar_service.service.controls import control_definitions
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state
-from radar_service.service.source import cell_layout
+from radar_service.service.scene_request import cell_layout
 
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "the picture"}}
 SCENE_BODY: dict[str, Any] = {
@@ -107,12 +107,12 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
         station = station_of(stations, radar)
         with store.receiving() as folder:
             choice = await reader.read(request, schemas.SceneChoice, folder)
-        order = folder.order(SCENE)
+        scene_request = folder.scene_request(SCENE)
         if isinstance(choice.scene, str):
             with not_found("scene", choice.scene):
-                order = store.order(choice.scene)
-        with without_folder(order):
-            epoch, known = await station.swap(order, job)
+                scene_request = store.scene_request(choice.scene)
+        with without_folder(scene_request):
+            epoch, known = await station.swap(scene_request, job)
         notes = () if isinstance(choice.scene, str) else known.scene.notes
         return schemas.SceneAnswer(
             name=known.scene.name, bodies=known.scene.body_count, warnings=[*known.scene.warnings, *notes], epoch=epoch,

@@ -40,24 +40,24 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
         """Keeps a scene, checked and planned for the first radar; it replaces an earlier upload of the same name."""
         first = next(iter(stations.values()))
         with store.receiving() as folder:
-            name, order = await read_upload(request, reader, folder)
+            name, scene_request = await read_upload(request, reader, folder)
         store.check_room(name)
-        with without_folder(order):
-            source = await first.prepare(order, job)
-        scene = source.info.scene
-        first.preparations.keep(source)  # a radar is likely to run it next
-        store.add(name, order, scene)
+        with without_folder(scene_request):
+            spoke_source = await first.prepare(scene_request, job)
+        scene = spoke_source.info.scene
+        first.preparations.keep(spoke_source)  # a radar is likely to run it next
+        store.add(name, scene_request, scene)
         warnings = [*scene.warnings, *scene.notes]
-        return schemas.SceneAnswer(name=name, bodies=scene.body_count, warnings=warnings, plan=dict(source.info.plan))
+        return schemas.SceneAnswer(name=name, bodies=scene.body_count, warnings=warnings, plan=dict(spoke_source.info.plan))
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     @needs("command")
     async def delete_scene(name: str) -> None:
         """Deletes an uploaded scene; radars that run it go on."""
         with not_found("scene", name):
-            order = store.remove(name)
+            scene_request = store.remove(name)
         for station in stations.values():
-            station.preparations.drop(order)
+            station.preparations.drop(scene_request)
 
     return router
 

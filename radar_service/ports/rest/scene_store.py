@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from radar_service.ports.rest.owned_folder import OwnedFolder
 from radar_service.service.jobs import Busy
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.world.error import SceneError
 from radar_service.world.outline import SceneOutline
 
@@ -38,9 +38,9 @@ class UploadFolder:
         self.path = Path(tempfile.mkdtemp(dir=home))
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
-    def order(self, name: str) -> SceneOrder:
-        """Returns the order of the scene in one of its files."""
-        return SceneOrder(self.path / name, sandboxed=True, folder=self)
+    def scene_request(self, name: str) -> SceneRequest:
+        """Returns the scene request of the scene in one of its files."""
+        return SceneRequest(self.path / name, sandboxed=True, folder=self)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class SceneEntry:
     """A scene of the list: its name, how to run it, where it comes from, and what an upload was found to contain."""
 
     name: str
-    order: SceneOrder
+    scene_request: SceneRequest
     origin: Origin
     outline: SceneOutline | None = None
 
@@ -56,9 +56,9 @@ class SceneEntry:
         """Returns what the scene contains, but for uploads read from its file; `problems` where it cannot be read."""
         summary: dict[str, Any] = {"name": self.name, "origin": self.origin, "problems": []}
         try:
-            return summary | (_of_outline(self.outline) if self.outline else _of_file(self.order))
+            return summary | (_of_outline(self.outline) if self.outline else _of_file(self.scene_request))
         except SceneError as error:
-            problems = _without_folder(error.problems, Path(str(self.order.source)).parent)
+            problems = _without_folder(error.problems, Path(str(self.scene_request.scene_input)).parent)
             return summary | {"title": self.name, "summary": "cannot be read", "problems": problems}
 
 
@@ -112,9 +112,9 @@ class SceneStore:
                 entries[path.stem] = self._owned(path.stem, path, "folder")
         return [entry for _, entry in sorted((entries | self._uploads).items())]
 
-    def order(self, name: str) -> SceneOrder:
+    def scene_request(self, name: str) -> SceneRequest:
         """Returns how to run the scene of that name. Raises KeyError where there is none."""
-        return {entry.name: entry for entry in self.entries()}[name].order
+        return {entry.name: entry for entry in self.entries()}[name].scene_request
 
     @contextlib.contextmanager
     def receiving(self) -> Iterator[UploadFolder]:
@@ -133,32 +133,32 @@ class SceneStore:
         if name not in self._uploads and len(self._uploads) >= MAX_UPLOADS:
             raise Conflict(f"{MAX_UPLOADS} uploaded scenes are kept; delete one first")
 
-    def add(self, name: str, order: SceneOrder, outline: SceneOutline) -> None:
+    def add(self, name: str, scene_request: SceneRequest, outline: SceneOutline) -> None:
         """Adds an uploaded scene that was found to be good; replaces one of the same name. Raises as check_room."""
         self.check_room(name)
-        self._uploads[name] = SceneEntry(name, order, "uploaded", outline)
+        self._uploads[name] = SceneEntry(name, scene_request, "uploaded", outline)
 
-    def remove(self, name: str) -> SceneOrder:
-        """Deletes an upload, and returns its order. Raises KeyError where there is no such scene, Conflict where it is not
-        an upload."""
+    def remove(self, name: str) -> SceneRequest:
+        """Deletes an upload, and returns its scene request. Raises KeyError where there is no such scene, Conflict where it
+        is not an upload."""
         if name not in self._uploads:
             if any(entry.name == name for entry in self.entries()):
                 raise Conflict(f'"{name}" is not an upload and cannot be deleted here')
             raise KeyError(name)
-        return self._uploads.pop(name).order
+        return self._uploads.pop(name).scene_request
 
     def _owned(self, name: str, path: Path, origin: Origin) -> SceneEntry:
-        return SceneEntry(name, SceneOrder(path, self._sandbox_all), origin)
+        return SceneEntry(name, SceneRequest(path, self._sandbox_all), origin)
 
 
 @contextlib.contextmanager
-def without_folder(order: SceneOrder) -> Iterator[None]:
+def without_folder(scene_request: SceneRequest) -> Iterator[None]:
     """Removes the path of the scene's folder from the lines of a SceneError: clients need not know it."""
     try:
         yield
     except SceneError as error:
-        if isinstance(order.source, Path):
-            raise SceneError(*_without_folder(error.problems, order.source.parent)) from None
+        if isinstance(scene_request.scene_input, Path):
+            raise SceneError(*_without_folder(error.problems, scene_request.scene_input.parent)) from None
         raise
 
 
@@ -171,11 +171,11 @@ def _of_outline(scene: SceneOutline) -> dict[str, str]:
     return {"title": scene.name, "summary": _text(scene.body_count, scene.radar.range_max, rpm, len(scene.radar_ids))}
 
 
-def _of_file(order: SceneOrder) -> dict[str, str]:
+def _of_file(scene_request: SceneRequest) -> dict[str, str]:
     from radar_service.scene_file.load import model_from  # here, as above
     from radar_service.scene_file.model.platform import radar_entries
 
-    model = model_from(order.source)
+    model = model_from(scene_request.scene_input)
     first, *others = (entry.model for entry in radar_entries(model.radar))
     return {"title": model.name, "summary": _text(len(model.body), first.range_max_m, first.rpm, 1 + len(others))}
 

@@ -14,7 +14,7 @@ from starlette.types import Message
 from radar_service.ports.rest import schemas
 from radar_service.ports.rest.bodies import BODY, SCENE, BodyReader, Parsed
 from radar_service.ports.rest.scene_store import UploadFolder, checked_file_names, checked_name
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.world.error import SceneError
 
 PIECE = 2**16  # bytes of a form that are read at a time
@@ -43,7 +43,7 @@ UPLOAD_BODY: dict[str, Any] = {
 }  # fmt: skip
 
 
-async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneOrder]:
+async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneRequest]:
     """Returns name and order of an uploaded scene, whose files then lie in the folder.
 
     Raises HTTPException or SceneError where the request holds no scene, and what BodyReader.read raises.
@@ -51,11 +51,11 @@ async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder
     content_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if content_type == "multipart/form-data":
         fields = await reader.fields(request, folder, read_form, request.headers["content-type"])
-        return fields["name"], folder.order(fields["file"])
+        return fields["name"], folder.scene_request(fields["file"])
     if content_type != "application/json":
         raise HTTPException(422, [f'content-type: "{content_type[:60]}"; send application/json or multipart/form-data'])
     body = await reader.read(request, schemas.SceneUpload, folder)
-    return body.name, folder.order(SCENE)
+    return body.name, folder.scene_request(SCENE)
 
 
 def read_form(path: Path, content_type: str) -> Parsed:

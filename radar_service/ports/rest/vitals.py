@@ -79,4 +79,4 @@ class Vitals:
 
 def _has_worker(station: Station) -> bool:
     transmitter = station.transmitter
-    return transmitter.state.now is State.RESTARTING or transmitter.engines.worker.is_alive
+    return transmitter.state.now is State.RESTARTING or transmitter.supervisor.worker.is_alive

@@ -88,5 +88,5 @@ class FeedTruth:
 
 
 def _truth(epoch: Epoch, time: float, codecs: tuple[str, ...]) -> Messages:
-    state = epoch.source.truth(time)
+    state = epoch.spoke_source.truth(time)
     return [(name, CODECS[name].truth(epoch.name, state)) for name in codecs]

@@ -1,1 +1,1 @@
-"""The radars of a service: pacing, transmitter, the processes of their worlds, commands, changes of state."""
+"""The radars of a service: pacing, transmitter, the processes of their scenes, commands, changes of state."""

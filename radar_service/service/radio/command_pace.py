@@ -1,8 +1,8 @@
 """When a radar takes the next commands, so that many of them do not stop its feed.
 
-After commands the engine computes anew. A radar that is late first sends spokes; one whose spokes wait until they are due takes
-the next commands at once. Where commands take so long that the schedule starts anew, spokes wait although they are late: then
-the radar sends for as long as the commands took.
+After commands the spoke source computes anew. A radar that is late first sends spokes; one whose spokes wait until they are
+due takes the next commands at once. Where commands take so long that the schedule starts anew, spokes wait although they are
+late: then the radar sends for as long as the commands took.
 """
 
 import math
@@ -25,7 +25,7 @@ class CommandPace:
         self._given = math.inf  # since when the sinks have spokes; they may wait for clients
 
     def begin(self) -> None:
-        """Begins anew: the engine goes on from elsewhere."""
+        """Begins anew: the spoke source goes on from elsewhere."""
         self._sent = SPOKES_BETWEEN
 
     def commanded(self) -> None:

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from radar_service.service.radio.prefetch import EngineWorker
-from radar_service.service.radio.world_clock import WorldClock
+from radar_service.service.radio.group_clock import GroupClock
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.spoke_source import Commanded
 from radar_service.world.commands import Command, CommandError
 
@@ -90,7 +90,7 @@ class CommandQueue:
         return len(self._waiting)
 
     async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
-        """Commands own ship (None) or a body, on all radars of the world, from the first spoke that is not sent yet; returns the
+        """Commands own ship (None) or a body, on all radars of the group, from the first spoke that is not sent yet; returns the
         command as this radar has it. For an event loop.
 
         values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
@@ -143,17 +143,17 @@ class CommandQueue:
 class Steered(NamedTuple):
     """What commands to a radar act on.
 
-    worker: of its engine; next_spoke: number of the first one that is not sent; newest: time of the last one sent [s], -inf
+    worker: of its spoke source; next_spoke: number of the first one that is not sent; newest: time of the last one sent [s], -inf
     before the first one.
     """
 
-    worker: EngineWorker
+    worker: SpokeWorker
     next_spoke: int
     newest: float
 
     def time_after(self, time: float) -> float:
         """Returns the time [s] of the first spoke that is not sent and comes after another time [s]."""
-        radar = self.worker.engine.info.radar
+        radar = self.worker.spoke_source.info.radar
         spoke = self.next_spoke
         if math.isfinite(time):
             spoke = max(spoke, radar.first_spoke(math.nextafter(time, math.inf)))
@@ -184,12 +184,12 @@ class CommandedRadar(Protocol):
 
 
 class CommandWorker:
-    """Carries out the commands to all radars of a world, in the order of their arrival.
+    """Carries out the commands to all radars of a group, in the order of their arrival.
 
-    clock: of the world. Its lock guards the radars.
+    clock: of the group. Its lock guards the radars.
     """
 
-    def __init__(self, clock: WorldClock) -> None:
+    def __init__(self, clock: GroupClock) -> None:
         self.clock = clock
         self._radars: list[CommandedRadar] = []
         self._running = 0  # radars that were started and not stopped
@@ -253,7 +253,7 @@ class CommandWorker:
         time = time_of_commands(list(steered.values()))
         waiting = [(each.number, each, radar) for radar in steered for each in radar.commands.take()]
         return [
-            (each, each.carry_out(time, partial(ordered, steered, radar, time)))
+            (each, each.carry_out(time, partial(command_all, steered, radar, time)))
             for _, each, radar in sorted(waiting, key=lambda item: item[0])
             if each.begin()
         ]
@@ -265,7 +265,7 @@ def time_of_commands(radars: Sequence[Steered]) -> float:
     return min(radar.time_after(newest) for radar in radars)
 
 
-def ordered(
+def command_all(
     radars: Mapping[CommandedRadar, Steered],
     addressed: CommandedRadar,
     time: float,
@@ -276,17 +276,17 @@ def ordered(
 
     body: as that one names it. Raises CommandError, and then nothing changes.
     """
-    if not isinstance(radars[addressed].worker.engine, Commanded):
+    if not isinstance(radars[addressed].worker.spoke_source, Commanded):
         raise CommandError("this radar replays a recording; nothing is steered")
-    steerable = radars[addressed].worker.engine.info.scene.steerable
+    steerable = radars[addressed].worker.spoke_source.info.scene.steerable
     names = {addressed: body}
     for radar in radars:
-        limits = radars[radar].worker.engine.info.scene.steerable.limits
+        limits = radars[radar].worker.spoke_source.info.scene.steerable.limits
         name = steerable.name_of(body)
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
     command = radars[addressed].worker.commands.command(None, body, values, time)
     for radar, name in names.items():
         worker = radars[radar].worker
-        worker.command(command if radar is addressed else worker.engine.info.scene.steerable.seen(command, name))
+        worker.command(command if radar is addressed else worker.spoke_source.info.scene.steerable.seen(command, name))
     return command

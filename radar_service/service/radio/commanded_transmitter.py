@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 from radar_service.service.radio.command_pace import CommandPace
 from radar_service.service.radio.command_worker import CommandQueue, Steered
-from radar_service.service.radio.engine_supervisor import EngineSupervisor
 from radar_service.service.radio.handover import Handover
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.transmitter_state import State, TransmitterState
+from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 
 
 class CommandedTransmitter:
@@ -21,12 +21,12 @@ class CommandedTransmitter:
     """
 
     def __init__(
-        self, state: TransmitterState, pacer: Pacer, engines: EngineSupervisor, handover: Handover,
+        self, state: TransmitterState, pacer: Pacer, supervisor: WorkerSupervisor, handover: Handover,
         clock: Callable[[], float],
     ) -> None:  # fmt: skip
         """clock: of the wall [s]; the rest is the transmitter's."""
-        self._state, self._pacer, self._engines, self._handover = state, pacer, engines, handover
-        self.commands = CommandQueue(pacer.world.let_command)
+        self._state, self._pacer, self._supervisor, self._handover = state, pacer, supervisor, handover
+        self.commands = CommandQueue(pacer.group_clock.let_command)
         self.unsent, self.newest = 0, -math.inf
         self.pace = CommandPace(clock)
 
@@ -45,8 +45,8 @@ class CommandedTransmitter:
     def steered(self) -> Steered | None:
         """What commands act on; None while another scene is about to begin."""
         if not self._pacer.is_outdated:
-            return Steered(self._engines.worker, self.unsent, self.newest)
-        pending = self._engines.pending
+            return Steered(self._supervisor.worker, self.unsent, self.newest)
+        pending = self._supervisor.pending
         return None if pending is None else Steered(pending, 0, -math.inf)
 
     def commanded(self) -> None:
@@ -59,18 +59,18 @@ class CommandedTransmitter:
 
         commands: how many they know. The clock's lock is held.
         """
-        worker, end = self._engines.worker, first + count
+        worker, end = self._supervisor.worker, first + count
         if worker.commands.first_unknown(commands) < end or not self._handover.claim(first, end):
             return False
-        self.unsent, self.newest = end, worker.engine.info.radar.time_of_spokes(float(end - 1))
+        self.unsent, self.newest = end, worker.spoke_source.info.radar.time_of_spokes(float(end - 1))
         self.pace.give(count)
-        self._pacer.world.let_command()
+        self._pacer.group_clock.let_command()
         return True
 
     def go_on_from(self, spoke: int, same_scene: bool = True) -> None:
         """Lets commands act from a spoke on. same_scene: whether its time goes on."""
-        with self._pacer.world.changed:
+        with self._pacer.group_clock.changed:
             self.unsent = spoke
             self.newest = self.newest if same_scene else -math.inf
             self.pace.begin()
-            self._pacer.world.let_command()
+            self._pacer.group_clock.let_command()

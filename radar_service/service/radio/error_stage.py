@@ -1,6 +1,6 @@
-"""Errors on purpose between the engine and the clients: a sink that passes on what the radar reports, as the feed sends it.
+"""Errors on purpose between the spoke source and the clients: a sink that passes on what the radar reports, as the feed sends it.
 
-The engines of the service compute true spokes. Errors change here, so a change acts from the first spoke not yet sent.
+The spoke sources of the service compute true spokes. Errors change here, so a change acts from the first spoke not yet sent.
 """
 
 import json
@@ -16,13 +16,13 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import OwnShipTruth
 from radar_service.scene_file.model.errors import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
-from radar_service.spoke_source import SourceInfo, SpokeSource, TruthLine
+from radar_service.spoke_source import SpokeSource, SpokeSourceInfo, TruthLine
 from radar_service.world.error_settings import ErrorSettings
 
 if TYPE_CHECKING:
     from radar_service.errors.reporter import ErrorReporter
 
-MAX_RUNS = 4  # engines about whose spokes the truth may still ask
+MAX_RUNS = 4  # spoke sources about whose spokes the truth may still ask
 SCANS_KEPT = 2  # of true readings, besides the longest latency: the truth of a scan comes when it has been sent
 MAX_KEPT = 2**18  # spokes: 15 MB
 
@@ -34,11 +34,11 @@ class ErrorStage:
     immutable and replaced whole, so it may be read without the lock.
     """
 
-    def __init__(self, source: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
+    def __init__(self, spoke_source: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
         self._sinks = SinkGroup(sinks)
         self._lock = threading.Lock()
         self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the source that runs
-        self._running = self._reports_of(source)
+        self._running = self._reports_of(spoke_source)
         self._number = 0  # of the next spoke in this epoch, as clients count
         self.errors = self._running.errors
 
@@ -55,8 +55,8 @@ class ErrorStage:
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch. Another source begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
-            is_new, self._number = radar.epoch.source not in self._reports, 0
-            self._running = self._reports_of(radar.epoch.source)
+            is_new, self._number = radar.epoch.spoke_source not in self._reports, 0
+            self._running = self._reports_of(radar.epoch.spoke_source)
             if is_new and radar.epoch.goes_on:
                 self._running.set(self.errors)
             self.errors = self._running.errors
@@ -65,8 +65,8 @@ class ErrorStage:
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""
         with self._lock:
-            if batch.epoch.source not in self._reports:  # it continues the run of one that has failed
-                self._keep(batch.epoch.source, self._running)
+            if batch.epoch.spoke_source not in self._reports:  # it continues the run of one that has failed
+                self._keep(batch.epoch.spoke_source, self._running)
             sent = self._running.sent(batch.block)
         for block in sent:
             same = block is batch.block and batch.first == self._number
@@ -84,19 +84,19 @@ class ErrorStage:
         """Passes on the notice."""
         self._sinks.close(reason)
 
-    def completed(self, source: SpokeSource, line: TruthLine) -> str:
+    def completed(self, spoke_source: SpokeSource, line: TruthLine) -> str:
         """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
         with self._lock:
-            reports = self._reports.get(source)
+            reports = self._reports.get(spoke_source)
             return reports.completed(line) if reports else line.text
 
-    def _reports_of(self, source: SpokeSource) -> "_Reports":
-        if source not in self._reports:
-            self._keep(source, _Reports(source.info))
-        return self._reports[source]
+    def _reports_of(self, spoke_source: SpokeSource) -> "_Reports":
+        if spoke_source not in self._reports:
+            self._keep(spoke_source, _Reports(spoke_source.info))
+        return self._reports[spoke_source]
 
-    def _keep(self, source: SpokeSource, reports: "_Reports") -> None:
-        self._reports[source] = reports
+    def _keep(self, spoke_source: SpokeSource, reports: "_Reports") -> None:
+        self._reports[spoke_source] = reports
         while len(self._reports) > MAX_RUNS:
             del self._reports[next(iter(self._reports))]
 
@@ -104,7 +104,7 @@ class ErrorStage:
 class _Reports:
     """What is reported in one run of a scene. `next` is the number of the first spoke not yet sent, from t = 0."""
 
-    def __init__(self, of: SourceInfo) -> None:
+    def __init__(self, of: SpokeSourceInfo) -> None:
         scene = of.scene
         self._radar, self._seed, self._radar_id = scene.radar, of.seed, scene.radar_id
         self._ship, self.has_sensors = scene.steerable.own_ship, scene.has_sensors

@@ -1,18 +1,19 @@
-"""Where one engine hands over to another one that goes on with its rotation and its time: the end of a scan, known in advance.
+"""Where one spoke source hands over to another one that goes on with its rotation and its time: the end of a scan, known in
+advance.
 
-It is agreed when the other engine is prepared but for its origin. Until then, and until its first spokes are computed, the
-running engine turns on. One that is late by PATIENCE is not waited for: the next agreement is further ahead.
+It is agreed when the other spoke source is prepared but for its origin. Until then, and until its first spokes are computed, the
+running spoke source turns on. One that is late by PATIENCE is not waited for: the next agreement is further ahead.
 """
 
 import threading
 
 from radar_service.radar.parameters import Origin, Radar
-from radar_service.service.radio.engine_supervisor import EngineSupervisor
 from radar_service.service.radio.pacer import Pacer
+from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 
-PATIENCE = 0.25  # s of silence at most for an engine that is late; a calm feed has 0.2 s between two batches at times
+PATIENCE = 0.25  # s of silence at most for a spoke source that is late; a calm feed has 0.2 s between two batches at times
 LEAD = 1.0  # s from an agreement to the handover at least: some ten times what first spokes take
-MAX_LEAD = 60.0  # s: an engine that takes longer for its first spokes does not keep pace
+MAX_LEAD = 60.0  # s: a spoke source that takes longer for its first spokes does not keep pace
 
 
 class Overtaken(Exception):
@@ -20,14 +21,14 @@ class Overtaken(Exception):
 
 
 class SceneChanged(Exception):
-    """The scene that an engine was to go on with does not run any more."""
+    """The scene that a spoke source was to go on with does not run any more."""
 
 
 class Handover:
     """The agreement of a radar's requests with its transmitter. All methods may be called from any thread.
 
-    at: number of the next engine's first spoke; the transmitter sends no spoke from there on before it has taken over, or is
-    late. None where nothing is agreed. request: number of the newest request that has agreed.
+    at: number of the next spoke source's first spoke; the transmitter sends no spoke from there on before it has taken over,
+    or is late. None where nothing is agreed. request: number of the newest request that has agreed.
     """
 
     def __init__(self) -> None:
@@ -36,7 +37,8 @@ class Handover:
         self._lock = threading.Lock()
 
     def agree(self, request: int, radar: Radar, sent: int, idle: bool, lead: float) -> Origin:
-        """Returns where the engine of a request begins: at the end of a scan `lead` [s] ahead; at once where the radar is idle.
+        """Returns where the spoke source of a request begins: at the end of a scan `lead` [s] ahead; at once where the radar
+        is idle.
 
         radar: that runs; sent: the number of its next spoke. It replaces what an earlier request has agreed. Raises Overtaken.
         """
@@ -57,11 +59,12 @@ class Handover:
         return self.at is not None and self.request == request
 
     def is_due(self, number: int) -> bool:
-        """Whether the spoke of that number is the next engine's."""
+        """Whether the spoke of that number is the next spoke source's."""
         return self.at is not None and number >= self.at
 
     def claim(self, first: int, end: int) -> bool:
-        """Returns whether the spokes from `first` to `end` (exclusive) are still the running engine's; then they are sent now."""
+        """Returns whether the spokes from `first` to `end` (exclusive) are still the running spoke source's; then they are
+        sent now."""
         with self._lock:
             if self.at is not None and first >= self.at:
                 return False
@@ -69,13 +72,13 @@ class Handover:
             return True
 
     def cancel(self, request: int | None = None) -> None:
-        """Forgets what was agreed, by any request or by this one: no engine takes over there."""
+        """Forgets what was agreed, by any request or by this one: no spoke source takes over there."""
         with self._lock:
             if request in (None, self.request):
                 self.at = None
 
     def end(self, number: int) -> None:
-        """Forgets what was agreed: an engine has taken over. number: of its next spoke."""
+        """Forgets what was agreed: a spoke source has taken over. number: of its next spoke."""
         with self._lock:
             self.at, self._claimed = None, number
 
@@ -85,14 +88,15 @@ class Handover:
         self.at, self.request = None, request
 
 
-def wait_for_engine(handover: Handover, pacer: Pacer, engines: EngineSupervisor) -> None:
-    """Waits for the engine of a handover that is due, PATIENCE at most but while the radar is idle; then cancels the handover."""
+def wait_for_spoke_source(handover: Handover, pacer: Pacer, supervisor: WorkerSupervisor) -> None:
+    """Waits for the spoke source of a handover that is due, PATIENCE at most but while the radar is idle; then cancels the
+    handover."""
 
     def is_settled() -> bool:
-        return engines.has_pending or handover.at is None
+        return supervisor.has_pending or handover.at is None
 
     pacer.wait_for(lambda: is_settled() or not pacer.idle)
     pacer.wait_for(is_settled, PATIENCE)
-    with pacer.world.changed:  # while no engine is handed over
-        if not engines.has_pending:
+    with pacer.group_clock.changed:  # while no spoke source is handed over
+        if not supervisor.has_pending:
             handover.cancel()

@@ -12,7 +12,7 @@ from radar_service.display.scan_correlation import ScanMemory
 from radar_service.display.video import Controls, Layout
 from radar_service.numerics.types import Singles
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink
-from radar_service.spoke_source import SourceInfo, SpokeSource
+from radar_service.spoke_source import SpokeSource, SpokeSourceInfo
 
 Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 
@@ -27,7 +27,7 @@ class Revolution:
     heading: of own ship at the newest spoke [rad].
     """
 
-    of: SourceInfo
+    of: SpokeSourceInfo
     rows: list[Rows]
     next: int
     heading: float
@@ -36,9 +36,9 @@ class Revolution:
 class LastScan:
     """A sink that keeps row numbers and power [W] of the newest revolution. `_lock` guards all of it together."""
 
-    def __init__(self, source: SpokeSource) -> None:
+    def __init__(self, spoke_source: SpokeSource) -> None:
         self._lock = threading.Lock()
-        self._source, self._info = source, source.info
+        self._spoke_source, self._info = spoke_source, spoke_source.info
         self._rows: deque[Rows] = deque()
         self._next, self._heading = 0, 0.0
 
@@ -50,15 +50,15 @@ class LastScan:
     def open_epoch(self, radar: RadarInfo) -> None:
         """Drops the rows of another source; another display range keeps them."""
         with self._lock:
-            if radar.epoch.source is not self._source:
-                self._source, self._info, self._next = radar.epoch.source, radar.epoch.info, 0
+            if radar.epoch.spoke_source is not self._spoke_source:
+                self._spoke_source, self._info, self._next = radar.epoch.spoke_source, radar.epoch.info, 0
                 self._rows.clear()
 
     def send(self, batch: SpokeBatch) -> None:
         """Keeps a copy of a batch, as a part of a block holds all of its memory; drops what is older than one revolution."""
         block, azimuths = batch.block, batch.epoch.info.radar.azimuths
         with self._lock:
-            self._source, self._info = batch.epoch.source, batch.epoch.info
+            self._spoke_source, self._info = batch.epoch.spoke_source, batch.epoch.info
             self._next = block.first + len(block)
             self._heading = self._heading if np.isnan(block.heading[-1]) else float(block.heading[-1])
             earlier = None if batch.earlier is None else batch.earlier.copy()
@@ -106,8 +106,8 @@ class CorrelationStage:
         self._sinks.close(reason)
 
     def _memory_of(self, epoch: Epoch) -> ScanMemory:
-        if self._memory is None or self._memory[0] is not epoch.source:
-            self._memory = epoch.source, ScanMemory(epoch.info.radar, epoch.info.range, epoch.info.range_step)
+        if self._memory is None or self._memory[0] is not epoch.spoke_source:
+            self._memory = epoch.spoke_source, ScanMemory(epoch.info.radar, epoch.info.range, epoch.info.range_step)
         return self._memory[1]
 
 

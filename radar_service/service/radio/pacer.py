@@ -1,4 +1,4 @@
-"""The orders to a transmitter, and the wait until spokes are due."""
+"""The run control of a transmitter, and the wait until spokes are due."""
 
 import math
 from collections.abc import Callable
@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radar_service.numerics.types import Floats
+from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.pacing import Schedule
-from radar_service.service.radio.world_clock import WorldClock
 from radar_service.service.settings import Pace, Settings
 
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
 
 
 @dataclass(frozen=True)
-class Orders:
-    """The present orders.
+class RunControl:
+    """What the transmitter must do now.
 
-    version: changes with every order; steps: spokes still to send while paused; until: while paused without steps, the time
-    up to which other radars of the world have sent [s].
+    version: changes with every change; steps: spokes still to send while paused; until: while paused without steps, the time
+    up to which other radars of the group have sent [s].
     """
 
     version: int
@@ -34,7 +34,7 @@ class Orders:
 
 
 class Pacer:
-    """Settings and steps of one transmitter on the clock of its world. Orders come from any thread; its own thread waits.
+    """Settings and steps of one transmitter on the clock of its group. Changes come from any thread; its own thread waits.
 
     The clock's `changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without it.
     holds: whether nothing is due, whatever the settings say, until `release`; next, is_active: as the clock has them.
@@ -42,32 +42,32 @@ class Pacer:
     """
 
     def __init__(
-        self, settings: Settings, clock: Callable[[], float], world: WorldClock | None = None, held: bool = False
+        self, settings: Settings, clock: Callable[[], float], group_clock: GroupClock | None = None, held: bool = False
     ) -> None:
         self.settings, self.holds = settings, held
-        self.world = world or WorldClock()
+        self.group_clock = group_clock or GroupClock()
         self.stopping = self.waiting = False
         self.next, self.is_active = 0.0, True
-        self._generation = self.world.generation
+        self._generation = self.group_clock.generation
         self._steps = 0
         self._clock = clock
-        self._changed = self.world.changed
-        self.world.join(self)
+        self._changed = self.group_clock.changed
+        self.group_clock.join(self)
 
     @property
     def schedule(self) -> Schedule:
-        """The schedule of the world."""
-        return self.world.schedule
+        """The schedule of the group."""
+        return self.group_clock.schedule
 
     @property
     def held(self) -> bool:
-        """Whether this radar, or another one of its world, holds all of them."""
-        return self.world.held
+        """Whether this radar, or another one of its group, holds all of them."""
+        return self.group_clock.held
 
     @property
     def idle(self) -> bool:
         """Whether the radar is held, or paused without spokes to send."""
-        paused = self.settings.pace.state == "pause" and not self._steps and self.next > self.world.front
+        paused = self.settings.pace.state == "pause" and not self._steps and self.next > self.group_clock.front
         return self.held or paused
 
     @property
@@ -78,72 +78,74 @@ class Pacer:
 
     @property
     def is_outdated(self) -> bool:
-        """Whether the world runs another scene, which this radar has not begun."""
-        return self._generation != self.world.generation
+        """Whether the group runs another scene, which this radar has not begun."""
+        return self._generation != self.group_clock.generation
 
     def set(self, settings: Settings) -> None:
-        """Replaces the settings; the pace is that of all radars of the world."""
+        """Replaces the settings; the pace is that of all radars of the group."""
         with self._changed:
             if settings.pace != self.settings.pace:
-                self.world.set_pace(settings.pace)
+                self.group_clock.set_pace(settings.pace)
             self.settings = settings
-            self.world.notify()
+            self.group_clock.notify()
 
     def adopt(self, pace: Pace) -> None:
-        """Takes over the pace of the world, and forgets steps."""
+        """Takes over the pace of the group, and forgets steps."""
         self.settings, self._steps = replace(self.settings, pace=pace), 0
 
     def step(self, spokes: int) -> None:
-        """Orders that many spokes more, and then a pause."""
+        """RunControl that many spokes more, and then a pause."""
         with self._changed:
-            self.world.set_pace(replace(self.settings.pace, state="pause"))
+            self.group_clock.set_pace(replace(self.settings.pace, state="pause"))
             self._steps = spokes
-            self.world.notify()
+            self.group_clock.notify()
 
     def release(self) -> None:
         """Lets spokes become due."""
         with self._changed:
             self.holds = False
-            self.world.notify()
+            self.group_clock.notify()
 
     def interrupt(self) -> None:
         """Ends the present wait, because something else has changed."""
         with self._changed:
-            self.world.notify()
+            self.group_clock.notify()
 
     def stop(self) -> None:
         """Ends every wait, now and later."""
         with self._changed:
             self.stopping = True
-            self.world.notify()
+            self.group_clock.notify()
 
     def fail(self) -> None:
-        """Leaves the world's clock, until `begin`: the other radars do not wait for this one."""
+        """Leaves the group's clock, until `begin`: the other radars do not wait for this one."""
         with self._changed:
             self.is_active = False
-            self.world.notify()
+            self.group_clock.notify()
 
     def begin(self, time: float = 0.0) -> None:
         """Begins a scene, or goes on with it, at a time [s of simulation]: its first spoke is due at once."""
         with self._changed:
             if not self.is_outdated and time == 0.0:
-                self.world.front = -math.inf
-            self._generation, self.is_active, self.next = self.world.generation, True, time
-            self.world.schedule.restart()
+                self.group_clock.front = -math.inf
+            self._generation, self.is_active, self.next = self.group_clock.generation, True, time
+            self.group_clock.schedule.restart()
 
     def restart_schedule(self) -> None:
         """Makes the next spoke due at once."""
         with self._changed:
-            self.world.schedule.restart()
+            self.group_clock.schedule.restart()
 
-    def orders(self) -> Orders:
-        """Returns the orders as they are now."""
+    def run_control(self) -> RunControl:
+        """Returns what the transmitter must do now."""
         with self._changed:
             follows = self.settings.pace.state == "pause" and not self._steps
-            return Orders(self.world.version, self.settings, self._steps, self.world.front if follows else math.inf)
+            return RunControl(
+                self.group_clock.version, self.settings, self._steps, self.group_clock.front if follows else math.inf
+            )
 
-    def wait_until_due(self, times: Floats, orders: Orders, claim: Callable[[], bool] = lambda: True) -> bool:
-        """Waits until the spokes at these times (K,) [s] are due; returns False as soon as the orders have changed.
+    def wait_until_due(self, times: Floats, run_control: RunControl, claim: Callable[[], bool] = lambda: True) -> bool:
+        """Waits until the spokes at these times (K,) [s] are due; returns False as soon as this has changed.
 
         claim: is asked last, with the lock held, and says whether they may be sent.
         """
@@ -153,12 +155,14 @@ class Pacer:
                 self.next = first
                 self._changed.notify_all()
             try:
-                while orders.version == self.world.version and not self.stopping and not self.is_outdated:
+                while run_control.version == self.group_clock.version and not self.stopping and not self.is_outdated:
                     steps = not self.held and self._steps > 0
                     delay = 0.0 if steps else self.delay(first, last)
                     if delay <= 0:
                         may_go = claim()
-                        self._steps -= len(times) if steps and may_go else 0  # a client that has them may order more at once
+                        self._steps -= (
+                            len(times) if steps and may_go else 0
+                        )  # a client that has them may request more at once
                         return may_go
                     self._wait(min(delay, MAX_WAIT))
             finally:
@@ -166,20 +170,20 @@ class Pacer:
         return False
 
     def _wait(self, timeout: float) -> None:
-        """Waits for an order, at most `timeout` [s]; meanwhile commands stop nothing."""
+        """Waits for a change, at most `timeout` [s]; meanwhile commands stop nothing."""
         if not self.waiting:
             self.waiting = True
-            self.world.may_command.notify_all()
+            self.group_clock.may_command.notify_all()
         self._changed.wait(timeout)
 
     def delay(self, first: float, last: float) -> float:
         """Returns the seconds until spokes from `first` to `last` [s of simulation] are due; with `changed` held."""
         pace = self.settings.pace
-        if not self.held and pace.state == "pause" and last <= self.world.front:
+        if not self.held and pace.state == "pause" and last <= self.group_clock.front:
             return 0.0
-        if self.held or pace.state == "pause" or not self.world.may_begin(first, self):
+        if self.held or pace.state == "pause" or not self.group_clock.may_begin(first, self):
             return math.inf
-        return self.world.schedule.delay(self._clock(), last, pace.factor)
+        return self.group_clock.schedule.delay(self._clock(), last, pace.factor)
 
     def wait_for(self, condition: Callable[[], bool], timeout: float | None = None) -> None:
         """Waits until `condition` holds or the radar stops, at most `timeout` [s]."""
@@ -191,9 +195,9 @@ class Pacer:
         with self._changed:
             if not self.is_outdated:
                 self.next = math.nextafter(time, math.inf)
-                self.world.sent(self._clock(), time)
+                self.group_clock.sent(self._clock(), time)
 
     def reached(self) -> float | None:
         """Returns simulated seconds per second, measured; None before there is enough to measure."""
         with self._changed:
-            return self.world.schedule.reached(self._clock())
+            return self.group_clock.schedule.reached(self._clock())

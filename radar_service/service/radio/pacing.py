@@ -21,7 +21,7 @@ def batch_spokes(factor: float, spoke_period: float) -> int:
 class Schedule:
     """When a simulated time is due on the wall clock, and the factor that is achieved. Times in s.
 
-    slips: times that the schedule started anew because the engine was late; lag: lateness at the last call of delay [s].
+    slips: times that the schedule started anew because the spoke source was late; lag: lateness at the last call of delay [s].
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""An engine that computes a bounded number of azimuths ahead, in its own thread."""
+"""A spoke source that computes a bounded number of azimuths ahead, in its own thread."""
 
 import math
 import threading
@@ -9,7 +9,7 @@ from time import monotonic
 from radar_service.processes.limits import return_free_memory
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
-from radar_service.service.source import OrderedSource
+from radar_service.service.scene_request import SceneSpokeSource
 from radar_service.spoke_source import Commanded, TellsSources
 from radar_service.world.commands import Command, CommandLog
 
@@ -20,19 +20,19 @@ BYTES_BETWEEN = 256 * 2**20  # of spokes, then free memory is returned: the heap
 BLOCK = 32  # spokes; a message holds no more
 BYTES_PER_CELL = 12  # field and power
 BLOCK_BYTES = 4 * 2**20  # of wide spokes: they cross from one process to the other before the first of them is sent
-PREPARE_TIMEOUT = 120.0  # s that an engine may take to its first spokes
+PREPARE_TIMEOUT = 120.0  # s that a spoke source may take to its first spokes
 
 
-class EngineFault(Exception):
-    """The engine failed. The text says why."""
+class SpokeSourceFault(Exception):
+    """The spoke source failed. The text says why."""
 
 
-class BusyFault(EngineFault):
-    """The engine cannot do it now, but may do so soon: the machine is too busy, or its process is replaced."""
+class BusyFault(SpokeSourceFault):
+    """The spoke source cannot do it now, but may do so soon: the machine is too busy, or its process is replaced."""
 
 
-class EngineWorker:
-    """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes or BYTES_AHEAD, and one block more.
+class SpokeWorker:
+    """Runs one spoke source in a thread and queues its blocks, at most `azimuths` spokes or BYTES_AHEAD, and one block more.
 
     All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
 
@@ -40,14 +40,18 @@ class EngineWorker:
     """
 
     def __init__(
-        self, engine: OrderedSource, azimuths: int = AZIMUTHS_AHEAD, first: int = 0, commands: Iterable[Command] = ()
+        self,
+        spoke_source: SceneSpokeSource,
+        azimuths: int = AZIMUTHS_AHEAD,
+        first: int = 0,
+        commands: Iterable[Command] = (),
     ) -> None:
-        """first: number of the first spoke that is queued; commands: that the engine follows from its start."""
-        self.engine, self._first = engine, first
-        self.commands = CommandLog(engine.info.scene.steerable, commands)
-        self._told, self._telling = len(self.commands), threading.Lock()  # commands that the engine knows
-        if self.commands and isinstance(engine, Commanded):
-            engine.replay(self.commands)
+        """first: number of the first spoke that is queued; commands: that the spoke source follows from its start."""
+        self.spoke_source, self._first = spoke_source, first
+        self.commands = CommandLog(spoke_source.info.scene.steerable, commands)
+        self._told, self._telling = len(self.commands), threading.Lock()  # commands that the spoke source knows
+        if self.commands and isinstance(spoke_source, Commanded):
+            spoke_source.replay(self.commands)
         self._azimuths = azimuths
         self._blocks: deque[SpokeBlock] = deque()
         self._changed = threading.Condition()
@@ -69,22 +73,23 @@ class EngineWorker:
         self._thread.start()
 
     def stop(self, timeout: float = 0.0) -> None:
-        """Ends the engine and its thread, drops what was not taken, and waits for the thread at most `timeout` [s]."""
+        """Ends the spoke source and its thread, drops what was not taken, and waits for the thread at most `timeout` [s]."""
         with self._changed:
             self._stopping = True
             self._blocks.clear()
             self._changed.notify_all()
-        self.engine.close()
+        self.spoke_source.close()
         if timeout and self._thread.is_alive():
             self._thread.join(timeout)
 
     def wait_until_ready(self, timeout: float | None = None) -> bool:
-        """Waits for a block; returns False after `timeout` [s]. Raises EngineFault when none will come."""
+        """Waits for a block; returns False after `timeout` [s]. Raises SpokeSourceFault when none will come."""
         with self._changed:
             return self._has_block(timeout)
 
     def take(self, timeout: float) -> SpokeBlock | None:
-        """Returns the next block, None after `timeout` [s]. Raises EngineFault after the last block of a failed engine."""
+        """Returns the next block, None after `timeout` [s]. Raises SpokeSourceFault after the last block of a failed spoke
+        source."""
         with self._changed:  # held throughout: a command may drop the block that was waited for
             if not self._has_block(timeout):
                 return None
@@ -96,7 +101,7 @@ class EngineWorker:
         """Does the work of `wait_until_ready`. The lock is held."""
         self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
         if self._fault and not self._blocks:
-            raise EngineFault(self._fault)
+            raise SpokeSourceFault(self._fault)
         return bool(self._blocks)
 
     def command(self, command: Command) -> None:
@@ -108,16 +113,16 @@ class EngineWorker:
             self._changed.notify_all()
 
     def follow(self, commands: CommandLog) -> None:
-        """Notes the commands to another engine of the same scene that this one has not been given."""
+        """Notes the commands to another spoke source of the same scene that this one has not been given."""
         for each in commands.since(len(self.commands)):
-            self.command(each.after_change_of_rpm(self.engine.info.radar))
+            self.command(each.after_change_of_rpm(self.spoke_source.info.radar))
 
     def tell(self) -> None:
-        """Tells the engine the commands that it does not know, which may take its time."""
+        """Tells the spoke source the commands that it does not know, which may take its time."""
         with self._telling:
             for command in self.commands.since(self._told):
-                assert isinstance(self.engine, Commanded)  # else no command was made
-                self.engine.take(command)
+                assert isinstance(self.spoke_source, Commanded)  # else no command was made
+                self.spoke_source.take(command)
                 self._told += 1
 
     def known_part(self, block: SpokeBlock) -> SpokeBlock | None:
@@ -134,8 +139,8 @@ class EngineWorker:
         """
         with self._changed:
             is_more = request | self.requested != self.requested
-            if isinstance(self.engine, TellsSources):
-                self.engine.request_sources(request.labels, request.powers, spoke if is_more else None)
+            if isinstance(self.spoke_source, TellsSources):
+                self.spoke_source.request_sources(request.labels, request.powers, spoke if is_more else None)
             self.requested, self._requests = request, self._requests + 1
             if is_more:
                 self._needed = self._requests
@@ -145,12 +150,12 @@ class EngineWorker:
 
     def _run(self) -> None:
         try:
-            size = block_spokes(self.engine.info.range.size)
-            for block in self.engine.blocks(size=size):
+            size = block_spokes(self.spoke_source.info.range.size)
+            for block in self.spoke_source.blocks(size=size):
                 if not self._queue_block(block):
                     return
             self._fail("the engine ended its stream of spokes")
-        except EngineFault as error:
+        except SpokeSourceFault as error:
             self._fail(str(error))
         except Exception as error:  # of any kind: the transmitter must be notified
             self._fail(f"{type(error).__name__}: {error}")
@@ -161,7 +166,7 @@ class EngineWorker:
         if self._passed > BYTES_BETWEEN:
             self._passed = 0
             return_free_memory()
-        if block.first < self._first:  # a command of the time before has taken the engine back
+        if block.first < self._first:  # a command of the time before has taken the spoke source back
             block = block.part(min(self._first - block.first, len(block)), len(block))
         with self._changed:
             known = self.known_part(block) if len(block) and block.requests >= self._needed else None
@@ -191,17 +196,18 @@ def block_spokes(cells: int) -> int:
 
 
 def prepared(
-    engine: OrderedSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT, commands: Iterable[Command] = ()
-) -> EngineWorker:
-    """Returns a worker that has computed the first spokes of `scan`, as commanded. Raises EngineFault after `timeout` [s]."""
-    engine.skip_to(scan)
-    radar = engine.info.radar
-    worker = EngineWorker(engine, first=max(scan, radar.origin.scan) * radar.azimuths, commands=commands)
+    spoke_source: SceneSpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT, commands: Iterable[Command] = ()
+) -> SpokeWorker:
+    """Returns a worker that has computed the first spokes of `scan`, as commanded. Raises SpokeSourceFault after `timeout`
+    [s]."""
+    spoke_source.skip_to(scan)
+    radar = spoke_source.info.radar
+    worker = SpokeWorker(spoke_source, first=max(scan, radar.origin.scan) * radar.azimuths, commands=commands)
     worker.start()
     try:
         if worker.wait_until_ready(timeout):
             return worker
-        raise EngineFault(f"no spokes after {timeout:g} s; the scene is too heavy for this machine")
-    except EngineFault:
+        raise SpokeSourceFault(f"no spokes after {timeout:g} s; the scene is too heavy for this machine")
+    except SpokeSourceFault:
         worker.stop()
         raise

@@ -8,8 +8,8 @@ from functools import partial
 from radar_service.processes.call import Progress
 from radar_service.radar.parameters import Origin
 from radar_service.service.jobs import Job, JobQueue
-from radar_service.service.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.service.source import MakeSource, OrderedSource, SceneOrder
+from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
+from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.spoke_source import Continuing
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
@@ -24,29 +24,36 @@ class Preparations:
 
     def __init__(self, jobs: JobQueue | None = None) -> None:
         self.jobs = jobs or JobQueue()
-        self._kept: OrderedSource | None = None
+        self._kept: SceneSpokeSource | None = None
         self._timer: asyncio.TimerHandle | None = None
 
-    async def source(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> OrderedSource:
+    async def spoke_source(
+        self, make: MakeSpokeSource, scene_request: SceneRequest, job: str | None = None
+    ) -> SceneSpokeSource:
         """Returns a prepared scene. job: its name in the queue. Raises what JobQueue.run and `make` raise."""
-        return await self.jobs.run("upload", lambda progress: make(order, progress), job)
+        return await self.jobs.run("upload", lambda progress: make(scene_request, progress), job)
 
     async def workers(
-        self, make: MakeSource, orders: Mapping[str, SceneOrder], job: str | None = None, check: Check = lambda scene: None,
-        agree: Agree | None = None,
-    ) -> dict[str, EngineWorker]:  # fmt: skip
+        self, make: MakeSpokeSource, scene_requests: Mapping[str, SceneRequest], job: str | None = None,
+        check: Check = lambda scene: None, agree: Agree | None = None,
+    ) -> dict[str, SpokeWorker]:  # fmt: skip
         """Returns the radars of a scene, by their ids, which have computed their first spokes.
 
         check: refuses scenes, before their first spokes; agree: tells, in the job's thread, where a scene goes on that is
-        prepared but for that, and the commands that it follows. Raises as `source`, `check` and `agree`, and EngineFault.
+        prepared but for that, and the commands that it follows. Raises as `spoke_source`, `check` and `agree`, and
+        SpokeSourceFault.
         """
-        kept = {name: source for name, order in orders.items() if (source := self._taken(order))}
+        kept = {
+            name: spoke_source
+            for name, scene_request in scene_requests.items()
+            if (spoke_source := self._taken(scene_request))
+        }
 
-        def prepare(progress: Job) -> dict[str, EngineWorker]:
-            workers: dict[str, EngineWorker] = {}
+        def prepare(progress: Job) -> dict[str, SpokeWorker]:
+            workers: dict[str, SpokeWorker] = {}
             with contextlib.ExitStack() as on_failure:
-                for name, order in orders.items():
-                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress, agree)
+                for name, scene_request in scene_requests.items():
+                    workers[name] = _worker(kept.get(name), partial(make, scene_request), check, progress, agree)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -55,19 +62,19 @@ class Preparations:
         try:
             return await self.jobs.run("scene", prepare, job)
         except BaseException:
-            for source in kept.values():
-                source.close()
+            for spoke_source in kept.values():
+                spoke_source.close()
             raise
 
-    def keep(self, source: OrderedSource) -> None:
+    def keep(self, spoke_source: SceneSpokeSource) -> None:
         """Keeps a prepared scene for KEPT_SECONDS, in place of the one that was kept before."""
         self.drop()
-        self._kept = source
+        self._kept = spoke_source
         self._timer = asyncio.get_running_loop().call_later(KEPT_SECONDS, self.drop)
 
-    def drop(self, order: SceneOrder | None = None) -> None:
-        """Ends the scene that is kept; with `order` only where it is that one."""
-        if self._kept and order in (None, self._kept.order):
+    def drop(self, scene_request: SceneRequest | None = None) -> None:
+        """Ends the scene that is kept; with `scene_request` only where it is that one."""
+        if self._kept and scene_request in (None, self._kept.scene_request):
             self._kept.close()
             self._forget()
 
@@ -76,10 +83,10 @@ class Preparations:
         self.drop()
         self.jobs.close()
 
-    def _taken(self, order: SceneOrder) -> OrderedSource | None:
+    def _taken(self, scene_request: SceneRequest) -> SceneSpokeSource | None:
         """Returns the scene that is kept, where it is this one; it is then no longer kept."""
         kept = self._kept
-        if kept is None or kept.order != order:
+        if kept is None or kept.scene_request != scene_request:
             return None
         self._forget()
         return kept
@@ -91,34 +98,35 @@ class Preparations:
 
 
 def _worker(
-    kept: OrderedSource | None, make: Callable[[Progress], OrderedSource], check: Check, progress: Progress, agree: Agree | None
-) -> EngineWorker:  # fmt: skip
+    kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], check: Check, progress: Progress,
+    agree: Agree | None,
+) -> SpokeWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
         check(kept.info.scene)
-        with contextlib.suppress(EngineFault):
+        with contextlib.suppress(SpokeSourceFault):
             return _first_spokes(kept, progress)
-    source = make(progress)
+    spoke_source = make(progress)
     try:
-        check(source.info.scene)
+        check(spoke_source.info.scene)
         commands: Sequence[Command] = ()
         if agree:
-            assert isinstance(source, Continuing)  # one that cannot go on is not made for an agreement
+            assert isinstance(spoke_source, Continuing)  # one that cannot go on is not made for an agreement
             origin, earlier = agree()
-            source.begin_at(origin)
-            commands = [command.after_change_of_rpm(source.info.radar) for command in earlier]
+            spoke_source.begin_at(origin)
+            commands = [command.after_change_of_rpm(spoke_source.info.radar) for command in earlier]
     except BaseException:
-        source.close()
+        spoke_source.close()
         raise
-    return _first_spokes(source, progress, commands)
+    return _first_spokes(spoke_source, progress, commands)
 
 
-def _stop(workers: Mapping[str, EngineWorker]) -> None:
+def _stop(workers: Mapping[str, SpokeWorker]) -> None:
     for worker in workers.values():
         worker.stop()
 
 
-def _first_spokes(source: OrderedSource, progress: Progress, commands: Sequence[Command] = ()) -> EngineWorker:
+def _first_spokes(spoke_source: SceneSpokeSource, progress: Progress, commands: Sequence[Command] = ()) -> SpokeWorker:
     progress.stage("computing the first spokes")
-    return prepared(source, commands=commands)
+    return prepared(spoke_source, commands=commands)

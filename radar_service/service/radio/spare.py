@@ -1,4 +1,4 @@
-"""A prepared world has a spare: a process forked from it, which shares its memory, waits, and runs when the world has died.
+"""A prepared scene has a spare: a process forked from it, which shares its memory, waits, and runs when that one has died.
 
 Forking takes milliseconds where preparing takes seconds. A process with threads may fork only while those hold no lock; here
 they sleep. A spare that does not deliver all the same is replaced by a world that is prepared anew.
@@ -86,9 +86,9 @@ class Spares:
                 channel.send_ends([near, far])
         near.close()
         far.close()
-        return not self._process and self._ordered_to_run(Channel(its_near), Channel(its_far))
+        return not self._process and self._told_to_run(Channel(its_near), Channel(its_far))
 
-    def _ordered_to_run(self, control: Channel, data: Channel) -> bool:
+    def _told_to_run(self, control: Channel, data: Channel) -> bool:
         """Is the life of a spare that waits."""
         for end in self.ends:
             end.forget()

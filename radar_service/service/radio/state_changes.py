@@ -83,7 +83,9 @@ class StateWatch:
     def _commanded(self) -> Mapping[str, Any]:
         """What was commanded since the last look."""
         epoch = self._station.epoch
-        is_new = epoch.name != self._epoch.name and epoch.source is not self._epoch.source  # not its range, nor a restart
+        is_new = (
+            epoch.name != self._epoch.name and epoch.spoke_source is not self._epoch.spoke_source
+        )  # not its range, nor a restart
         another_scene = is_new and not epoch.goes_on
         if another_scene or len(epoch.commands) < self._commands:
             self._commands = 0

@@ -12,24 +12,24 @@ from typing import Any
 
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.truth import Truth
-from radar_service.service.controls import changed_order, changed_settings, changes_engine, controls_state
+from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.feed_encoder import FeedEncoder
 from radar_service.service.fanout.hub import FeedRefused, Hub
 from radar_service.service.feed_request import Mode
 from radar_service.service.logs import log_event
-from radar_service.service.radio.engine_supervisor import RESTARTS
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
 from radar_service.service.radio.preparation import Preparations
-from radar_service.service.radio.station_world import StationWorld
+from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.radio.truth_stream import Follower, TruthStream
+from radar_service.service.radio.worker_supervisor import RESTARTS
+from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.source import MakeSource, OrderedSource, SceneOrder
 from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
-from radar_service.spoke_source import SourceInfo
+from radar_service.spoke_source import SpokeSourceInfo
 
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
@@ -40,50 +40,50 @@ STOP_TIMEOUT = 3.0  # s to wait for each thread
 class Station:
     """One radar. All methods are for the event loop.
 
-    world: the radars that share its clock and its scene.
+    group: the radars that share its clock and its scene.
     hub: its clients.
     feed: encodes for them.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
-    commands: steer own ship and bodies, on all radars of the world.
+    commands: steer own ship and bodies, on all radars of the group.
     stopping: whether new clients are refused.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them.
     """
 
     def __init__(
-        self, identity: str, engine: OrderedSource, make_engine: MakeSource, *, name: str | None = None,
+        self, identity: str, spoke_source: SceneSpokeSource, make_spoke_source: MakeSpokeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
-        world: StationWorld | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
+        group: RadarGroup | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
     ) -> None:  # fmt: skip
-        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; world: that
+        """restarts: of failed spoke sources, see RestartLimiter; sinks: take the spokes too, beside the feed; group: that
         it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
         recorded: what `sinks` need of the sources of cells."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
         self.stopping = False
-        self.world = world or StationWorld()
+        self.group = group or RadarGroup()
         self.hub = Hub(clock)
-        self.last_scan = LastScan(engine)
+        self.last_scan = LastScan(spoke_source)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
-        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
-        self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
+        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, SentNotices(self.truth_stream))
         self.transmitter = Transmitter(
-            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
-            command_worker=self.world.command_worker,
+            spoke_source, settings or Settings(), sinks, clock, make_spoke_source, restarts=restarts,
+            command_worker=self.group.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
             sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
         )  # fmt: skip
         self.commands = self.transmitter.commands
         self.preparations = Preparations()
-        self._make_engine = make_engine
+        self._make_spoke_source = make_spoke_source
         self._wait_for, self._clock = wait_for, clock
-        self.world.join(identity, self.transmitter)
+        self.group.join(identity, self.transmitter)
         self._lead = LEAD  # s from an agreement of a handover to it
 
     @property
@@ -139,35 +139,35 @@ class Station:
         self.hub.leave(client)
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
-    async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SourceInfo]:
-        """Prepares another scene beside the running one and lets it take over, for all radars of this world; returns the epoch
-        and what is known of the engine of this one.
+    async def swap(self, scene_request: SceneRequest, job: str | None = None) -> tuple[str, SpokeSourceInfo]:
+        """Prepares another scene beside the running one and lets it take over, for all radars of this group; returns the epoch
+        and what is known of the spoke source of this one.
 
         Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
         running scene goes on.
         """
-        return await self._run(self.world.orders(order), job)
+        return await self._run(self.group.scene_requests(scene_request), job)
 
-    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SourceInfo]:
-        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
-        request = self.world.request()
-        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
-        epochs = self.world.switch_to(request, workers, stopping=self.stopping)
-        return epochs[self.identity], workers[self.identity].engine.info
+    async def _run(self, scene_requests: Mapping[str, SceneRequest], job: str | None = None) -> tuple[str, SpokeSourceInfo]:
+        """Prepares the scene requests of all radars of this group and lets them take over, as `swap`."""
+        request = self.group.request()
+        workers = await self.preparations.workers(self._make_spoke_source, scene_requests, job, self.group.check)
+        epochs = self.group.switch_to(request, workers, stopping=self.stopping)
+        return epochs[self.identity], workers[self.identity].spoke_source.info
 
-    async def prepare(self, order: SceneOrder, job: str | None = None) -> OrderedSource:
+    async def prepare(self, scene_request: SceneRequest, job: str | None = None) -> SceneSpokeSource:
         """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
-        return await self.preparations.source(self._make_engine, order, job)
+        return await self.preparations.spoke_source(self._make_spoke_source, scene_request, job)
 
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
 
-        A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
+        A change of a spoke source control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
         numbers of scans. Of several such changes the last one wins. Raises ControlError, and SceneError where such a scene is not
         valid.
         """
         changed_settings(self.settings, self.epoch.info.scene, requested)  # refuses before the scene changes
-        if changes_engine(requested):
+        if needs_new_spoke_source(requested):
             await self._go_on(requested)
         self.transmitter.pacer.set(changed_settings(self.settings, self.epoch.info.scene, requested))
         pace = requested.get("pace", {})
@@ -177,29 +177,32 @@ class Station:
     async def _go_on(self, requested: Mapping[str, Any]) -> None:
         """Lets the scene that runs next go on with other engine controls; another scene meanwhile keeps its own where it was
         requested later."""
-        request, engines = self.world.request(), self.transmitter.engines
-        while not self.world.has_met_after(request):
-            order = changed_order(self.settings, engines.pending_engine, requested)
-            if order is None:
+        request, supervisor = self.group.request(), self.transmitter.supervisor
+        while not self.group.has_met_after(request):
+            scene_request = changed_request(self.settings, supervisor.pending_spoke_source, requested)
+            if scene_request is None:
                 with contextlib.suppress(Overtaken):
-                    return None if engines.has_pending else self.transmitter.handover.overtake(request)
+                    return None if supervisor.has_pending else self.transmitter.handover.overtake(request)
                 return
-            if engines.has_pending and not engines.pending_engine.order.goes_on:  # another scene comes first
-                await self._run(self.world.changed_orders(self.identity, order))
+            if (
+                supervisor.has_pending and not supervisor.pending_spoke_source.scene_request.goes_on
+            ):  # another scene comes first
+                await self._run(self.group.changed_requests(self.identity, scene_request))
                 return
             with contextlib.suppress(SceneChanged):
-                if await self._has_gone_on(request, replace(order, origin=None)):
+                if await self._has_gone_on(request, replace(scene_request, origin=None)):
                     return
 
-    async def _has_gone_on(self, request: int, order: SceneOrder) -> bool:
-        """Prepares an order of the running scene and lets it go on from the end of a scan; returns False where it was late.
+    async def _has_gone_on(self, request: int, scene_request: SceneRequest) -> bool:
+        """Prepares a scene request of the running scene and lets it go on from the end of a scan; returns False where it was
+        late.
 
         Raises SceneChanged, and what Preparations.workers raises.
         """
-        agree = partial(self.transmitter.agree, request, order, self._lead)
+        agree = partial(self.transmitter.agree, request, scene_request, self._lead)
         try:
-            orders = {self.identity: order}
-            workers = await self.preparations.workers(self._make_engine, orders, None, self.world.check, agree)
+            scene_requests = {self.identity: scene_request}
+            workers = await self.preparations.workers(self._make_spoke_source, scene_requests, None, self.group.check, agree)
         except Overtaken:
             return True
         except BaseException:
@@ -212,13 +215,15 @@ class Station:
         return True
 
     async def truth(self, at: float | None = None) -> Truth:
-        """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
+        """Returns the state of everything at `at` [s of simulation], by default now. Raises SpokeSourceFault."""
         time = self.transmitter.simulated if at is None else at
-        return await asyncio.get_running_loop().run_in_executor(self._truths, self.epoch.source.truth, time)
+        return await asyncio.get_running_loop().run_in_executor(self._truths, self.epoch.spoke_source.truth, time)
 
     def controls(self) -> dict[str, Any]:
         """Returns the state of all controls, as REST and the feed give it."""
-        return controls_state(self.settings, self.epoch.info.scene, self.transmitter.engines.pending_engine.info.scene)
+        return controls_state(
+            self.settings, self.epoch.info.scene, self.transmitter.supervisor.pending_spoke_source.info.scene
+        )
 
     def radar_info(self, epoch: Epoch) -> RadarInfo:
         """Returns the description of this radar in an epoch."""

@@ -30,9 +30,9 @@ def state(station: Station) -> str:
 def is_ready(station: Station) -> bool:
     """Returns whether clients are taken and spokes come, or would come but for a pause or standby."""
     transmitter, settings = station.transmitter, station.settings
-    silent_by_order = transmitter.pacer.held or settings.pace.state == "pause" or not settings.transmit
+    silent_by_choice = transmitter.pacer.held or settings.pace.state == "pause" or not settings.transmit
     works = not (station.stopping or transmitter.fault or transmitter.state.now is State.RESTARTING)
-    return works and (silent_by_order or transmitter.sent > 0)
+    return works and (silent_by_choice or transmitter.sent > 0)
 
 
 def health(station: Station) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def health(station: Station) -> dict[str, Any]:
         "fault": transmitter.fault,
         "pace": station.settings.pace.as_dict(),
         "factor_reached": transmitter.pacer.reached(),
-        "restarts": transmitter.engines.restarts,
+        "restarts": transmitter.supervisor.restarts,
         "lag_s": schedule.lag,
         "slips": schedule.slips,
         "simulated_s": transmitter.simulated,

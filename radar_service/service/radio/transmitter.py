@@ -1,16 +1,16 @@
-"""The thread that sends: takes blocks from the engine's worker, waits until they are due, hands them to the sinks.
+"""The thread that sends: takes blocks from the spoke source's worker, waits until they are due, hands them to the sinks.
 
 What leads from one of its states to the next is in `transmitter_state`; each state has a method here, which returns the event.
 
-When an order acts:
+When a change acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
-  and where the world has several radars, which all begin it together.
+  and where the group has several radars, which all begin it together.
 - commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
-- rpm: a new epoch at the end of a scan that is agreed when its engine is prepared (`handover`).
-- the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
-  happens too often the radar fails and the sinks are closed; the next scene restarts it. An engine that is ready takes over.
+- rpm: a new epoch at the end of a scan that is agreed when its spoke source is prepared (`handover`).
+- the spoke source fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
+  happens too often the radar fails and the sinks are closed; the next scene restarts it. A spoke source that is ready takes over.
 """
 
 import threading
@@ -23,24 +23,24 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.command_worker import CommandWorker
 from radar_service.service.radio.commanded_transmitter import CommandedTransmitter
-from radar_service.service.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
-from radar_service.service.radio.handover import Handover, SceneChanged, wait_for_engine
+from radar_service.service.radio.group_clock import GroupClock
+from radar_service.service.radio.handover import Handover, SceneChanged, wait_for_spoke_source
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.pacing import batch_spokes
-from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.transmitter_state import Event, State, TransmitterState
-from radar_service.service.radio.world_clock import WorldClock
+from radar_service.service.radio.worker_supervisor import RESTARTS, RestartLimiter, WorkerSupervisor
+from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.source import MakeSource, OrderedSource, SceneOrder
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
 from radar_service.world.commands import Command
 
-BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
+BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the run control again
 Report = Callable[[str], None]
 
 
 class Transmitter:
-    """Sends the spokes of one radar to its sinks. Orders go to `pacer` and `switch_to`, from any thread.
+    """Sends the spokes of one radar to its sinks. RunControl go to `pacer` and `switch_to`, from any thread.
 
     The transmitter's thread alone writes epoch, state, sent and simulated; others only read them.
 
@@ -48,35 +48,38 @@ class Transmitter:
     state: what it does.
     sent: spokes since the start; simulated: time of the next spoke [s].
     commands: those that wait for the command worker.
-    engines: the running engine and its replacements.
+    supervisor: the running spoke source and its replacements.
     """
 
     def __init__(
-        self, engine: OrderedSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
+        self, spoke_source: SceneSpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
+        make_spoke_source: MakeSpokeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
     ) -> None:  # fmt: skip
-        """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
+        """make_spoke_source: makes another spoke source by the scene request of a failed one, at most `restarts` times
+        within RESTART_WINDOW.
 
-        command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
+        command_worker: of its group, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
         transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes;
         describe: the radar in an epoch that opens.
         """
-        self._command_worker = command_worker or CommandWorker(WorldClock())
-        self._world = self._command_worker.clock
-        self.pacer = Pacer(settings, clock, self._world, held)
-        self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
+        self._command_worker = command_worker or CommandWorker(GroupClock())
+        self._group_clock = self._command_worker.clock
+        self.pacer = Pacer(settings, clock, self._group_clock, held)
+        self.supervisor = WorkerSupervisor(
+            spoke_source, make_spoke_source, RestartLimiter(restarts, clock), self._group_clock.changed
+        )
         self.epoch = self._epoch(new_epoch_name(), settings.range)
         self.state = TransmitterState()
         self.sent, self.simulated = 0, 0.0
         self.handover = Handover()
-        self._commanded = CommandedTransmitter(self.state, self.pacer, self.engines, self.handover, clock)
+        self._commanded = CommandedTransmitter(self.state, self.pacer, self.supervisor, self.handover, clock)
         self.commands = self._commanded.commands
         self._sinks = SinkGroup(sinks)
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
         self._block: SpokeBlock | None = None  # what is still to be sent of the one that was taken last
-        self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
+        self._spokes_done = 0  # of the running spoke source's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
@@ -85,7 +88,7 @@ class Transmitter:
     def start(self) -> None:
         """Opens the first epoch on every sink and starts both threads."""
         self._open(self.epoch)
-        self.engines.start()
+        self.supervisor.start()
         self._command_worker.start()
         self.state.on(Event.START)
         self._thread.start()
@@ -94,46 +97,47 @@ class Transmitter:
         """Ends both threads and waits for each at most `timeout` [s]."""
         self.pacer.stop()
         self.commands.close("the server is stopping")
-        self.engines.stop()
+        self.supervisor.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)
             self._command_worker.stop(timeout)
-        self.engines.stop(timeout)
+        self.supervisor.stop(timeout)
 
     @property
     def fault(self) -> str | None:
         """Why the transmitter has failed; None while it has not."""
         return self.state.fault
 
-    def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
-        """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
+    def agree(self, request: int, scene_request: SceneRequest, lead: float) -> tuple[Origin, Sequence[Command]]:
+        """Returns where the spoke source of a scene request of the running scene begins that is ready in `lead` [s], and the
+        commands so far.
 
         request: its number, for `hand_over`. Raises SceneChanged where another scene runs or is about to, and Overtaken.
         """
-        with self._world.changed:  # while no engine takes over
-            running = self.engines.worker
-            if self.pacer.is_outdated or not self.engines.keep_scene_of(order):
+        with self._group_clock.changed:  # while no spoke source takes over
+            running = self.supervisor.worker
+            if self.pacer.is_outdated or not self.supervisor.keep_scene_of(scene_request):
                 raise SceneChanged
             idle = self.pacer.idle or self.fault is not None
             origin = self.handover.agree(
-                request, running.engine.info.radar, self._commanded.unsent, idle, lead * self.pacer.speed
+                request, running.spoke_source.info.radar, self._commanded.unsent, idle, lead * self.pacer.speed
             )
-            self.engines.drop_pending()  # of a request that this one has overtaken
+            self.supervisor.drop_pending()  # of a request that this one has overtaken
             self.pacer.interrupt()
             return origin, tuple(running.commands)
 
-    def hand_over(self, request: int, worker: EngineWorker) -> bool:
-        """Lets the engine of a request take over where that has agreed; returns False where it is late."""
-        with self._world.changed:
+    def hand_over(self, request: int, worker: SpokeWorker) -> bool:
+        """Lets the spoke source of a request take over where that has agreed; returns False where it is late."""
+        with self._group_clock.changed:
             if is_agreed := self.handover.is_agreed(request):
-                self.engines.switch_to(worker)
+                self.supervisor.switch_to(worker)
                 self.pacer.interrupt()
         return is_agreed
 
-    def switch_to(self, worker: EngineWorker) -> str:
-        """Lets the prepared engine of another scene take over; returns the name of its epoch. The last call wins."""
+    def switch_to(self, worker: SpokeWorker) -> str:
+        """Lets the prepared spoke source of another scene take over; returns the name of its epoch. The last call wins."""
         self.handover.cancel()
-        name = self.engines.switch_to(worker)
+        name = self.supervisor.switch_to(worker)
         self.pacer.interrupt()
         return name
 
@@ -150,33 +154,33 @@ class Transmitter:
             except Exception as error:  # of any kind: the clients must be notified
                 if not self.state.allows(Event.FAILURE):
                     raise
-                reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
+                reason = str(error) if isinstance(error, SpokeSourceFault) else f"{type(error).__name__}: {error}"
                 event = Event.STOP if self.pacer.stopping else self.state.fail(reason)
             self.state.on(event)
 
     def _while_sending(self) -> Event:
         """Takes blocks and sends them, part by part."""
-        self._world.let_command()  # a fault may have ended
+        self._group_clock.let_command()  # a fault may have ended
         while not self.pacer.stopping:
-            if event := self._obey_orders():
+            if event := self._obey_run_control():
                 return event
             if self._block is None:
-                self._block = self.engines.worker.take(BLOCK_TIMEOUT)
+                self._block = self.supervisor.worker.take(BLOCK_TIMEOUT)
             elif self._send_part(self._block) and self.handover.at is None and self._take_over():
                 return Event.TAKEN_OVER
         return Event.STOP
 
     def _while_handing_over(self) -> Event:
-        """Waits for the next engine; the running one turns on where it is late."""
-        wait_for_engine(self.handover, self.pacer, self.engines)
+        """Waits for the next spoke source; the running one turns on where it is late."""
+        wait_for_spoke_source(self.handover, self.pacer, self.supervisor)
         return Event.TAKEN_OVER if self._take_over() else Event.LATE
 
     def _while_restarting(self) -> Event:
-        """Continues with the next scan and another engine of the same scene, or with one that is ready."""
+        """Continues with the next scan and another spoke source of the same scene, or with one that is ready."""
         azimuths, self._block = self.epoch.info.radar.azimuths, None
-        scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
+        scan = self._spokes_done // azimuths + 1  # the present scan would make the next spoke source fail too
         self._commanded.go_on_from(scan * azimuths)
-        cause = self.engines.restart(self.state.reason, scan, self._on_restart)
+        cause = self.supervisor.restart(self.state.reason, scan, self._on_restart)
         if cause is None:
             return Event.TAKEN_OVER if self._take_over() else Event.GIVEN_UP
         missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
@@ -188,25 +192,25 @@ class Transmitter:
         return Event.RESTARTED
 
     def _while_failed(self) -> Event:
-        """Ends the feed and waits for an engine."""
+        """Ends the feed and waits for a spoke source."""
         reason = self.state.reason
         self.pacer.fail()
         self.commands.close(f"the radar has stopped: {reason}; give it another scene")
-        self.engines.worker.stop()
+        self.supervisor.worker.stop()
         self._sinks.close(reason)
         self._on_failure(reason)
         while not self.pacer.stopping:
-            self.pacer.wait_for(lambda: self.engines.has_pending)
+            self.pacer.wait_for(lambda: self.supervisor.has_pending)
             if self._take_over():
                 self.commands.close(None)
                 return Event.TAKEN_OVER
         return Event.STOP
 
-    def _obey_orders(self) -> Event | None:
+    def _obey_run_control(self) -> Event | None:
         """Applies what does not wait for the end of the scan; returns what ends the present block, None where it goes on."""
         if self.handover.is_due(self._spokes_done):
             return Event.HANDOVER_DUE
-        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
+        if self.supervisor.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
             return Event.TAKEN_OVER if self._take_over() else None
         if self.pacer.settings.range != self.epoch.range:
             self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
@@ -214,28 +218,28 @@ class Transmitter:
 
     def _send_part(self, block: SpokeBlock) -> bool:
         """Sends the first spokes of a block when they are due; returns whether they were the last ones of a scan."""
-        self._block = rest = self.engines.worker.known_part(block)
+        self._block = rest = self.supervisor.worker.known_part(block)
         if rest is None:
             return False  # it comes again, as commanded
-        orders = self.pacer.orders()
-        size = batch_spokes(orders.settings.pace.factor, self.epoch.info.radar.spoke_period)
-        part = rest.part(0, orders.spokes(rest.time, min(size, len(rest))))
+        run_control = self.pacer.run_control()
+        size = batch_spokes(run_control.settings.pace.factor, self.epoch.info.radar.spoke_period)
+        part = rest.part(0, run_control.spokes(rest.time, min(size, len(rest))))
         if self._request_sources(part):
             self._block = None
             return False
         self._commanded.pace.computed()
         claim = partial(self._commanded.claim, part.first, len(part), part.commands)
-        if not self.pacer.wait_until_due(part.time, orders, claim):
+        if not self.pacer.wait_until_due(part.time, run_control, claim):
             return False
-        self._send(part, orders.settings)
+        self._send(part, run_control.settings)
         self._commanded.pace.given()
         self._block = rest.part(len(part), len(rest)) if len(part) < len(rest) else None
         return part.index + len(part) == self.epoch.info.radar.azimuths
 
     def _request_sources(self, part: SpokeBlock) -> bool:
-        """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
-        worker = self.engines.worker
-        request = worker.engine.info.sources.to_request(self._sources())
+        """Has the spoke source tell what the sinks need of the sources; returns whether these spokes come again with it."""
+        worker = self.supervisor.worker
+        request = worker.spoke_source.info.sources.to_request(self._sources())
         if request == worker.requested:
             return False
         return worker.request_sources(request, part.first)
@@ -256,25 +260,25 @@ class Transmitter:
         return self._last[1] if self._last and self._last[0] == part.first - 1 else None
 
     def _take_over(self) -> bool:
-        """Lets the pending engine take over, where there is one; returns whether it has."""
-        taken = self.engines.take_over(self._begin)
+        """Lets the pending spoke source take over, where there is one; returns whether it has."""
+        taken = self.supervisor.take_over(self._begin)
         if taken is None:
             return False
         self._open(self._epoch(taken, self.pacer.settings.range))
         return True
 
-    def _begin(self, engine: OrderedSource) -> None:
-        """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
-        radar, self._last, self._block = engine.info.radar, None, None
+    def _begin(self, spoke_source: SceneSpokeSource) -> None:
+        """Takes up the time and the spokes of a spoke source that has taken over. The clock's lock is held."""
+        radar, self._last, self._block = spoke_source.info.radar, None, None
         self.pacer.begin(radar.origin.time)
         self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
         self.handover.end(self._spokes_done)
-        self._commanded.go_on_from(self._spokes_done, engine.order.goes_on)
+        self._commanded.go_on_from(self._spokes_done, spoke_source.scene_request.goes_on)
 
     def _epoch(self, name: str, range_max: float | None) -> Epoch:
-        """An epoch of the running engine, with a display range [m]."""
-        worker = self.engines.worker
-        return Epoch(name, worker.engine, range_max, worker.commands, worker.engine.order)
+        """An epoch of the running spoke source, with a display range [m]."""
+        worker = self.supervisor.worker
+        return Epoch(name, worker.spoke_source, range_max, worker.commands, worker.spoke_source.scene_request)
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0

@@ -1,8 +1,8 @@
 """The states of a transmitter and what leads from one to the next: TRANSITIONS has all of it.
 
-Standby, a pause and a radar that is held are no states: they are settings, which a radar obeys while it sends. An engine that
-waits to take over and an order to stop are no states either: they come from other threads, and an event follows when the
-transmitter's thread gets to them.
+Standby, a pause and a radar that is held are no states: they are settings, which a radar obeys while it sends. A spoke
+source that waits to take over and an order to stop are no states either: they come from other threads, and an event follows
+when the transmitter's thread gets to them.
 """
 
 from enum import Enum
@@ -69,8 +69,8 @@ class TransitionError(Exception):
 class TransmitterState:
     """The state of one transmitter. Any thread may read it; `start`, and then the transmitter's thread alone, write it.
 
-    now: the present state. reason: of the last failure. fault: why the radar has failed, from FAILED until an engine takes over,
-    also where it stops meanwhile; None while it runs.
+    now: the present state. reason: of the last failure. fault: why the radar has failed, from FAILED until a spoke source
+    takes over, also where it stops meanwhile; None while it runs.
 
     Each attribute is replaced whole. `fault` changes just before `now`.
     """
@@ -85,7 +85,7 @@ class TransmitterState:
         return (self.now, event) in TRANSITIONS
 
     def fail(self, reason: str) -> Event:
-        """Notes why the engine or a sink has failed; returns the event."""
+        """Notes why the spoke source or a sink has failed; returns the event."""
         self.reason = reason
         return Event.FAILURE
 

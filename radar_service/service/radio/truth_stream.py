@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 
 from radar_service.service.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.service.fanout.hub import FeedRefused
-from radar_service.service.radio.prefetch import EngineFault
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import RadarInfo, Sent
 from radar_service.spoke_source import SpokeSource, TruthLine
 
@@ -57,10 +57,10 @@ class TruthStream:
     """
 
     def __init__(
-        self, source: SpokeSource, pool: Executor,
-        completed: Callable[[SpokeSource, TruthLine], str] = lambda source, line: line.text,
+        self, spoke_source: SpokeSource, pool: Executor,
+        completed: Callable[[SpokeSource, TruthLine], str] = lambda spoke_source, line: line.text,
     ) -> None:  # fmt: skip
-        self._source, self._pool, self._completed = source, pool, completed
+        self._spoke_source, self._pool, self._completed = spoke_source, pool, completed
         self._followers: set[Follower] = set()
         self._kept: dict[tuple[SpokeSource, int | None, int, bool], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -71,7 +71,7 @@ class TruthStream:
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Remembers the source."""
-        self._source = radar.epoch.source
+        self._spoke_source = radar.epoch.spoke_source
 
     def sent(self, what: Sent) -> None:
         """Tells the followers what was sent."""
@@ -105,22 +105,22 @@ class TruthStream:
         header, waiting = "", deque[TruthLine]()
         position: tuple[SpokeSource, int, int] | None = None
         before = 0.0
-        sent: Sent | None = Sent(self._source, -1, 0.0, 0.0, False)
+        sent: Sent | None = Sent(self._spoke_source, -1, 0.0, 0.0, False)
         while sent is not None:
-            if (sent.source, sent.scan, sent.commands) != position:
-                first = await self._asked(sent.source, None)
+            if (sent.spoke_source, sent.scan, sent.commands) != position:
+                first = await self._asked(sent.spoke_source, None)
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
                 scan = []
                 if sent.scan >= 0:
-                    scan = await self._asked(sent.source, sent.scan, sent.commands, follower.radiometric)
-                goes_on = position is not None and position[:2] == (sent.source, sent.scan)
+                    scan = await self._asked(sent.spoke_source, sent.scan, sent.commands, follower.radiometric)
+                goes_on = position is not None and position[:2] == (sent.spoke_source, sent.scan)
                 since = before if goes_on else sent.first  # where commands have changed the rest of the scan
                 waiting = deque(line for line in scan if line.time >= since)
-                position = sent.source, sent.scan, sent.commands
+                position = sent.spoke_source, sent.scan, sent.commands
             while waiting and (sent.ends or waiting[0].time <= sent.last):
-                yield self._completed(sent.source, waiting.popleft())
+                yield self._completed(sent.spoke_source, waiting.popleft())
             before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 
@@ -129,17 +129,19 @@ class TruthStream:
             follower.put(sent)
 
     async def _asked(
-        self, source: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
+        self, spoke_source: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
     ) -> list[TruthLine]:
         """The lines of a scan after so many commands, or the header; none where the source fails, which another one
         replaces."""
-        key = source, scan, commands, radiometric
+        key = spoke_source, scan, commands, radiometric
         if key not in self._kept:
             loop = asyncio.get_running_loop()
-            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, source.truth_lines, scan, radiometric))
+            self._kept[key] = asyncio.ensure_future(
+                loop.run_in_executor(self._pool, spoke_source.truth_lines, scan, radiometric)
+            )
             while len(self._kept) > MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
-        with contextlib.suppress(EngineFault):
+        with contextlib.suppress(SpokeSourceFault):
             return await asyncio.shield(self._kept[key])
         self._kept.pop(key, None)
         return []

@@ -9,7 +9,7 @@ import pytest
 from radar_service.ports.app import create_app
 from radar_service.ports.http.requests import Requests
 from radar_service.processes.call import Progress
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from tests.ports.asgi import running
 from tests.ports.playing import station
 from tests.ports.rest.test_api import Slow
@@ -79,7 +79,7 @@ def test_an_answer_that_has_begun_is_not_begun_again() -> None:
     assert sent == ["http.response.start", "http.response.body"]
 
 
-def refuse(order: SceneOrder, progress: Progress) -> FakeEngine:
+def refuse(order: SceneRequest, progress: Progress) -> FakeEngine:
     raise TimeoutError("of the scene")
 
 

@@ -10,7 +10,7 @@ from radar_service.ports.rest.scene_store import Conflict
 from radar_service.processes.processor_time import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy
-from radar_service.service.radio.prefetch import BusyFault, EngineFault
+from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Server
 from tests.ports.playing import play
@@ -20,7 +20,7 @@ from tests.ports.playing import play
     ("error", "status", "lines"),
     [
         (SceneError("a: bad", "b: bad"), 422, ["a: bad", "b: bad"]), (ControlError("gain: 140"), 422, ["gain: 140"]),
-        (EngineFault("it broke"), 422, ["scene: it broke"]), (Conflict("it is full"), 409, ["it is full"]),
+        (SpokeSourceFault("it broke"), 422, ["scene: it broke"]), (Conflict("it is full"), 409, ["it is full"]),
     ],
 )  # fmt: skip
 def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, lines: list[str]) -> None:
@@ -67,4 +67,4 @@ def test_lines_name_the_key_the_value_and_the_problem() -> None:
 def test_handlers_are_added_to_any_application() -> None:
     app = FastAPI()
     add_exception_handlers(app)
-    assert {SceneError, ControlError, EngineFault, Conflict} <= set(app.exception_handlers)
+    assert {SceneError, ControlError, SpokeSourceFault, Conflict} <= set(app.exception_handlers)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from tests.ports.asgi import Server
 from tests.ports.playing import play, station
 from tests.service.fake import FakeEngine, factory
@@ -84,7 +84,7 @@ class Slow:
     def __init__(self) -> None:
         self.go, self.running = threading.Event(), threading.Semaphore(0)
 
-    def __call__(self, order: SceneOrder, progress: Progress) -> FakeEngine:
+    def __call__(self, order: SceneRequest, progress: Progress) -> FakeEngine:
         progress.stage("preparing and planning")
         ended = threading.Event()
         progress.ends_with(lambda: (ended.set(), self.go.set()))  # type: ignore[func-returns-value]

@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 from radar_service.ports.rest.command_routes import CommandChange, CommandState
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.world.commands import KEYS, Command
 from tests.ports.asgi import Server
 from tests.ports.playing import play
@@ -97,7 +97,7 @@ def test_of_two_commanders_the_last_one_holds() -> None:
     async def test(server: Server) -> None:
         answers = await asyncio.gather(*(server.http.patch(BUOY, json={"speed_kn": speed}) for speed in (3, 4)))
         assert [answer.status_code for answer in answers] == [200, 200]
-        log = list(only.epoch.source.commands)
+        log = list(only.epoch.spoke_source.commands)
         assert sorted(command.speed_kn or 0.0 for command in log) == [3.0, 4.0]
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == log[-1].speed_kn
 
@@ -134,7 +134,7 @@ def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
             await asyncio.sleep(0.001)
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
         again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
-        assert [command.speed_kn for command in only.epoch.source.commands] == [5.0, 6.0] and again["time"] == 0.0
+        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [5.0, 6.0] and again["time"] == 0.0
 
     play(test, only := station())
 
@@ -165,7 +165,7 @@ def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
         while not only.transmitter.pacer.idle:
             await asyncio.sleep(0.001)
         assert (await server.http.patch(BUOY, json={"speed_kn": 3})).json()["spoke"] == 9
-        await only.swap(SceneOrder(steerable_scene("next")))
+        await only.swap(SceneRequest(steerable_scene("next")))
         while only.epoch.info.scene.name != "next":
             await asyncio.sleep(0.001)
         assert (await server.http.get(BUOY)).json()["latest"] is None
@@ -180,16 +180,16 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
     monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 0.02)
 
     async def test(server: Server) -> None:
-        clock = only.world.clock
+        clock = only.group.clock
         clock.restart()
         late = await server.http.patch(BUOY, json={"speed_kn": 3})
         assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
-        await only.swap(SceneOrder(steerable_scene("next")))
+        await only.swap(SceneRequest(steerable_scene("next")))
         while only.epoch.info.scene.name != "next":
             await asyncio.sleep(0.001)
         monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
         assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
-        assert [command.speed_kn for command in only.epoch.source.commands] == [4.0]
+        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [4.0]
 
     play(test, only := station())
 

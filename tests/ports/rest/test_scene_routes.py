@@ -85,7 +85,7 @@ WITHOUT_TIME = [sys.executable, "-c", "import sys; sys.stdin.buffer.read()"]  # 
 def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """While the machine is busy the answer is 503; afterwards the reader's own words."""
     sandboxes = [partial(Sandbox, backstop=0.05, command=WITHOUT_TIME), Sandbox]
-    monkeypatch.setattr("radar_service.service.radio.world_process.Sandbox", lambda: sandboxes.pop(0)())
+    monkeypatch.setattr("radar_service.service.radio.scene_process_main.Sandbox", lambda: sandboxes.pop(0)())
     parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", content))]
 
     async def test(server: Server) -> None:
@@ -116,7 +116,7 @@ def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypat
             super().close()
             closed.append(True)
 
-    monkeypatch.setattr("radar_service.service.radio.world_process.Sandbox", Limited)
+    monkeypatch.setattr("radar_service.service.radio.scene_process_main.Sandbox", Limited)
 
     async def test(server: Server) -> None:
         feed = await server.feed()

@@ -12,7 +12,7 @@ import pytest
 from radar_service.ports.rest import vitals
 from radar_service.ports.rest.vitals import Vitals
 from radar_service.service.jobs import JobQueue
-from radar_service.service.radio.prefetch import EngineWorker
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.transmitter_state import Event
 from tests.ports.asgi import Server
 from tests.ports.playing import play, station
@@ -71,7 +71,7 @@ def test_a_full_disk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_dead_worker_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     async def test(server: Server) -> None:
-        monkeypatch.setattr(EngineWorker, "is_alive", False)
+        monkeypatch.setattr(SpokeWorker, "is_alive", False)
         answer = await server.http.get(READY)
         assert answer.status_code == 503 and answer.json()["problems"] == ["radar 0: its worker has died"]
 

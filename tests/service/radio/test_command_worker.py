@@ -28,12 +28,12 @@ from radar_service.service.radio.command_worker import (
     TooManyCommandsError,
     time_of_commands,
 )
-from radar_service.service.radio.prefetch import EngineWorker, prepared
+from radar_service.service.radio.group_clock import GroupClock
+from radar_service.service.radio.prefetch import SpokeWorker, prepared
+from radar_service.service.radio.scene_process import SceneProcessMaker
 from radar_service.service.radio.transmitter import Transmitter
-from radar_service.service.radio.world import WorldMaker
-from radar_service.service.radio.world_clock import WorldClock
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
 from radar_service.world.commands import Command, CommandError, CommandLog, NotSteerableError
@@ -58,7 +58,7 @@ class Radars:
     """The radars of a world on the air."""
 
     def __init__(self, engines: dict[str, Any], make: Any, sinks: dict[str, Any]) -> None:
-        self.command_worker = CommandWorker(WorldClock())
+        self.command_worker = CommandWorker(GroupClock())
         self.sinks = {name: sinks.get(name) or RecordingSink() for name in engines}
         self.transmitters = {
             name: Transmitter(
@@ -93,10 +93,10 @@ class Radars:
         pacer.set(Settings(pace=FLAT_OUT))
 
     def commands(self, radar: str) -> CommandLog:
-        return self.transmitters[radar].engines.worker.commands
+        return self.transmitters[radar].supervisor.worker.commands
 
     def engine(self, radar: str) -> SpokeSource:
-        return self.transmitters[radar].engines.worker.engine
+        return self.transmitters[radar].supervisor.worker.spoke_source
 
 
 @contextlib.contextmanager
@@ -145,8 +145,8 @@ def test_a_slow_radar_does_not_put_off_commands() -> None:
 
 
 def test_the_time_is_that_of_the_first_spoke_after_all_that_were_sent() -> None:
-    bow, slow = (EngineWorker(engine) for engine in fakes("bow", "slow").values())
-    of, period = bow.engine.scene.radar, 2.5 / AZIMUTHS
+    bow, slow = (SpokeWorker(engine) for engine in fakes("bow", "slow").values())
+    of, period = bow.spoke_source.scene.radar, 2.5 / AZIMUTHS
     assert time_of_commands([Steered(bow, 0, -math.inf), Steered(slow, 0, -math.inf)]) == 0.0
     one = Steered(bow, 7, of.time_of_spokes(6.0))
     assert time_of_commands([one]) == of.time_of_spokes(7.0)
@@ -250,7 +250,7 @@ def test_radars_that_are_about_to_begin_another_scene_are_steered_in_that() -> N
         radars.sinks["pier"].wait_for(lambda: len(radars.sinks["pier"].epochs) == 2)
         command = radars.put("pier", "buoy", speed_kn=5)
         assert list(workers["bow"].commands)[0].time == command.time
-        assert not len(radars.transmitters["bow"].epoch.source.commands)
+        assert not len(radars.transmitters["bow"].epoch.spoke_source.commands)
         sink.open.set()
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].block.commands == 1)
 
@@ -289,8 +289,8 @@ ORDERS: list[
 
 def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server: ForkServer) -> None:
     """In processes of their own, of which one crashes between two commands."""
-    maker = WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
-    sources = {name: maker(SceneOrder(WORLD, radar=name), UNFOLLOWED) for name in ("bow", "pier")}
+    maker = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast"))
+    sources = {name: maker(SceneRequest(WORLD, radar=name), UNFOLLOWED) for name in ("bow", "pier")}
     with on_air(dict(sources), maker) as radars:
         for number, (radar, spokes, body, values) in enumerate(ORDERS):
             radars.stepped("bow", spokes)
@@ -301,7 +301,7 @@ def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server
         times = np.linspace(0.0, radars.transmitters["pier"].simulated, 50)
         truths = [[radars.engine(name).truth(float(t)) for t in times] for name in ("bow", "pier")]
         sent = {name: list(radars.commands(name)) for name in sources}
-        assert radars.transmitters["pier"].engines.restarts == 1
+        assert radars.transmitters["pier"].supervisor.restarts == 1
     assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
     for bow, pier in zip(*truths, strict=True):
         ships = [bow.own_ship, next(body for body in pier.bodies if body.name == "ship")]

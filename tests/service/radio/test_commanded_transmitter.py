@@ -5,11 +5,11 @@ import math
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.command_pace import SPOKES_BETWEEN
 from radar_service.service.radio.commanded_transmitter import CommandedTransmitter
-from radar_service.service.radio.engine_supervisor import EngineSupervisor, RestartLimiter
 from radar_service.service.radio.handover import Handover
 from radar_service.service.radio.pacer import Pacer
-from radar_service.service.radio.prefetch import EngineWorker
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.transmitter_state import Event, TransmitterState
+from radar_service.service.radio.worker_supervisor import RestartLimiter, WorkerSupervisor
 from radar_service.service.settings import Settings
 from radar_service.world.scene import Scene
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
@@ -24,7 +24,7 @@ class Parts:
 
         self.engine, self.state, self.handover = FakeEngine(of or scene()), TransmitterState(), Handover()
         self.pacer = Pacer(Settings(), clock)
-        self.engines = EngineSupervisor(self.engine, factory(), RestartLimiter(3, clock), self.pacer.world.changed)
+        self.engines = WorkerSupervisor(self.engine, factory(), RestartLimiter(3, clock), self.pacer.group_clock.changed)
         self.radar = CommandedTransmitter(self.state, self.pacer, self.engines, self.handover, clock)
         self.state.on(Event.START)
 
@@ -91,9 +91,9 @@ def test_an_engine_that_goes_on_keeps_the_time_of_the_newest_spoke() -> None:
 def test_where_another_scene_is_about_to_begin_commands_act_on_its_engine() -> None:
     its = Parts()
     its.claim(its.engine.block(20, 4))
-    its.pacer.world.restart()
+    its.pacer.group_clock.restart()
     assert its.radar.steered is None
-    worker = EngineWorker(FakeEngine(scene("second")))
+    worker = SpokeWorker(FakeEngine(scene("second")))
     its.engines.switch_to(worker)
     assert its.radar.steered == (worker, 0, -math.inf)
 

@@ -12,7 +12,7 @@ from radar_service.display.video import Controls
 from radar_service.numerics.types import Singles
 from radar_service.radar.parameters import Origin
 from radar_service.service.radio.error_stage import MAX_RUNS, ErrorStage
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
 from radar_service.world.error import SceneError
@@ -192,10 +192,10 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
         each.set_errors({"gyro": {"bias_deg": 7}, "feed": {"drop_rate": 0.3}})
     served.scan()
     alone.scan()
-    order = SceneOrder(SCENE, rpm=30, origin=Origin())
-    epoch = Epoch("two", served.at_rpm(30), None, order=order)
+    order = SceneRequest(SCENE, rpm=30, origin=Origin())
+    epoch = Epoch("two", served.at_rpm(30), None, scene_request=order)
     stage.open_epoch(RadarInfo.unnamed(epoch))
-    for block in epoch.source.blocks():
+    for block in epoch.spoke_source.blocks():
         if block.scan > 2:
             break
         stage.send(SpokeBatch(epoch, 0, block, Controls()))

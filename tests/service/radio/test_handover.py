@@ -14,8 +14,8 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.handover import Handover, Overtaken
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.simulator import Simulator
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
@@ -123,7 +123,7 @@ class Late:
         self.ready, self.asked, self.made = threading.Event(), threading.Event(), list[FakeEngine]()
         self._turns = turns
 
-    def __call__(self, order: SceneOrder, progress: Progress) -> FakeEngine:
+    def __call__(self, order: SceneRequest, progress: Progress) -> FakeEngine:
         self.asked.set()
         assert self.ready.wait(10)
         self.made.append(factory(turns=self._turns)(order, progress))
@@ -183,7 +183,7 @@ def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_an
     sink = play(test, FAST, late)
     goes_on(sink, 1, PERIOD)
     *missed, last = late.made
-    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].source is last
+    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].spoke_source is last
 
 
 def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
@@ -206,18 +206,18 @@ def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> No
     """A scene that was requested later has its own rate of rotation, one that was requested earlier takes the new one."""
     slow, other = Late(), scene("other")
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
-        return (slow if order.rpm is not None and order.source is not other else factory())(order, progress)
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
+        return (slow if order.rpm is not None and order.scene_input is not other else factory())(order, progress)
 
     async def test(station: Station, sink: RecordingSink) -> None:
-        request = station.world.request() if swap_first else 0
+        request = station.group.request() if swap_first else 0
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(slow.asked.wait, 10)
         if swap_first:
-            workers = await station.preparations.workers(make, station.world.orders(SceneOrder(other)))
-            station.world.switch_to(request, workers, stopping=False)
+            workers = await station.preparations.workers(make, station.group.scene_requests(SceneRequest(other)))
+            station.group.switch_to(request, workers, stopping=False)
         else:
-            await station.swap(SceneOrder(other))
+            await station.swap(SceneRequest(other))
         await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].info.scene.name == "other")
         slow.ready.set()
         await change
@@ -244,11 +244,11 @@ def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() ->
         await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 30))
-    assert sink.epochs[1].order.rpm == 48 and "close" not in sink.names()
+    assert sink.epochs[1].scene_request.rpm == 48 and "close" not in sink.names()
 
 
 def test_a_change_that_fails_lets_the_radar_go_on() -> None:
-    def refuse(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def refuse(order: SceneRequest, progress: Progress) -> FakeEngine:
         raise SceneError("rpm: no")
 
     async def test(station: Station, sink: RecordingSink) -> None:
@@ -265,7 +265,7 @@ def test_of_two_changes_at_once_the_last_one_wins() -> None:
     async def test(station: Station, sink: RecordingSink) -> None:
         await asyncio.gather(station.change({"rpm": 48.0}), station.change({"rpm": 12.0}))
         await asyncio.to_thread(
-            sink.wait_for, lambda: sink.epochs[-1].order.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
+            sink.wait_for, lambda: sink.epochs[-1].scene_request.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
         )
 
     sink = play(test, FAST)
@@ -280,7 +280,7 @@ def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.
 
     async def test(station: Station, sink: RecordingSink) -> None:
         def end(handover: Handover, number: int) -> None:
-            pending.append(handover.at is not None and station.transmitter.engines.has_pending)
+            pending.append(handover.at is not None and station.transmitter.supervisor.has_pending)
             whole(handover, number)
 
         monkeypatch.setattr(Handover, "end", end)
@@ -311,12 +311,12 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
             assert ready.wait(10)
             return super().blocks(scans, size)
 
-    def make(order: SceneOrder, progress: Progress) -> InProcess:
+    def make(order: SceneRequest, progress: Progress) -> InProcess:
         asked.set()
         return Slow(order, "fast")
 
     async def body() -> None:
-        station = Station("0", InProcess(SceneOrder(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
+        station = Station("0", InProcess(SceneRequest(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
         await station.start()
         commands.append(await station.commands.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
         station.transmitter.pacer.step(128)

@@ -17,13 +17,13 @@ from tests.service.radio.recording import RecordingSink
 
 
 def send(memory: LastScan, epoch: Epoch, first: int, count: int) -> None:
-    assert isinstance(epoch.source, FakeEngine)
-    memory.send(SpokeBatch(epoch, first, epoch.source.block(first, count), Controls()))
+    assert isinstance(epoch.spoke_source, FakeEngine)
+    memory.send(SpokeBatch(epoch, first, epoch.spoke_source.block(first, count), Controls()))
 
 
 def test_it_keeps_the_newest_revolution() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
-    memory = LastScan(epoch.source)
+    memory = LastScan(epoch.spoke_source)
     for first in range(0, 2 * AZIMUTHS, 4):
         send(memory, epoch, first, 4)
     kept = memory.read()
@@ -36,9 +36,9 @@ def test_it_keeps_the_newest_revolution() -> None:
 
 def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
-    memory = LastScan(epoch.source)
+    memory = LastScan(epoch.spoke_source)
     send(memory, epoch, 0, 4)
-    memory.open_epoch(RadarInfo.unnamed(Epoch("f", epoch.source, 100.0)))
+    memory.open_epoch(RadarInfo.unnamed(Epoch("f", epoch.spoke_source, 100.0)))
     memory.skip("f", 4, 3, "it broke")
     memory.close("it broke")
     assert len(memory.read().rows) == 1
@@ -50,7 +50,7 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
 
 def test_rows_have_what_the_scan_before_had() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
-    memory, block = LastScan(epoch.source), epoch.source.block(0, 4)  # type: ignore[attr-defined]
+    memory, block = LastScan(epoch.spoke_source), epoch.spoke_source.block(0, 4)  # type: ignore[attr-defined]
     memory.send(SpokeBatch(epoch, 0, block, Controls(), earlier=block.power / 2))
     (_, _, earlier), *_ = memory.read().rows
     np.testing.assert_array_equal(earlier, block.power / 2)
@@ -59,9 +59,9 @@ def test_rows_have_what_the_scan_before_had() -> None:
 def test_parts_of_a_block_hold_no_more_than_themselves() -> None:
     """A command cuts blocks: of 32 spokes one may be sent, and the others come anew."""
     epoch = Epoch("e", FakeEngine(scene()), None)
-    memory = LastScan(epoch.source)
+    memory = LastScan(epoch.spoke_source)
     for first in range(AZIMUTHS):
-        block = epoch.source.block(first, 4).part(0, 1)  # type: ignore[attr-defined]
+        block = epoch.spoke_source.block(first, 4).part(0, 1)  # type: ignore[attr-defined]
         memory.send(SpokeBatch(epoch, first, block, Controls(), earlier=block.power))
     rows = memory.read().rows
     assert len(rows) == AZIMUTHS and all(power.base is None and earlier.base is None for _, power, earlier in rows)
@@ -69,9 +69,9 @@ def test_parts_of_a_block_hold_no_more_than_themselves() -> None:
 
 def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
-    memory = LastScan(epoch.source)
+    memory = LastScan(epoch.spoke_source)
     send(memory, epoch, 0, 4)
-    lost = replace(epoch.source.block(4, 4), heading=np.full(4, math.nan))  # type: ignore[attr-defined]
+    lost = replace(epoch.spoke_source.block(4, 4), heading=np.full(4, math.nan))  # type: ignore[attr-defined]
     memory.send(SpokeBatch(epoch, 4, lost, Controls()))
     assert memory.read().heading == pytest.approx(math.radians(30)) and memory.read().next == 8
 
@@ -91,7 +91,7 @@ class Played:
     def send(self, scan: int, video: Controls = ON, epoch: Epoch | None = None) -> np.ndarray | None:
         """Sends a scan; returns what the scan before had."""
         epoch = epoch or self.epoch
-        block = epoch.source.block(scan * AZIMUTHS, AZIMUTHS)  # type: ignore[attr-defined]
+        block = epoch.spoke_source.block(scan * AZIMUTHS, AZIMUTHS)  # type: ignore[attr-defined]
         self.stage.send(SpokeBatch(epoch, 0, block, video))
         assert self.sink.batches[-1] is self.other.batches[-1]
         return self.sink.batches[-1].earlier
@@ -105,9 +105,9 @@ def is_unknown(earlier: np.ndarray | None) -> bool:
 def test_correlation_acts_from_the_second_scan_after_it_was_switched_on() -> None:
     played = Played()
     assert played.send(0, OFF) is None and is_unknown(played.send(1))
-    found, memory = played.send(2), ScanMemory(played.epoch.info.scene.radar, played.epoch.source.range, 10.0)
+    found, memory = played.send(2), ScanMemory(played.epoch.info.scene.radar, played.epoch.spoke_source.range, 10.0)
     for scan in (1, 2):
-        expected = memory.take(played.epoch.source.block(scan * AZIMUTHS, AZIMUTHS))  # type: ignore[attr-defined]
+        expected = memory.take(played.epoch.spoke_source.block(scan * AZIMUTHS, AZIMUTHS))  # type: ignore[attr-defined]
     assert found is not None and np.isfinite(found).all()
     np.testing.assert_array_equal(found, expected)
     assert played.send(3, OFF) is None and is_unknown(played.send(4)) and not is_unknown(played.send(5))
@@ -115,7 +115,7 @@ def test_correlation_acts_from_the_second_scan_after_it_was_switched_on() -> Non
 
 def test_a_batch_passes_correlation_untouched_while_it_is_off() -> None:
     played = Played()
-    batch = SpokeBatch(played.epoch, 0, played.epoch.source.block(0, 5), OFF)  # type: ignore[attr-defined]
+    batch = SpokeBatch(played.epoch, 0, played.epoch.spoke_source.block(0, 5), OFF)  # type: ignore[attr-defined]
     played.stage.send(batch)
     assert played.sink.batches == [batch] and played.sink.batches[0] is batch
 

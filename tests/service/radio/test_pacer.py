@@ -1,4 +1,4 @@
-"""Orders and the wait for spokes, on a clock that the test moves."""
+"""RunControl and the wait for spokes, on a clock that the test moves."""
 
 import math
 import threading
@@ -23,23 +23,23 @@ def test_steps_go_at_once_and_are_counted_down() -> None:
     pacer = Pacer(Settings(), lambda: 0.0)
     pacer.step(5)
     assert pacer.settings.pace.state == "pause" and not pacer.idle
-    assert pacer.wait_until_due(TIMES, pacer.orders()) and pacer.orders().steps == 2
+    assert pacer.wait_until_due(TIMES, pacer.run_control()) and pacer.run_control().steps == 2
 
 
 def test_spokes_that_are_refused_at_last_cost_no_steps() -> None:
     pacer, answers = Pacer(Settings(), lambda: 0.0), iter((False, True))
     pacer.step(5)
-    assert [pacer.wait_until_due(TIMES, pacer.orders(), lambda: next(answers)) for _ in range(2)] == [False, True]
-    assert not list(answers) and pacer.orders().steps == 2
+    assert [pacer.wait_until_due(TIMES, pacer.run_control(), lambda: next(answers)) for _ in range(2)] == [False, True]
+    assert not list(answers) and pacer.run_control().steps == 2
 
 
 def test_a_wait_lets_the_command_worker_know() -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
-    orders = pacer.orders()
+    orders = pacer.run_control()
     waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
-    with pacer.world.changed:
+    with pacer.group_clock.changed:
         waiting.start()
-        assert pacer.world.may_command.wait_for(lambda: pacer.waiting, SOON)
+        assert pacer.group_clock.may_command.wait_for(lambda: pacer.waiting, SOON)
     pacer.interrupt()
     waiting.join(SOON)
     assert answers == [False] and not pacer.waiting
@@ -47,13 +47,13 @@ def test_a_wait_lets_the_command_worker_know() -> None:
 
 def test_as_fast_as_possible_waits_for_nothing() -> None:
     pacer = Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0)
-    assert pacer.wait_until_due(TIMES, pacer.orders())
+    assert pacer.wait_until_due(TIMES, pacer.run_control())
 
 
 @pytest.mark.parametrize("order", ["set", "step", "interrupt", "stop"])
 def test_an_order_ends_a_wait(order: str) -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
-    orders = pacer.orders()
+    orders = pacer.run_control()
     waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
     waiting.start()
     arguments = {"set": (replace(pacer.settings, transmit=False),), "step": (1,)}.get(order, ())
@@ -97,10 +97,10 @@ def test_nothing_is_due_while_it_is_held() -> None:
     pacer, answers = Pacer(Settings(), lambda: 0.0, held=True), list[bool]()
     assert pacer.idle
     pacer.step(3)
-    orders = pacer.orders()
+    orders = pacer.run_control()
     waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
     waiting.start()
     pacer.release()
     waiting.join(SOON)
     assert answers == [False] and not pacer.idle and not pacer.held  # the release is an order, too
-    assert pacer.wait_until_due(TIMES, pacer.orders())
+    assert pacer.wait_until_due(TIMES, pacer.run_control())

@@ -12,7 +12,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio import prefetch
-from radar_service.service.radio.prefetch import EngineFault, EngineWorker, prepared
+from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.world.commands import CommandError
 from radar_service.world.rotation import scene_at_rpm
 from tests.service.fake import FakeEngine, commanded, scene, steerable_scene
@@ -20,8 +20,8 @@ from tests.service.fake import FakeEngine, commanded, scene, steerable_scene
 SOON = 10.0  # s, for what should take milliseconds
 
 
-def started(engine: FakeEngine, azimuths: int = 12) -> EngineWorker:
-    worker = EngineWorker(engine, azimuths)
+def started(engine: FakeEngine, azimuths: int = 12) -> SpokeWorker:
+    worker = SpokeWorker(engine, azimuths)
     worker.start()
     return worker
 
@@ -77,7 +77,7 @@ def test_what_a_dying_engine_had_computed_is_still_given() -> None:
     worker = started(FakeEngine(scene(), dies_at=7))
     block = worker.take(SOON)
     assert block is not None and len(block) == 5
-    with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
+    with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
         worker.take(SOON)
 
 
@@ -172,7 +172,7 @@ def test_a_command_never_takes_away_the_block_that_was_waited_for(monkeypatch: p
     engine = FakeEngine(steerable_scene())
     with monkeypatch.context() as patch:
         patch.setattr(threading, "Condition", Interrupted)
-        worker = EngineWorker(engine)
+        worker = SpokeWorker(engine)
     changed = Interrupted.made[0]  # the worker's own; the next ones are its thread's
     worker.start()
     assert worker.wait_until_ready(SOON)
@@ -206,7 +206,7 @@ def test_an_engine_that_ends_is_a_fault_too() -> None:
     whole = engine.blocks
     engine.blocks = lambda scans=None, size=16: whole(1, size)  # type: ignore[method-assign]
     worker = started(engine, 1000)
-    with pytest.raises(EngineFault, match="ended"):
+    with pytest.raises(SpokeSourceFault, match="ended"):
         while worker.take(SOON):
             pass
 
@@ -242,7 +242,7 @@ def test_spokes_before_a_command_are_kept() -> None:
 
 def test_a_worker_follows_the_commands_to_another_engine() -> None:
     of = steerable_scene()
-    old, new = EngineWorker(FakeEngine(of)), EngineWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
+    old, new = SpokeWorker(FakeEngine(of)), SpokeWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
     for spoke in (7, 24, 30):
         commanded(old, spoke, "buoy", {"speed_kn": 5})
     new.command(list(old.commands)[0])
@@ -273,7 +273,7 @@ def test_wide_spokes_come_in_small_blocks(cells: int, spokes: int) -> None:
 
     engine = Wide(scene())
     engine.range = np.arange(cells, dtype=np.float64)
-    worker = EngineWorker(engine)
+    worker = SpokeWorker(engine)
     worker.start()
     assert worker.wait_until_ready(SOON)
     worker.stop(SOON)

@@ -10,18 +10,18 @@ from radar_service.radar.parameters import Origin
 from radar_service.service.jobs import Cancelled
 from radar_service.service.radio import preparation
 from radar_service.service.radio.handover import SceneChanged
-from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.preparation import Preparations
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
 from tests.service.fake import FakeEngine, factory, scene, steerable_scene
 
-FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})
+FIRST, SECOND = SceneRequest({"name": "first"}), SceneRequest({"name": "second"})
 made: list[FakeEngine] = []
 
 
-def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+def make(order: SceneRequest, progress: Progress) -> FakeEngine:
     engine = factory()(order, progress)
     made.append(engine)
     return engine
@@ -40,18 +40,18 @@ def play(test: Callable[[Preparations], Awaitable[None]]) -> None:
     asyncio.run(asyncio.wait_for(body(), 20))
 
 
-async def only(preparations: Preparations, order: SceneOrder) -> EngineWorker:
+async def only(preparations: Preparations, order: SceneRequest) -> SpokeWorker:
     """The worker of a scene with one radar."""
     return (await preparations.workers(make, {"0": order}))["0"]
 
 
 def test_an_upload_that_is_run_next_is_prepared_once() -> None:
     async def test(preparations: Preparations) -> None:
-        preparations.keep(await preparations.source(make, FIRST))
+        preparations.keep(await preparations.spoke_source(make, FIRST))
         worker = await only(preparations, FIRST)
-        assert len(made) == 1 and worker.engine is made[0] and not made[0].closed
+        assert len(made) == 1 and worker.spoke_source is made[0] and not made[0].closed
         again = await only(preparations, FIRST)  # it is no longer kept
-        assert len(made) == 2 and again.engine is made[1]
+        assert len(made) == 2 and again.spoke_source is made[1]
         for one in (worker, again):
             one.stop()
 
@@ -61,7 +61,7 @@ def test_an_upload_that_is_run_next_is_prepared_once() -> None:
 def test_only_the_newest_is_kept_and_only_until_it_is_dropped() -> None:
     async def test(preparations: Preparations) -> None:
         for order in (FIRST, SECOND):
-            preparations.keep(await preparations.source(make, order))
+            preparations.keep(await preparations.spoke_source(make, order))
         assert [engine.closed for engine in made] == [True, False]
         preparations.drop(FIRST)
         assert not made[1].closed
@@ -75,7 +75,7 @@ def test_it_is_kept_for_a_time_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(preparation, "KEPT_SECONDS", 0.0)
 
     async def test(preparations: Preparations) -> None:
-        preparations.keep(await preparations.source(make, FIRST))
+        preparations.keep(await preparations.spoke_source(make, FIRST))
         while not made[0].closed:
             await asyncio.sleep(0.001)
 
@@ -85,10 +85,10 @@ def test_it_is_kept_for_a_time_only(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_kept_scene_that_has_died_is_made_anew() -> None:
     async def test(preparations: Preparations) -> None:
         dead = FakeEngine(scene(), dies_at=0)
-        dead.order = FIRST
+        dead.scene_request = FIRST
         preparations.keep(dead)
         worker = await only(preparations, FIRST)
-        assert dead.closed and worker.engine is made[0]
+        assert dead.closed and worker.spoke_source is made[0]
         worker.stop()
 
     play(test)
@@ -102,7 +102,7 @@ def refusing(scene: SceneOutline) -> None:
 def test_a_scene_that_is_refused_is_ended_before_its_first_spokes(kept: bool) -> None:
     async def test(preparations: Preparations) -> None:
         if kept:
-            preparations.keep(await preparations.source(make, FIRST))
+            preparations.keep(await preparations.spoke_source(make, FIRST))
         with pytest.raises(ValueError, match="not first"):
             await preparations.workers(make, {"0": FIRST}, check=refusing)
         assert [engine.blocks_made for engine in made] == [0] and made[0].closed
@@ -111,13 +111,13 @@ def test_a_scene_that_is_refused_is_ended_before_its_first_spokes(kept: bool) ->
 
 
 def test_where_one_radar_of_a_scene_fails_the_others_are_ended() -> None:
-    def second_fails(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def second_fails(order: SceneRequest, progress: Progress) -> FakeEngine:
         if order is SECOND:
-            raise EngineFault("no memory")
+            raise SpokeSourceFault("no memory")
         return make(order, progress)
 
     async def test(preparations: Preparations) -> None:
-        with pytest.raises(EngineFault, match="no memory"):
+        with pytest.raises(SpokeSourceFault, match="no memory"):
             await preparations.workers(second_fails, {"a": FIRST, "b": SECOND})
         assert len(made) == 1 and made[0].closed
 
@@ -133,7 +133,7 @@ def test_a_cancelled_preparation_ends_all_radars() -> None:
         async def cancel() -> None:
             preparations.jobs.job("mine").cancel()
 
-        def cancels(order: SceneOrder, progress: Progress) -> FakeEngine:
+        def cancels(order: SceneRequest, progress: Progress) -> FakeEngine:
             engine = make(order, progress)
             if order is SECOND:
                 asyncio.run_coroutine_threadsafe(cancel(), loop).result(20)
@@ -153,7 +153,7 @@ def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_whe
     given = [Command(3, 3 * 2.5 / 24, "buoy", speed_kn=5.0)]
 
     async def test(preparations: Preparations) -> None:
-        orders = {"0": SceneOrder(of, rpm=48)}
+        orders = {"0": SceneRequest(of, rpm=48)}
         agreed = preparations.workers(make, orders, agree=lambda: (Origin(2.5, 1), given))
         (worker,) = (await agreed).values()
         block = worker.take(1.0)
@@ -169,7 +169,7 @@ def test_a_scene_that_has_no_origin_to_go_on_from_is_ended() -> None:
 
     async def test(preparations: Preparations) -> None:
         with pytest.raises(SceneChanged):
-            await preparations.workers(make, {"0": SceneOrder(scene(), rpm=48)}, agree=refuse)
+            await preparations.workers(make, {"0": SceneRequest(scene(), rpm=48)}, agree=refuse)
         assert made[0].closed and not made[0].blocks_made
 
     play(test)

@@ -68,7 +68,7 @@ def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were(
     """Between two looks the scene begins anew and gets as many commands as it had; a change of range tells none again."""
 
     async def test(server: Server, only: Station) -> None:
-        watch, order = StateWatch(only), only.epoch.order
+        watch, order = StateWatch(only), only.epoch.scene_request
         assert order is not None
         await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
         assert [change.kind for change in watch.changes()][-1] == "commands"

@@ -19,8 +19,8 @@ from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.feed_request import View
 from radar_service.service.radio import status
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene, scene_in
 from tests.service.radio.recording import RecordingSink
 
@@ -68,11 +68,11 @@ def test_a_sink_that_needs_labels_has_them_without_any_client() -> None:
 
 def test_a_client_with_labels_ends_the_wait_of_spokes_without_them() -> None:
     async def test(station: Station) -> None:
-        before = station.transmitter.pacer.orders().version
+        before = station.transmitter.pacer.run_control().version
         station.join(ClientQueue(View("u8")))
-        assert station.transmitter.pacer.orders().version == before
+        assert station.transmitter.pacer.run_control().version == before
         station.join(ClientQueue(View("u8", labels=True)))
-        assert station.transmitter.pacer.orders().version > before
+        assert station.transmitter.pacer.run_control().version > before
 
     play(test)
 
@@ -100,7 +100,7 @@ def test_scan_correlation_is_the_same_for_clients_that_join_late_or_catch_up() -
         np.testing.assert_array_equal(again, first)
         power = np.concatenate([batch.block.power for batch in sink.batches])[-AZIMUTHS:]
         to, by_hand = sink.epochs[0].layout(None), Controls(gain=0.0, gain_auto=False, sea_auto=False)
-        plain = display_video(power, to, by_hand, station.epoch.source.noise_power)
+        plain = display_video(power, to, by_hand, station.epoch.spoke_source.noise_power)
         assert np.all(first <= plain) and np.all(first[:, -3:] < plain[:, -3:])  # each spoke is stronger than the one before
 
     play(test, sinks=[sink])
@@ -140,7 +140,7 @@ def test_a_change_acts_on_settings_steps_and_scene() -> None:
 
 def test_a_prepared_scene_is_that_which_would_run() -> None:
     async def test(station: Station) -> None:
-        source = await station.prepare(SceneOrder(scene("other")))
+        source = await station.prepare(SceneRequest(scene("other")))
         assert source.info.scene.name == "other" and source.info.plan == {"modelled": []}
         assert station.epoch.info.scene.name == "test scene"
 
@@ -154,7 +154,7 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
 
     made: dict[str, FakeEngine] = {}
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         name = scene_in(order).name
         assert go[name].wait(20)
         made[name] = factory()(order, progress)
@@ -163,13 +163,13 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
     async def body() -> None:
         station = Station("0", FakeEngine(scene()), make, settings=Settings(pace=Pace("pause")))
         await station.start()
-        swaps = [asyncio.create_task(station.swap(SceneOrder(scene(name)))) for name in go]
+        swaps = [asyncio.create_task(station.swap(SceneRequest(scene(name)))) for name in go]
         await asyncio.sleep(0)
         for swap, name in list(zip(swaps, go, strict=True))[:: -1 if later_first else 1]:
             go[name].set()
             await swap
-        pending = station.transmitter.engines.pending_engine
-        while station.epoch.source is not pending:  # paused: it takes over at once
+        pending = station.transmitter.supervisor.pending_spoke_source
+        while station.epoch.spoke_source is not pending:  # paused: it takes over at once
             await asyncio.sleep(0.001)
         assert pending is made["second"] and made["first"].closed
         await station.stop()
@@ -206,10 +206,10 @@ def test_memory_stays_flat_over_swaps_of_wide_scenes() -> None:
 
     async def test(station: Station) -> None:
         for _ in range(12):
-            epoch, _ = await station.swap(SceneOrder(scene("wide", range_max_m=40_000)))
+            epoch, _ = await station.swap(SceneRequest(scene("wide", range_max_m=40_000)))
             while station.epoch.name != epoch:
                 await asyncio.sleep(0.001)
-            engine = station.epoch.source
+            engine = station.epoch.spoke_source
             station.transmitter.pacer.step(AZIMUTHS)
             while station.last_scan.read().next < AZIMUTHS:
                 await asyncio.sleep(0.001)

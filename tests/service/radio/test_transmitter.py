@@ -17,8 +17,8 @@ from radar_service.service.radio.command_pace import SPOKES_BETWEEN
 from radar_service.service.radio.command_worker import NoRadarError
 from radar_service.service.radio.prefetch import prepared
 from radar_service.service.radio.transmitter import Transmitter
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.world.commands import CommandError
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene, steerable_scene
 from tests.service.radio.recording import SOON, RecordingSink
@@ -31,7 +31,7 @@ FLAT_OUT = Settings(pace=Pace("run", math.inf))
 def transmitting(settings: Settings = PAUSED, *sinks: Any, **options: Any) -> Iterator[tuple[Transmitter, RecordingSink]]:
     """A started transmitter, and the recording sink beside `sinks`."""
     sink, engine = RecordingSink(), options.pop("engine", FakeEngine(scene()))
-    make_engine = options.pop("make_engine", factory())
+    make_engine = options.pop("make_spoke_source", factory())
     transmitter = Transmitter(engine, settings, (sink, *sinks), time.monotonic, make_engine, **options)
     transmitter.start()
     try:
@@ -41,7 +41,7 @@ def transmitting(settings: Settings = PAUSED, *sinks: Any, **options: Any) -> It
 
 
 def stepped(transmitter: Transmitter, sink: RecordingSink, spokes: int) -> None:
-    """Orders so many spokes and waits for them."""
+    """RunControl so many spokes and waits for them."""
     total = sink.spokes + spokes
     transmitter.pacer.step(spokes)
     sink.wait_for(lambda: sink.spokes >= total)
@@ -109,7 +109,7 @@ def test_another_range_opens_an_epoch_at_once() -> None:
         transmitter.pacer.set(replace(transmitter.pacer.settings, range=100.0))
         stepped(transmitter, sink, 2)
     assert sink.names() == ["open", "send", "open", "send"] and sink.epochs[1].range == 100.0
-    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].source is sink.epochs[1].source
+    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].spoke_source is sink.epochs[1].spoke_source
     later = [batch for batch in sink.batches if batch.epoch is sink.epochs[1]]
     assert (later[0].first, later[0].block.first) == (0, 5)
 
@@ -120,7 +120,7 @@ def test_another_scene_takes_over_when_the_scan_ends() -> None:
         turns.release()  # one block of five spokes: the scan has begun
         sink.wait_for(lambda: sink.spokes == 5)
         name = transmitter.switch_to(prepared(FakeEngine(scene("second"))))
-        assert transmitter.engines.pending_engine.scene.name == "second" and len(sink.epochs) == 1
+        assert transmitter.supervisor.pending_spoke_source.scene.name == "second" and len(sink.epochs) == 1
         for _ in range(20):
             turns.release()
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
@@ -146,7 +146,7 @@ def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
     with transmitting(replace(FLAT_OUT, transmit=transmit), **options) as (transmitter, sink):
         while transmitter.simulated < 3 * 2.5:
             time.sleep(0.001)
-    assert transmitter.engines.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
+    assert transmitter.supervisor.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
     skips = [details for name, details in sink.calls if name == "skip"]
     if not transmit:
         assert not skips and not sink.batches
@@ -159,12 +159,12 @@ def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
 
 def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() -> None:
     failures: list[str] = []
-    options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_engine": factory(dies_at=0)}
+    options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_spoke_source": factory(dies_at=0)}
     with transmitting(FLAT_OUT, restarts=2, on_failure=failures.append, **options) as (transmitter, sink):
         sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
         while not failures:
             time.sleep(0.001)
-        assert transmitter.fault == "RuntimeError: the wheel came off" and transmitter.engines.restarts == 2
+        assert transmitter.fault == "RuntimeError: the wheel came off" and transmitter.supervisor.restarts == 2
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
         assert transmitter.fault is None
@@ -202,12 +202,12 @@ def test_labels_come_from_the_next_spoke_on_and_no_spoke_is_lost_or_sent_twice()
 
 def test_every_next_engine_tells_what_is_requested() -> None:
     """Another scene, and the engine that replaces one that has failed."""
-    with transmitting(sources=lambda: SourceRequest(True), make_engine=factory(), restarts=3) as (transmitter, sink):
+    with transmitting(sources=lambda: SourceRequest(True), make_spoke_source=factory(), restarts=3) as (transmitter, sink):
         stepped(transmitter, sink, 3)
         transmitter.switch_to(prepared(FakeEngine(scene("second"), dies_at=20)))
         sink.wait_for(lambda: len(sink.epochs) == 2)
         stepped(transmitter, sink, AZIMUTHS)
-        assert transmitter.engines.restarts == 1
+        assert transmitter.supervisor.restarts == 1
     assert all(batch.block.labels is not None for batch in sink.batches)
 
 
@@ -231,7 +231,7 @@ def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPa
 
         transmitter.commands.put("buoy", again)
         sink.wait_for(lambda: sink.batches and sink.batches[-1].block.commands > 20)
-        numbers, commands = sink.numbers, list(transmitter.epoch.source.commands)
+        numbers, commands = sink.numbers, list(transmitter.epoch.spoke_source.commands)
     assert numbers == list(range(len(numbers)))
     assert min(np.diff([command.spoke for command in commands])) >= SPOKES_BETWEEN
 
@@ -250,13 +250,13 @@ def test_the_next_engine_knows_the_commands_of_the_one_that_failed(failing: int)
     """With 20 it fails while the radar is paused before the command, with 40 after it."""
     of = steerable_scene()
     failed = FakeEngine(of, dies_at=failing)
-    with transmitting(engine=failed, make_engine=factory()) as (transmitter, sink):
-        transmitter.engines.worker.engine.order = SceneOrder(of)  # type: ignore[misc]
+    with transmitting(engine=failed, make_spoke_source=factory()) as (transmitter, sink):
+        transmitter.supervisor.worker.spoke_source.scene_request = SceneRequest(of)  # type: ignore[misc]
         stepped(transmitter, sink, 7)
         command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
         transmitter.pacer.step(3 * AZIMUTHS)
         sink.wait_for(lambda: sink.numbers[-1] > 2 * AZIMUTHS)
-        engine = transmitter.epoch.source
+        engine = transmitter.epoch.spoke_source
         assert engine is not failed and list(engine.commands) == [command]
         assert sink.batches[-1].block.commands == 1
 

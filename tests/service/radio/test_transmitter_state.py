@@ -8,10 +8,10 @@ import pytest
 
 from radar_service.processes.call import Progress
 from radar_service.service.radio import handover
-from radar_service.service.radio.prefetch import EngineWorker, prepared
+from radar_service.service.radio.prefetch import SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.radio.transmitter_state import TRANSITIONS, Event, State, TransitionError, TransmitterState
-from radar_service.service.source import SceneOrder
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.world.scene import Scene
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
@@ -99,9 +99,9 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Passing]:
     assert passing.steps[0] == (Event.START, State.SENDING) and passing.steps[-1] == (Event.STOP, State.STOPPED)
 
 
-def agreed(transmitter: Transmitter, of: Scene, lead: float = 0.0) -> EngineWorker:
+def agreed(transmitter: Transmitter, of: Scene, lead: float = 0.0) -> SpokeWorker:
     """Agrees on a handover; returns the worker of the next engine."""
-    origin, commands = transmitter.agree(1, replace(SceneOrder(of), rpm=48.0), lead)
+    origin, commands = transmitter.agree(1, replace(SceneRequest(of), rpm=48.0), lead)
     engine = FakeEngine(of)
     engine.begin_at(origin)
     return prepared(engine, commands=commands)
@@ -112,10 +112,10 @@ def test_a_long_life(passed: Passing) -> None:
     dying, second = iter((100, 0)), scene("second")
     sink = RecordingSink()
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         return factory(dies_at=next(dying))(order, progress)
 
-    options = {"engine": FakeEngine(scene(), dies_at=40), "make_engine": make}
+    options = {"engine": FakeEngine(scene(), dies_at=40), "make_spoke_source": make}
     with transmitting(FLAT_OUT, sink, restarts=2, **options) as (transmitter, _):
         passed.wait_for(State.FAILED)
         transmitter.pacer.set(PAUSED)
@@ -161,7 +161,7 @@ def test_an_engine_that_is_late_leaves_the_rest_of_the_block_to_the_running_one(
 
 def scene_of(transmitter: Transmitter) -> Scene:
     """The scene that a transmitter of a fake engine runs."""
-    engine = transmitter.engines.worker.engine
+    engine = transmitter.supervisor.worker.spoke_source
     assert isinstance(engine, FakeEngine)
     return engine.scene
 
@@ -174,7 +174,7 @@ def test_an_engine_that_is_ready_takes_the_place_of_one_that_fails(passed: Passi
         turns.release(10)
         sink.wait_for(lambda: len(sink.epochs) == 2)
     assert passed.steps[1:-1] == [(Event.FAILURE, State.RESTARTING), (Event.TAKEN_OVER, State.SENDING)]
-    assert transmitter.engines.restarts == 0
+    assert transmitter.supervisor.restarts == 0
 
 
 def test_a_failed_radar_that_stops_keeps_its_fault(passed: Passing) -> None:

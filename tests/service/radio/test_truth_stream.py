@@ -12,7 +12,7 @@ import pytest
 from radar_service.display.video import Controls
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio import truth_stream
-from radar_service.service.radio.prefetch import EngineFault, EngineWorker
+from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SentNotices, SpokeBatch
 from radar_service.spoke_source import TruthLine
@@ -127,7 +127,7 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
             return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
 
     async def test(played: Played) -> None:
-        worker = EngineWorker(engine := Delayed(steerable_scene()))
+        worker = SpokeWorker(engine := Delayed(steerable_scene()))
         played.log = worker.commands
         played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", engine, None)))
         _, lines = played.follow()
@@ -184,7 +184,7 @@ def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
     class Failing(FakeEngine):
         def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             if scan == 0:
-                raise EngineFault("gone")
+                raise SpokeSourceFault("gone")
             return super().truth_lines(scan, radiometric)
 
     async def test(played: Played) -> None:

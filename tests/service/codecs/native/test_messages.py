@@ -122,7 +122,7 @@ def test_trimming_keeps_the_last_spokes(compression: str) -> None:
 def test_notices_have_these_fields() -> None:
     assert wire.unpack(CODEC.gap("e", 3, 2, "x")) == {"type": "gap", "epoch": "e", "first": 3, "count": 2, "reason": "x"}
     assert wire.unpack(CODEC.bye("e", "x")) == {"type": "bye", "epoch": "e", "reason": "x"}
-    truth = wire.unpack(CODEC.truth("e", EPOCH.source.truth(2.5)))
+    truth = wire.unpack(CODEC.truth("e", EPOCH.spoke_source.truth(2.5)))
     assert (truth["type"], truth["epoch"], truth["time"], len(truth["bodies"])) == ("truth", "e", 2.5, 1)
 
 

@@ -19,12 +19,12 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio import world
-from radar_service.service.radio.prefetch import BusyFault, EngineFault, prepared
+from radar_service.service.radio import scene_process
+from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault, prepared
+from radar_service.service.radio.scene_process import SceneProcess, SceneProcessMaker
 from radar_service.service.radio.transmitter import Transmitter
-from radar_service.service.radio.world import WorldMaker, WorldSource
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
 from radar_service.world.error import SceneError
@@ -43,13 +43,13 @@ SCENE: dict[str, Any] = {
         {"name": "buoy", "shape": "point", "position_m": [200, 0, 5], "rcs_dbsm": 10},
     ],
 }  # fmt: skip
-ORDER = SceneOrder(SCENE)
+ORDER = SceneRequest(SCENE)
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
 
 
 @pytest.fixture
-def maker(fork_server: ForkServer) -> WorldMaker:
-    return WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
+def maker(fork_server: ForkServer) -> SceneProcessMaker:
+    return SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast"))
 
 
 def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
@@ -63,7 +63,7 @@ def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
     raise AssertionError
 
 
-def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> None:
+def test_spokes_are_those_of_a_simulator_in_this_process(maker: SceneProcessMaker) -> None:
     ours, theirs = Simulator(load_scene(SCENE), "fast"), maker(ORDER, UNFOLLOWED)
     for theirs_block, ours_block in zip(taken(theirs, 120), ours.blocks(scans=2, size=32), strict=True):
         for key, value in vars(ours_block).items():
@@ -77,7 +77,7 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> N
     until(lambda: is_gone(theirs.process))
 
 
-def test_a_spare_goes_on_and_has_a_spare_itself(maker: WorldMaker) -> None:
+def test_a_spare_goes_on_and_has_a_spare_itself(maker: SceneProcessMaker) -> None:
     """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
     source, processes = maker(ORDER, UNFOLLOWED), []
     ours = Simulator(load_scene(SCENE), "fast")
@@ -108,11 +108,11 @@ ORDERS: dict[int, tuple[str | None, dict[str, Any]]] = {  # by the number of spo
 }
 
 
-def sent_under_command(maker: WorldMaker, kill_after: int = 0) -> tuple[RecordingSink, Transmitter]:
+def sent_under_command(maker: SceneProcessMaker, kill_after: int = 0) -> tuple[RecordingSink, Transmitter]:
     """What a radar in a process of its own sends while it is commanded."""
     sink = RecordingSink()
     paused = Settings(pace=Pace("pause", math.inf))
-    source = maker(SceneOrder(STEERED), UNFOLLOWED)
+    source = maker(SceneRequest(STEERED), UNFOLLOWED)
     transmitter = Transmitter(source, paused, (sink,), time.monotonic, maker)
     transmitter.start()
     try:
@@ -129,7 +129,7 @@ def sent_under_command(maker: WorldMaker, kill_after: int = 0) -> tuple[Recordin
     return sink, transmitter
 
 
-def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: WorldMaker) -> None:
+def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: SceneProcessMaker) -> None:
     sink, transmitter = sent_under_command(maker)
     commands = list(transmitter.epoch.commands)
     assert [command.spoke for command in commands] == list(ORDERS)
@@ -142,11 +142,11 @@ def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: Wor
     assert [batch.block.commands for batch in sink.batches][-1] == len(ORDERS)
 
 
-def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: WorldMaker) -> None:
+def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: SceneProcessMaker) -> None:
     """The rest of the scan is lost; what is sent later has the bytes of a run without the crash."""
     sink, transmitter = sent_under_command(maker, kill_after=130)
     commands = list(transmitter.epoch.commands)
-    assert len(commands) == len(ORDERS) and transmitter.engines.restarts == 1
+    assert len(commands) == len(ORDERS) and transmitter.supervisor.restarts == 1
     ours = Simulator(load_scene(STEERED), "fast", commands=commands)
     expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
     for batch in sink.batches:
@@ -156,7 +156,7 @@ def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: WorldMa
 
 
 @pytest.mark.parametrize("kill_after", [0, 70])
-def test_labels_come_when_they_are_requested_also_after_a_crash(maker: WorldMaker, kill_after: int) -> None:
+def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProcessMaker, kill_after: int) -> None:
     """Every spoke that is sent has the bytes of a run with labels from the start, whoever asks when."""
     sink, wanted = RecordingSink(), [SourceRequest()]
     source = maker(ORDER, UNFOLLOWED)
@@ -179,7 +179,7 @@ def test_labels_come_when_they_are_requested_also_after_a_crash(maker: WorldMake
     ours = {spoke.number: spoke for spoke in Simulator(load_scene(SCENE), "fast", labels=True, powers=(256,)).spokes(6)}
     told = [(spoke.labels is not None, spoke.powers is not None) for batch in sink.batches for spoke in batch.block.spokes()]
     assert told[:150] == [(False, False)] * 20 + [(True, False)] * 50 + [(True, True)] * 80
-    assert transmitter.engines.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
+    assert transmitter.supervisor.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
     for spoke in (spoke for batch in sink.batches for spoke in batch.block.spokes()):
         its = ours[spoke.number]
         assert spoke.field.tobytes() == its.field.tobytes()
@@ -187,7 +187,7 @@ def test_labels_come_when_they_are_requested_also_after_a_crash(maker: WorldMake
         assert spoke.powers is None or spoke.powers[256].tobytes() == its.powers[256].tobytes()
 
 
-def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:
+def test_a_spare_that_has_died_is_no_spare(maker: SceneProcessMaker) -> None:
     source = maker(ORDER, UNFOLLOWED)
     assert source.spare_process is not None
     os.kill(source.spare_process, signal.SIGKILL)
@@ -198,8 +198,8 @@ def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_server: ForkServer) -> None:
-    """The new spare gives the bytes of a simulator, though it was forked while the world computed."""
-    source = WorldMaker(fork_server, SimulatorOptions(fidelity="fast", threads=threads))(ORDER, UNFOLLOWED)
+    """The new spare gives the bytes of a simulator, though it was forked while the process computed."""
+    source = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast", threads=threads))(ORDER, UNFOLLOWED)
     assert (first := source.spare_process) is not None
     os.kill(first, signal.SIGKILL)
     until(lambda: is_gone(first))
@@ -232,65 +232,65 @@ def halt(process: int) -> None:
 
 @pytest.mark.same_bytes
 def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
-    maker: WorldMaker, monkeypatch: pytest.MonkeyPatch
+    maker: SceneProcessMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source, ours = maker(ORDER, UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
     assert source.truth(1.0) == ours.truth(1.0)
     halt(source.process)
-    monkeypatch.setattr(world, "TRUTH_TIMEOUT", 0.05)
+    monkeypatch.setattr(scene_process, "TRUTH_TIMEOUT", 0.05)
     for time_asked in (2.0, 3.0):
         with pytest.raises(BusyFault, match=r"^truth: none after 0.05 s; try again later$"):
             source.truth(time_asked)
     os.kill(source.process, signal.SIGCONT)
-    monkeypatch.setattr(world, "TRUTH_TIMEOUT", 20.0)
+    monkeypatch.setattr(scene_process, "TRUTH_TIMEOUT", 20.0)
     assert source.truth(4.0) == ours.truth(4.0) and source.truth(5.0) == ours.truth(5.0)
     assert taken(source, 1)[0].first == 0
     source.close()
 
 
-def test_a_spare_that_comes_after_the_end_is_ended(maker: WorldMaker, fork_server: ForkServer) -> None:
+def test_a_spare_that_comes_after_the_end_is_ended(maker: SceneProcessMaker, fork_server: ForkServer) -> None:
     source, late = maker(ORDER, UNFOLLOWED), fork_server.child(tasks.wait)
     source.close()
     source.replace_spare(late)
     until(lambda: is_gone(late.process))
 
 
-def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:
+def test_a_plan_that_is_known_is_not_made_again(maker: SceneProcessMaker) -> None:
     """Of a harbour the plan takes as long as half of the rest."""
     known = {"modelled": ["what was found before"]}
     source = maker(replace(ORDER, plan=known), UNFOLLOWED)
     assert source.info.plan == known
-    assert source.order.plan is None  # so that a changed order does not keep it
+    assert source.scene_request.plan is None  # so that a changed order does not keep it
     source.close()
 
 
-def test_it_tells_how_many_trees_it_holds(maker: WorldMaker) -> None:
+def test_it_tells_how_many_trees_it_holds(maker: SceneProcessMaker) -> None:
     """Equal boxes share one."""
     boxes = [
         SCENE["body"][0] | {"name": name, "material": "steel", "position_m": [x, 300, 2]}
         for name, x in (("a", 0), ("b", 50))
     ]
-    source = maker(SceneOrder(SCENE | {"body": boxes}), UNFOLLOWED)
+    source = maker(SceneRequest(SCENE | {"body": boxes}), UNFOLLOWED)
     assert source.trees == 0
     taken(source, 60)
     assert source.trees == 1
     source.close()
 
 
-def test_it_may_begin_with_any_scan_and_another_rate(maker: WorldMaker) -> None:
+def test_it_may_begin_with_any_scan_and_another_rate(maker: SceneProcessMaker) -> None:
     source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
     source.skip_to(3)
     assert source.info.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
     source.close()
 
 
-def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(maker: WorldMaker) -> None:
+def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(maker: SceneProcessMaker) -> None:
     origin, source = Origin(7.5, 3), maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
     source.begin_at(origin)
     ours = Simulator(load_scene(SCENE), "fast")
     ours.skip_to(3)
     (expected,) = ours.at_rpm(48).blocks(scans=1, size=60)
-    assert source.order.goes_on and source.info.radar.origin == origin
+    assert source.scene_request.goes_on and source.info.radar.origin == origin
     for _ in range(2):
         blocks = taken(source, 60)
         assert (blocks[0].first, blocks[0].time[0]) == (180, 7.5)
@@ -307,21 +307,21 @@ def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(ma
     ("scene", "words"),
     [({"radar": {"azimuths": 10**9}}, "radar.azimuths"), ({"body": [{"name": "a", "mesh": "a.obj"}]}, "body[0].mesh")],
 )
-def test_a_scene_that_is_not_valid_is_refused_with_its_lines(maker: WorldMaker, scene: Any, words: str) -> None:
+def test_a_scene_that_is_not_valid_is_refused_with_its_lines(maker: SceneProcessMaker, scene: Any, words: str) -> None:
     with pytest.raises(SceneError) as error:
-        maker(SceneOrder(scene), UNFOLLOWED)
+        maker(SceneRequest(scene), UNFOLLOWED)
     assert all(isinstance(line, str) for line in error.value.problems) and words in error.value.problems[0]
 
 
-def test_a_rate_that_the_scene_cannot_have_is_refused(maker: WorldMaker) -> None:
+def test_a_rate_that_the_scene_cannot_have_is_refused(maker: SceneProcessMaker) -> None:
     slow = SCENE | {"radar": SCENE["radar"] | {"prf_hz": 60.0}}
     with pytest.raises(SceneError, match="rpm: 600 gives"):
-        maker(SceneOrder(slow, rpm=600.0), UNFOLLOWED)
+        maker(SceneRequest(slow, rpm=600.0), UNFOLLOWED)
 
 
 def test_too_much_memory_is_an_error_of_the_scene(fork_server: ForkServer) -> None:
     with pytest.raises(SceneError, match="it needs more than the 512 MiB"):
-        WorldMaker(fork_server, hungry, 2**29)(ORDER, UNFOLLOWED)
+        SceneProcessMaker(fork_server, hungry, 2**29)(ORDER, UNFOLLOWED)
 
 
 def hungry(of: Any) -> FakeEngine:
@@ -342,26 +342,26 @@ class KilledInPreparation(NoProgress):
         self.close()
 
 
-def test_a_process_that_ends_while_it_prepares_is_a_fault(maker: WorldMaker) -> None:
-    with pytest.raises(EngineFault, match="its process has ended"):
+def test_a_process_that_ends_while_it_prepares_is_a_fault(maker: SceneProcessMaker) -> None:
+    with pytest.raises(SpokeSourceFault, match="its process has ended"):
         maker(ORDER, KilledInPreparation())
 
 
-def test_preparing_too_long_is_a_fault(maker: WorldMaker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(world, "PREPARE_TIMEOUT", 0.0)
-    with pytest.raises(EngineFault, match="too heavy"):
+def test_preparing_too_long_is_a_fault(maker: SceneProcessMaker, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene_process, "PREPARE_TIMEOUT", 0.0)
+    with pytest.raises(SpokeSourceFault, match="too heavy"):
         maker(ORDER, UNFOLLOWED)
 
 
 def test_a_machine_that_gives_no_processor_time_is_no_fault_of_the_scene(
     fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(world, "PREPARE_TIMEOUT", 1.0)
+    monkeypatch.setattr(scene_process, "PREPARE_TIMEOUT", 1.0)
     with pytest.raises(BusyFault, match="^scene: the machine is busy: .* in 1 s; try again later$"):
-        WorldMaker(fork_server, tasks.wait)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+        SceneProcessMaker(fork_server, tasks.wait)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
 
 
-def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(maker: WorldMaker) -> None:
+def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(maker: SceneProcessMaker) -> None:
     maker(ORDER, UNFOLLOWED).close()  # the process that starts others runs
     before, refused = open_descriptors(), 0
     for left in range(9):
@@ -377,46 +377,46 @@ def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(ma
 
 def test_a_busy_sandbox_is_no_fault_of_the_scene(fork_server: ForkServer) -> None:
     with pytest.raises(BusyFault, match="^here: the machine is busy"):
-        WorldMaker(fork_server, tasks.find_machine_busy)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+        SceneProcessMaker(fork_server, tasks.find_machine_busy)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
 
 
 def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
-    source = WorldMaker(fork_server, dying)(ORDER, UNFOLLOWED)
-    with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
+    source = SceneProcessMaker(fork_server, dying)(ORDER, UNFOLLOWED)
+    with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
         taken(source, 1000)
     assert source.truth(1.0).time == 1.0  # still
     source.close()
     for failing in (lambda: source.truth(1.0), lambda: taken(source, 1)):
-        with pytest.raises(EngineFault, match="its process has ended"):
+        with pytest.raises(SpokeSourceFault, match="its process has ended"):
             failing()
 
 
 @pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSEGV])
-def test_a_killed_world_is_replaced_in_the_next_scan(maker: WorldMaker, death: int) -> None:
+def test_a_killed_process_is_replaced_in_the_next_scan(maker: SceneProcessMaker, death: int) -> None:
     """Numbers go on, and the missing ones are announced."""
     sink, first = RecordingSink(), maker(ORDER, UNFOLLOWED)
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 100)
-    before = transmitter.engines.restarts
+    before = transmitter.supervisor.restarts
     os.kill(first.process, death)
     sink.wait_for(lambda: "skip" in sink.names() and sink.calls[-1][0] == "send")
-    second = transmitter.epoch.source
+    second = transmitter.epoch.spoke_source
     transmitter.stop(10.0)
-    assert transmitter.engines.restarts == before + 1
+    assert transmitter.supervisor.restarts == before + 1
     number = 0
     for name, details in sink.calls[1:]:
         assert name in ("send", "skip") and details[1] == number
         number += details[2]
     assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]
-    assert isinstance(second, WorldSource) and second is not first
+    assert isinstance(second, SceneProcess) and second is not first
     until(lambda: is_gone(first.process) and is_gone(second.process))
 
 
-def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMaker, tmp_path: Path) -> None:
+def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: SceneProcessMaker, tmp_path: Path) -> None:
     file = tmp_path / "scene.json"
     file.write_text(json.dumps(SCENE))
-    sink, first, reasons = RecordingSink(), maker(SceneOrder(file), UNFOLLOWED), list[str]()
+    sink, first, reasons = RecordingSink(), maker(SceneRequest(file), UNFOLLOWED), list[str]()
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker, on_restart=reasons.append)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 0)
@@ -431,13 +431,13 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMa
 
 
 @pytest.mark.parametrize("swaps", [10, pytest.param(50, marks=pytest.mark.study)])
-def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: WorldMaker) -> None:
+def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: SceneProcessMaker) -> None:
     def resident() -> int:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
     def swap() -> int:
         worker = prepared(maker(ORDER, UNFOLLOWED))
-        process: int = worker.engine.process  # type: ignore[attr-defined]
+        process: int = worker.spoke_source.process  # type: ignore[attr-defined]
         worker.stop(10.0)
         return process
 
@@ -446,4 +446,4 @@ def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: WorldMak
     processes = [swap() for _ in range(swaps)]
     until(lambda: all(is_gone(process) for process in processes))
     assert len(os.listdir("/proc/self/fd")) <= descriptors  # fewer where an earlier test's were still open
-    assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a world has 20 MiB
+    assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a process has 20 MiB

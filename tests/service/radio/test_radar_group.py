@@ -10,27 +10,27 @@ from radar_service.scene_file.load import load_scene
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.feed_request import View
 from radar_service.service.radio import status
+from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.station_world import StationWorld
+from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
-from radar_service.service.source import SceneOrder
 from radar_service.world.error import SceneError
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory, scene, scene_of_several
 
 IDS = ("bow", "pier")
-OTHER = SceneOrder(scene_of_several("pier", "bow", name="other"))  # in another order: bow has 36 rpm here
+OTHER = SceneRequest(scene_of_several("pier", "bow", name="other"))  # in another order: bow has 36 rpm here
 
 
 def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **options: Any) -> None:
     """Stations of a world with radars of these ids."""
 
     async def body() -> None:
-        world, of = StationWorld(), scene_of_several(*ids)
+        world, of = RadarGroup(), scene_of_several(*ids)
         stations: dict[str, Station] = {}
         for each in ids:
             engine = FakeEngine(of.for_radar(each))
-            engine.order = SceneOrder(of, radar=each)
-            stations[each] = Station(each, engine, factory(), settings=Settings(pace=Pace("pause")), world=world, **options)
+            engine.scene_request = SceneRequest(of, radar=each)
+            stations[each] = Station(each, engine, factory(), settings=Settings(pace=Pace("pause")), group=world, **options)
         for station in stations.values():
             await station.start()
         try:
@@ -61,27 +61,31 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
         epoch, known = await pier.swap(OTHER)
         await until(lambda: all(station.epoch.info.scene.name == "other" for station in stations.values()))
         await until(lambda: pier.hub.epoch == epoch)
-        assert pier.epoch.info.scene == known.scene and pier.epoch.source is not bow.epoch.source
+        assert pier.epoch.info.scene == known.scene and pier.epoch.spoke_source is not bow.epoch.spoke_source
         assert (rpm(bow), rpm(pier)) == (36, 24)
         assert [station.transmitter.simulated for station in stations.values()] == [0.0, 0.0]
-        assert [station.epoch.order.radar for station in stations.values()] == list(IDS)
+        assert [station.epoch.scene_request.radar for station in stations.values()] == list(IDS)
 
     play(test, *IDS)
 
 
 @pytest.mark.parametrize(
     "order",
-    [SceneOrder(scene_of_several("bow", "pier", "mast")), SceneOrder(scene_of_several("bow", "mast")), SceneOrder(scene())],
+    [
+        SceneRequest(scene_of_several("bow", "pier", "mast")),
+        SceneRequest(scene_of_several("bow", "mast")),
+        SceneRequest(scene()),
+    ],
     ids=["one more", "another", "none of them"],
 )
-def test_a_scene_with_other_radars_is_refused_and_all_go_on(order: SceneOrder) -> None:
+def test_a_scene_with_other_radars_is_refused_and_all_go_on(order: SceneRequest) -> None:
     async def test(stations: dict[str, Station]) -> None:
-        before = {name: station.epoch.source for name, station in stations.items()}
+        before = {name: station.epoch.spoke_source for name, station in stations.items()}
         with pytest.raises(SceneError, match="radar"):
             await stations["bow"].swap(order)
         await stations["bow"].change({"pace": {"state": "step", "steps": AZIMUTHS}})
         await until(lambda: stations["bow"].transmitter.sent == AZIMUTHS)
-        assert {name: station.epoch.source for name, station in stations.items()} == before
+        assert {name: station.epoch.spoke_source for name, station in stations.items()} == before
 
     play(test, *IDS)
 
@@ -89,7 +93,7 @@ def test_a_scene_with_other_radars_is_refused_and_all_go_on(order: SceneOrder) -
 def test_the_refusal_names_both_lists() -> None:
     async def test(stations: dict[str, Station]) -> None:
         with pytest.raises(SceneError) as refused:
-            await stations["bow"].swap(SceneOrder(scene_of_several("bow", "pier", "mast")))
+            await stations["bow"].swap(SceneRequest(scene_of_several("bow", "pier", "mast")))
         assert refused.value.problems == (
             "radar: the scene has bow, pier, mast, but bow, pier runs here; give a scene with the same radars, or start the "
             "server with this one",
@@ -101,9 +105,9 @@ def test_the_refusal_names_both_lists() -> None:
 def test_a_single_radar_takes_the_only_one_of_a_scene_but_none_of_several() -> None:
     async def test(stations: dict[str, Station]) -> None:
         alone = stations["bow"]
-        await alone.swap(SceneOrder(scene("plain")))
+        await alone.swap(SceneRequest(scene("plain")))
         await until(lambda: alone.epoch.info.scene.name == "plain")
-        await alone.swap(SceneOrder(scene_of_several("mast", name="named")))
+        await alone.swap(SceneRequest(scene_of_several("mast", name="named")))
         await until(lambda: alone.epoch.info.scene.name == "named")
         with pytest.raises(SceneError, match="the scene has pier, bow, but bow runs here"):
             await alone.swap(OTHER)
@@ -114,10 +118,10 @@ def test_a_single_radar_takes_the_only_one_of_a_scene_but_none_of_several() -> N
 def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
     async def test(stations: dict[str, Station]) -> None:
         bow, pier = stations.values()
-        before = pier.epoch.source
+        before = pier.epoch.spoke_source
         await bow.change({"rpm": 48.0})
         await until(lambda: rpm(bow) == 48)
-        assert rpm(pier) == 36 and pier.epoch.source is before
+        assert rpm(pier) == 36 and pier.epoch.spoke_source is before
         await bow.change({"pace": {"state": "run"}})
         sent = [station.transmitter.simulated for station in stations.values()]
         await until(lambda: all(s.transmitter.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True)))
@@ -128,7 +132,7 @@ def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
 
 def test_requests_of_several_radars_are_met_in_their_order() -> None:
     async def test(stations: dict[str, Station]) -> None:
-        later = SceneOrder(scene_of_several(*IDS, name="later"))
+        later = SceneRequest(scene_of_several(*IDS, name="later"))
         await asyncio.gather(stations["bow"].swap(OTHER), stations["pier"].swap(later))
         await until(lambda: all(station.epoch.info.scene.name == "later" for station in stations.values()))
 
@@ -155,7 +159,7 @@ def test_a_command_to_one_radar_acts_on_all() -> None:
     )  # fmt: skip
 
     async def test(stations: dict[str, Station]) -> None:
-        await stations["bow"].swap(SceneOrder(of))
+        await stations["bow"].swap(SceneRequest(of))
         await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
         await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
         await until(lambda: stations["bow"].transmitter.sent == 7 and stations["pier"].transmitter.pacer.idle)

@@ -2,13 +2,13 @@
 
 import pytest
 
-from radar_service.service.source import WorldEngine, cell_layout
+from radar_service.service.scene_request import ProcessSimulator, cell_layout
 from tests.service.fake import BINS, STEP, FakeEngine, scene
 
 
 def test_tests_have_what_computes_in_the_process_of_a_world() -> None:
-    source: WorldEngine = FakeEngine(scene())
-    assert {name for name in dir(WorldEngine) if not name.startswith("_")} <= set(dir(source))
+    source: ProcessSimulator = FakeEngine(scene())
+    assert {name for name in dir(ProcessSimulator) if not name.startswith("_")} <= set(dir(source))
 
 
 def test_cells_become_bins_out_to_a_range() -> None:

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from radar_service.service.radio.command_worker import CommandWorker
+from radar_service.service.radio.group_clock import MAX_LEAD, GroupClock
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.prefetch import prepared
 from radar_service.service.radio.transmitter import Transmitter
-from radar_service.service.radio.world_clock import MAX_LEAD, WorldClock
 from radar_service.service.settings import Pace, Settings
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.service.radio.recording import SOON, RecordingSink
@@ -42,7 +42,7 @@ class Radar(NamedTuple):
 @contextlib.contextmanager
 def world(pace: Pace = PAUSED, slow: Any = None, fast: Any = None, **options: Any) -> Iterator[tuple[Radar, Radar]]:
     """A slow and a fast radar on the air; slow, fast: other engines."""
-    command_worker = CommandWorker(WorldClock())
+    command_worker = CommandWorker(GroupClock())
     radars = []
     for engine in (slow or FakeEngine(SLOW), fast or FakeEngine(FAST)):
         sink = RecordingSink()
@@ -120,7 +120,7 @@ def test_a_radar_that_has_failed_holds_nobody() -> None:
 
 
 def test_a_radar_that_is_held_holds_all() -> None:
-    clock = WorldClock()
+    clock = GroupClock()
     free, held = (Pacer(Settings(pace=FLAT_OUT), lambda: 0.0, clock, held=holds) for holds in (False, True))
     assert free.held and free.idle and free.delay(0.0, 0.0) == math.inf
     held.fail()
@@ -139,7 +139,7 @@ def test_another_scene_begins_at_once_and_at_time_0_on_all_radars(pace: Pace) ->
         settled(slow, fast)
         slow.pacer.set(replace(slow.pacer.settings, pace=pace))
         before = [len(radar.sink.epochs) for radar in (slow, fast)]
-        slow.pacer.world.restart()
+        slow.pacer.group_clock.restart()
         for radar, engine in ((slow, FakeEngine(FAST)), (fast, FakeEngine(SLOW))):
             radar.transmitter.switch_to(prepared(engine))  # type: ignore[arg-type]
         for radar, epochs in zip((slow, fast), before, strict=True):
@@ -155,7 +155,7 @@ def test_another_scene_begins_at_once_and_at_time_0_on_all_radars(pace: Pace) ->
 
 def test_one_schedule_serves_all() -> None:
     """A second radar's first spoke is due when its time is, not at once."""
-    now, clock = 10.0, WorldClock()
+    now, clock = 10.0, GroupClock()
     one, other = (Pacer(Settings(), lambda: now, clock) for _ in range(2))
     assert one.delay(0.0, 0.0) == 0.0
     assert other.delay(0.2, 0.2) == pytest.approx(0.2)

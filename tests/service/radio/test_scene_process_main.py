@@ -9,9 +9,9 @@ from radar_service.numerics.constants import KNOT
 from radar_service.processes.fork_server import ForkServer
 from radar_service.radar.parameters import START
 from radar_service.scene_file.readers.sandbox import Sandbox
-from radar_service.service.radio import world_process
-from radar_service.service.radio.world_process import scene_of
-from radar_service.service.source import SceneOrder, WorldEngine
+from radar_service.service.radio import scene_process_main
+from radar_service.service.radio.scene_process_main import scene_of
+from radar_service.service.scene_request import ProcessSimulator, SceneRequest
 from radar_service.simulator import Simulator
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
@@ -24,8 +24,8 @@ SOON = 20.0  # s, for what should take a second
 
 
 def test_the_simulator_is_an_engine_of_a_scene() -> None:
-    engine: WorldEngine = Simulator(scene())
-    assert {name for name in dir(WorldEngine) if not name.startswith("_")} <= set(dir(engine))
+    engine: ProcessSimulator = Simulator(scene())
+    assert {name for name in dir(ProcessSimulator) if not name.startswith("_")} <= set(dir(engine))
     assert engine.info.scene == outline_of(scene()) and engine.described({"a": 1}).plan == {"a": 1}
 
 
@@ -37,17 +37,17 @@ def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch:
             super().close()
             closed.append(True)
 
-    monkeypatch.setattr(world_process, "Sandbox", Noting)
-    scene_of(SceneOrder({"name": "empty"}))
+    monkeypatch.setattr(scene_process_main, "Sandbox", Noting)
+    scene_of(SceneRequest({"name": "empty"}))
     assert not closed
-    scene_of(SceneOrder({"name": "empty"}, sandboxed=True))
+    scene_of(SceneRequest({"name": "empty"}, sandboxed=True))
     with pytest.raises(SceneError):
-        scene_of(SceneOrder({"radar": 3}, sandboxed=True))
+        scene_of(SceneRequest({"radar": 3}, sandboxed=True))
     assert len(closed) == 2
 
 
 def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> None:
-    child = fork_server.child(world_process.run_world, SceneOrder(STEERABLE), Simulator, 2**31, True)
+    child = fork_server.child(scene_process_main.run_scene, SceneRequest(STEERABLE), Simulator, 2**31, True)
     stages = []
     while (message := child.control.receive(SOON))[0] == "stage":
         stages.append(message[1])

@@ -8,15 +8,15 @@ import pytest
 
 from radar_service.processes.call import Progress
 from radar_service.radar.parameters import Origin
-from radar_service.service.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.service.radio.prefetch import prepared
-from radar_service.service.source import SceneOrder
+from radar_service.service.radio.worker_supervisor import RESTART_WINDOW, RestartLimiter, WorkerSupervisor
+from radar_service.service.scene_request import SceneRequest
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON
 
 
-def supervisor(restarts: int = 3, **options: object) -> EngineSupervisor:
-    return EngineSupervisor(FakeEngine(scene()), factory(**options), RestartLimiter(restarts, lambda: 0.0))
+def supervisor(restarts: int = 3, **options: object) -> WorkerSupervisor:
+    return WorkerSupervisor(FakeEngine(scene()), factory(**options), RestartLimiter(restarts, lambda: 0.0))
 
 
 def test_only_so_many_restarts_are_allowed_in_a_window() -> None:
@@ -38,13 +38,13 @@ def test_a_restart_begins_with_the_given_scan() -> None:
 
 
 def test_a_restart_hands_on_the_plan() -> None:
-    orders: list[SceneOrder] = []
+    orders: list[SceneRequest] = []
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         orders.append(order)
         return factory()(order, progress)
 
-    engines = EngineSupervisor(FakeEngine(scene()), make, RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(scene()), make, RestartLimiter(3, lambda: 0.0))
     engines.restart("it broke", 4, lambda _: None)
     engines.stop(SOON)
     assert [order.plan for order in orders] == [{"modelled": []}]
@@ -65,9 +65,9 @@ class WithSpare(FakeEngine):
 @pytest.mark.parametrize("delivers", [True, False])
 def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
     spare = FakeEngine(scene("spare"), dies_at=None if delivers else 0)
-    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(WithSpare(spare), factory(), RestartLimiter(3, lambda: 0.0))
     assert engines.restart("it broke", 4, lambda _: None) == "it broke" and engines.restarts == 1
-    assert (engines.worker.engine is spare) == delivers and spare.closed != delivers
+    assert (engines.worker.spoke_source is spare) == delivers and spare.closed != delivers
     block = engines.worker.take(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     engines.stop(SOON)
@@ -75,7 +75,7 @@ def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
 
 def test_a_spare_that_is_not_needed_ends() -> None:
     spare = FakeEngine(scene("spare"))
-    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(0, lambda: 0.0))
+    engines = WorkerSupervisor(WithSpare(spare), factory(), RestartLimiter(0, lambda: 0.0))
     assert engines.restart("it broke", 4, lambda _: None) is None and spare.closed
 
 
@@ -89,7 +89,7 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     engines = supervisor()
     replaced, last = (prepared(FakeEngine(scene(name))) for name in ("first", "last"))
     names = [engines.switch_to(worker) for worker in (replaced, last)]
-    assert engines.has_pending and engines.pending_engine.info.scene.name == "last" and names[0] != names[1]
+    assert engines.has_pending and engines.pending_spoke_source.info.scene.name == "last" and names[0] != names[1]
     assert engines.restart("it broke", 1, pytest.fail) is None  # the next scene replaces the failed engine
     assert engines.take_over() == names[1] and last is engines.worker and not engines.has_pending
     deadline = time.monotonic() + SOON
@@ -102,17 +102,17 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
 
 def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prepared() -> None:
     of = steerable_scene()
-    engines = EngineSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
     began = list[Any]()
-    for order, count in ((SceneOrder(of, origin=Origin()), 2), (SceneOrder(of), 0)):
+    for order, count in ((SceneRequest(of, origin=Origin()), 2), (SceneRequest(of), 0)):
         next_engine = FakeEngine(of)
-        next_engine.order = order
+        next_engine.scene_request = order
         engines.switch_to(prepared(next_engine))
         commanded(engines.worker, 30, "buoy", {"speed_kn": 5})
         commanded(engines.worker, 31, "buoy", {"speed_kn": 6})
-        assert engines.pending is not None and engines.pending.engine is next_engine
+        assert engines.pending is not None and engines.pending.spoke_source is next_engine
         taken = engines.take_over(began.append)
-        assert taken is not None and engines.worker.engine is next_engine
+        assert taken is not None and engines.worker.spoke_source is next_engine
         assert len(next_engine.commands) == count
     engines.stop(SOON)
     assert len(began) == 2 and engines.pending is None
@@ -120,7 +120,7 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
 
 def test_a_pending_engine_may_be_dropped() -> None:
     of = scene()
-    engines = EngineSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
     engines.switch_to(prepared(pending := FakeEngine(of)))
     engines.drop_pending()
     engines.drop_pending()
@@ -129,9 +129,9 @@ def test_a_pending_engine_may_be_dropped() -> None:
 
 def test_another_rate_keeps_the_scene_and_an_equal_scene_does_not() -> None:
     of = scene()
-    engines = EngineSupervisor(running := FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
-    order = replace(running.order, rpm=48.0)
-    assert engines.keep_scene_of(order) and not engines.keep_scene_of(SceneOrder(scene()))
+    engines = WorkerSupervisor(running := FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    order = replace(running.scene_request, rpm=48.0)
+    assert engines.keep_scene_of(order) and not engines.keep_scene_of(SceneRequest(scene()))
     engines.switch_to(prepared(FakeEngine(scene())))
     assert not engines.keep_scene_of(order)
     engines.stop(SOON)
@@ -140,14 +140,14 @@ def test_another_rate_keeps_the_scene_and_an_equal_scene_does_not() -> None:
 def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> None:
     of = steerable_scene()
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         commanded(failed, 30, "buoy", {"speed_kn": 6})
         return made
 
     made = FakeEngine(of)
     whole = made.replay
     made.replay = lambda commands: (whole(list(commands)), commanded(failed, 33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
-    engines = EngineSupervisor(FakeEngine(of), make, RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(of), make, RestartLimiter(3, lambda: 0.0))
     failed = engines.worker
     commanded(failed, 7, "buoy", {"speed_kn": 5})
     engines.restart("it broke", 1, lambda _: None)

@@ -1,4 +1,4 @@
-"""How the stream orders the scenes that it sends, and what they are made by."""
+"""How the stream requests the scenes that it sends, and what they are made by."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from radar_service.display.video import Layout, layout
 from radar_service.processes.call import Progress
 from radar_service.radar.parameters import Origin
-from radar_service.spoke_source import Commanded, Continuing, SourceInfo, SpokeSource, TellsSources
+from radar_service.spoke_source import Commanded, Continuing, SpokeSource, SpokeSourceInfo, TellsSources
 from radar_service.world.error import SceneError
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class SceneOrder:
+class SceneRequest:
     """Names a scene, so that another process can load it.
 
     source: a file, the name of a packaged scene, or a small scene itself.
@@ -24,11 +24,11 @@ class SceneOrder:
     rpm: rate of rotation instead of the scene's own.
     origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.
     radar: id of one of the scene's radars, None for the first.
-    plan: as plain data, where it was made for this order before; it is not made again.
-    folder: kept while this order exists; it owns the files of an upload.
+    plan: as plain data, where it was made for this scene request before; it is not made again.
+    folder: kept while this scene request exists; it owns the files of an upload.
     """
 
-    source: str | Path | Mapping[str, Any]
+    scene_input: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
     origin: Origin | None = None
@@ -45,16 +45,16 @@ class SceneOrder:
         return vars(self) | {"folder": None}  # another process does not own the folder
 
 
-class OrderedSource(SpokeSource, Protocol):
-    """A source of spokes of which another one can be made. `radio.world.WorldSource` is one."""
+class SceneSpokeSource(SpokeSource, Protocol):
+    """A source of spokes of which another one can be made. `radio.scene_process.SceneProcess` is one."""
 
     @property
-    def order(self) -> SceneOrder:
+    def scene_request(self) -> SceneRequest:
         """What it was made from."""
 
 
 def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
-    """Returns the error for a scene with the ids of other radars than its world has here."""
+    """Returns the error for a scene with the ids of other radars than its group has here."""
     return SceneError(
         f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
         "or start the server with this one"
@@ -70,28 +70,28 @@ class Spared(Protocol):
 
     trees: int
 
-    def spare(self) -> OrderedSource | None:
+    def spare(self) -> SceneSpokeSource | None:
         """Returns another source of the same scene that is ready at once; None where there is none."""
 
 
-class WorldEngine(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
-    """What computes in the process of a world: a `Simulator`."""
+class ProcessSimulator(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
+    """What computes in the process of a scene: a `Simulator`."""
 
     @property
     def trees(self) -> int:
         """Number of trees for ray tests."""
 
-    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+    def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan that was made before."""
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
         """Changes errors on purpose."""
 
 
-MakeSource = Callable[[SceneOrder, Progress], OrderedSource]
-MakeEngine = Callable[["Scene"], WorldEngine]
+MakeSpokeSource = Callable[[SceneRequest, Progress], SceneSpokeSource]
+MakeSimulator = Callable[["Scene"], ProcessSimulator]
 
 
-def cell_layout(source: SourceInfo, bins: int | None, range_max: float | None) -> Layout:
+def cell_layout(info: SpokeSourceInfo, bins: int | None, range_max: float | None) -> Layout:
     """Returns how this source's range cells become `bins` bins out to range_max [m]; None stands for all."""
-    return layout(source.range.size, float(source.range[0]), source.range_step, bins, range_max)
+    return layout(info.range.size, float(info.range[0]), info.range_step, bins, range_max)

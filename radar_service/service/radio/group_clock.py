@@ -1,4 +1,4 @@
-"""The clock that all radars of a world share: pace, pause, steps and the schedule act on all of them together.
+"""The clock that all radars of a group share: pace, pause, steps and the schedule act on all of them together.
 
 - Pause: radars that are behind follow up to the newest time that any of them has sent, so that all stop at one time.
 - Steps count the spokes of the radar that was asked; the others follow in the same way.
@@ -17,7 +17,7 @@ MAX_LEAD = 0.25  # s of simulated time: some batches, so that radars need not wa
 
 
 class ClockMember(Protocol):
-    """A radar as its world's clock has it: a `Pacer`. `next`: the time that its next spoke has at least [s]."""
+    """A radar as its group's clock has it: a `Pacer`. `next`: the time that its next spoke has at least [s]."""
 
     next: float
     holds: bool
@@ -27,11 +27,11 @@ class ClockMember(Protocol):
         """Takes over the pace, and forgets its steps."""
 
 
-class WorldClock:
-    """What the pacers of a world share. `changed` guards it and them.
+class GroupClock:
+    """What the pacers of a group share. `changed` guards it and them.
 
     may_command: a condition of the same lock, for what the command worker waits for.
-    schedule: of simulated time on the wall clock; version: changes with every order; front: newest time sent [s];
+    schedule: of simulated time on the wall clock; version: changes with every change; front: newest time sent [s];
     generation: counts the restarts.
     """
 

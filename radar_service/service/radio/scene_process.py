@@ -1,4 +1,4 @@
-"""The serving process's side of a world process: the spokes of a scene that another process computes."""
+"""The serving process's side of a scene process: the spokes of a scene that another process computes."""
 
 import contextlib
 import threading
@@ -18,10 +18,10 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import Truth
-from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, EngineFault
+from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
 from radar_service.service.radio.spare import RUN, NewSpare
-from radar_service.service.source import MakeEngine, SceneOrder
-from radar_service.spoke_source import Commanded, Continuing, SourceInfo, TellsSources, TruthLine
+from radar_service.service.scene_request import MakeSimulator, SceneRequest
+from radar_service.spoke_source import Commanded, Continuing, SpokeSourceInfo, TellsSources, TruthLine
 from radar_service.world.commands import Command
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -30,12 +30,12 @@ NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
-class WorldSource(Commanded, TellsSources, Continuing):
+class SceneProcess(Commanded, TellsSources, Continuing):
     """A source of spokes: a scene in a process of its own, which `close` ends."""
 
-    def __init__(self, child: Child, order: SceneOrder, info: SourceInfo) -> None:
+    def __init__(self, child: Child, scene_request: SceneRequest, info: SpokeSourceInfo) -> None:
         """child: has sent its description, and tells its spare next. Raises EOFError and TimeoutError."""
-        self._child, self.order, self.info, self.trees = child, replace(order, plan=None), info, 0
+        self._child, self.scene_request, self.info, self.trees = child, replace(scene_request, plan=None), info, 0
         self._spare, self._scan = _spare(child), 0
         self._commands: tuple[Command, ...] = ()  # before the start
         self._waiting: list[Command | tuple[SourceRequest, int | None]] = []  # for the start
@@ -52,7 +52,7 @@ class WorldSource(Commanded, TellsSources, Continuing):
         """Number of its spare's process, None where there is none."""
         return self._spare.process if self._spare else None
 
-    def spare(self) -> "WorldSource | None":
+    def spare(self) -> "SceneProcess | None":
         """Returns the spare, ready to run in place of this process; None where there is none, or it was taken before."""
         with self._changing:
             spare, self._spare = self._spare, None
@@ -60,7 +60,7 @@ class WorldSource(Commanded, TellsSources, Continuing):
             return None
         try:
             spare.control.send(RUN)
-            return WorldSource(spare, self.order, self.info)
+            return SceneProcess(spare, self.scene_request, self.info)
         except (OSError, EOFError):  # TimeoutError is an OSError
             spare.close()
             return None
@@ -68,14 +68,14 @@ class WorldSource(Commanded, TellsSources, Continuing):
     @override
     def begin_at(self, origin: Origin) -> None:
         """Its process is told with the start."""
-        self.order, self.info = replace(self.order, origin=origin), self.info.at_origin(origin)
+        self.scene_request, self.info = replace(self.scene_request, origin=origin), self.info.at_origin(origin)
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the first one. Comes before `blocks`."""
         self._scan = scan
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields blocks, as SpokeSource.blocks, without end; once. Raises EngineFault where the process fails."""
+        """Yields blocks, as SpokeSource.blocks, without end; once. Raises SpokeSourceFault where the process fails."""
         try:
             with self._telling:
                 self._child.data.send((self.info.radar.origin, self._scan, size, self._commands))
@@ -89,8 +89,8 @@ class WorldSource(Commanded, TellsSources, Continuing):
                 fields, self.trees = received
                 yield SpokeBlock(**fields | {"range": self.info.range})
         except (OSError, EOFError):
-            raise EngineFault(ENDED) from None
-        raise EngineFault(received)
+            raise SpokeSourceFault(ENDED) from None
+        raise SpokeSourceFault(received)
 
     def _take_spare(self, new: NewSpare) -> None:
         """Takes another spare. Without descriptors for it, it ends, and the process tells of one more. Raises EOFError."""
@@ -119,17 +119,17 @@ class WorldSource(Commanded, TellsSources, Continuing):
                 self._child.data.send(message)
 
     def truth(self, t: float) -> Truth:
-        """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""
+        """Returns the state of everything at time t [s]. Raises SpokeSourceFault where the process fails."""
         answer: Truth = self._answer("truth", t)
         return answer
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
-        """Returns the truth of a scan, as SpokeSource.truth_lines. Raises EngineFault where the process fails."""
+        """Returns the truth of a scan, as SpokeSource.truth_lines. Raises SpokeSourceFault where the process fails."""
         answer: list[TruthLine] = self._answer("radiometric_lines" if radiometric else "truth_lines", scan)
         return answer
 
     def _answer(self, question: str, argument: object) -> Any:
-        """Returns what the process answers (world_process.ANSWERS). One question at a time: a late answer comes first."""
+        """Returns what the process answers (scene_process_main.ANSWERS). One question at a time: a late answer comes first."""
         deadline, control = monotonic() + TRUTH_TIMEOUT, self._child.control
         try:
             with self._asking:
@@ -144,7 +144,7 @@ class WorldSource(Commanded, TellsSources, Continuing):
         except (OSError, EOFError):
             raise BusyFault(f"truth: {ENDED}; try again when another one runs") from None
         if not succeeded:
-            raise EngineFault(answer)
+            raise SpokeSourceFault(answer)
         return answer
 
     def close(self) -> None:
@@ -163,39 +163,39 @@ class WorldSource(Commanded, TellsSources, Continuing):
             unused.close()
 
 
-class WorldMaker:
-    """Starts world processes: a source.MakeSource.
+class SceneProcessMaker:
+    """Starts scene processes: a scene_request.MakeSpokeSource.
 
-    make_engine: makes the engine in the process; it must be picklable. memory: that each process may use [bytes].
+    make_simulator: makes the simulator in the process; it must be picklable. memory: that each process may use [bytes].
     """
 
-    def __init__(self, server: ForkServer, make_engine: MakeEngine, memory: int | None = None) -> None:
-        self._server, self._make_engine = server, make_engine
+    def __init__(self, server: ForkServer, make_simulator: MakeSimulator, memory: int | None = None) -> None:
+        self._server, self._make_simulator = server, make_simulator
         self._memory = memory or default_memory()
 
-    def __call__(self, order: SceneOrder, progress: Progress) -> WorldSource:
-        """Returns the prepared scene of an order; waits for it.
+    def __call__(self, scene_request: SceneRequest, progress: Progress) -> SceneProcess:
+        """Returns the prepared scene of a scene request; waits for it.
 
-        Raises SceneError where the scene is refused, EngineFault where the process fails or takes PREPARE_TIMEOUT, and
+        Raises SceneError where the scene is refused, SpokeSourceFault where the process fails or takes PREPARE_TIMEOUT, and
         BusyFault where it got less than half of that time from a processor, or cannot be started.
         """
         try:
-            child = self._server.child(_run, order, self._make_engine, self._memory, progress.in_background)
+            child = self._server.child(_run, scene_request, self._make_simulator, self._memory, progress.in_background)
         except OSError as error:
             raise BusyFault(f"{NO_PROCESS}: {error}; try again later") from None
         progress.ends_with(child.close)
         with contextlib.ExitStack() as on_failure:
             on_failure.callback(child.close)
-            source = _source(child, order, progress)
+            spoke_source = _started(child, scene_request, progress)
             on_failure.pop_all()
-        return source
+        return spoke_source
 
 
 def _run(control: Channel, data: Channel, *arguments: object) -> None:
     """Runs in the new process."""
-    from radar_service.service.radio.world_process import run_world  # here: the serving process loads no scenes
+    from radar_service.service.radio.scene_process_main import run_scene  # here: the serving process loads no scenes
 
-    run_world(control, data, *arguments)  # type: ignore[arg-type]  # as WorldMaker gives them
+    run_scene(control, data, *arguments)  # type: ignore[arg-type]  # as SceneProcessMaker gives them
 
 
 def _spare(child: Child) -> Child | None:
@@ -204,13 +204,13 @@ def _spare(child: Child) -> Child | None:
     return None if process is None else Child(process, *child.control.receive_ends(2))
 
 
-def _source(child: Child, order: SceneOrder, progress: Progress) -> WorldSource:
+def _started(child: Child, scene_request: SceneRequest, progress: Progress) -> SceneProcess:
     deadline = monotonic() + PREPARE_TIMEOUT
     try:
         while True:
             kind, content = child.control.receive(max(0.0, deadline - monotonic()))
             if kind == "ready":
-                return WorldSource(child, order, content)
+                return SceneProcess(child, scene_request, content)
             if kind == "refused":
                 raise content
             progress.stage(content)
@@ -221,14 +221,14 @@ def _source(child: Child, order: SceneOrder, progress: Progress) -> WorldSource:
     except MachineBusyError as error:
         raise BusyFault(str(error)) from None
     except EOFError:
-        raise EngineFault(ENDED) from None
+        raise SpokeSourceFault(ENDED) from None
     except RuntimeError as error:
-        raise EngineFault(str(error)) from None
+        raise SpokeSourceFault(str(error)) from None
 
 
-def _late(process: int) -> EngineFault:
+def _late(process: int) -> SpokeSourceFault:
     """Returns why a process did not prepare its scene in time: the scene is heavy where it computed half of that time or more."""
     used = processor_time_of(process)
     if used is not None and used < 0.5 * PREPARE_TIMEOUT:
         return BusyFault(str(machine_busy("scene", PREPARE_TIMEOUT)))
-    return EngineFault(f"not prepared after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
+    return SpokeSourceFault(f"not prepared after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")

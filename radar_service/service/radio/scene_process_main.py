@@ -1,6 +1,6 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
-It sends on `control`: ("stage", text) while it prepares, then ("ready", SourceInfo) or ("refused", exception), then its
+It sends on `control`: ("stage", text) while it prepares, then ("ready", SpokeSourceInfo) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
 order to run, as (origin, scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
 it sends (fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The
@@ -27,8 +27,8 @@ from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.spare import Spares, TakeOver
-from radar_service.service.source import MakeEngine, SceneOrder, WorldEngine, other_radars
-from radar_service.spoke_source import SourceInfo
+from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest, other_radars
+from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
 from radar_service.world.rotation import scene_at_rpm
@@ -37,61 +37,68 @@ from radar_service.world.scene import Scene
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
 
-def scene_of(order: SceneOrder) -> Scene:
-    """Returns the scene of an order. Raises SceneError and MachineBusyError."""
-    sandbox = Sandbox() if order.sandboxed else None
+def scene_of(scene_request: SceneRequest) -> Scene:
+    """Returns the scene of a scene request. Raises SceneError and MachineBusyError."""
+    sandbox = Sandbox() if scene_request.sandboxed else None
     try:
-        scene = load_scene(order.source, mesh_reader=sandbox or IN_PROCESS)
+        scene = load_scene(scene_request.scene_input, mesh_reader=sandbox or IN_PROCESS)
     finally:
         if sandbox:
             sandbox.close()
-    if order.radar not in (None, *scene.radar_ids):
-        raise other_radars(scene.radar_ids, [order.radar])
-    scene = scene.for_radar(order.radar)
-    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin or START)
+    if scene_request.radar not in (None, *scene.radar_ids):
+        raise other_radars(scene.radar_ids, [scene_request.radar])
+    scene = scene.for_radar(scene_request.radar)
+    return scene if scene_request.rpm is None else scene_at_rpm(scene, scene_request.rpm, scene_request.origin or START)
 
 
-def run_world(
-    control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int, in_background: bool
+def run_scene(
+    control: Channel,
+    data: Channel,
+    scene_request: SceneRequest,
+    make_simulator: MakeSimulator,
+    memory: int,
+    in_background: bool,
 ) -> None:
     """Is the life of the process. Returns when the service is gone.
 
     memory: what it may use [bytes]; in_background: whether it prepares at a low priority.
     """
     limit_memory(memory)
-    engines: list[WorldEngine] = []
+    simulators: list[ProcessSimulator] = []
     answering = threading.Lock()
-    _answer_on(control, engines, answering)
+    _answer_on(control, simulators, answering)
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
-            set_up = partial(_prepared, control, order, make_engine)
-            engine, info = at_low_priority(set_up) if in_background else set_up()
+            set_up = partial(_prepared, control, scene_request, make_simulator)
+            simulator, info = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
             control.send(("refused", _portable(error, memory)))
             return
-        engines.append(engine)
+        simulators.append(simulator)
         control.send(("ready", info))
         spares = Spares(control, data)
         while True:
             spares.first()
             if spares.is_spare:
-                _answer_on(spares.ends[0], engines, answering)
+                _answer_on(spares.ends[0], simulators, answering)
             try:
-                return _compute(spares, engine, info.radar, answering)
+                return _compute(spares, simulator, info.radar, answering)
             except TakeOver:
                 pass
 
 
-def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> tuple[WorldEngine, SourceInfo]:
+def _prepared(
+    control: Channel, scene_request: SceneRequest, make_simulator: MakeSimulator
+) -> tuple[ProcessSimulator, SpokeSourceInfo]:
     control.send(("stage", "reading the scene"))
-    scene = scene_of(order)
+    scene = scene_of(scene_request)
     control.send(("stage", "preparing and planning"))
-    engine = make_engine(scene)
-    engine.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
-    info = engine.described(order.plan) if order.plan else engine.info
+    simulator = make_simulator(scene)
+    simulator.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
+    info = simulator.described(scene_request.plan) if scene_request.plan else simulator.info
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
-    return engine, info
+    return simulator, info
 
 
 def _portable(error: Exception, memory: int) -> Exception:
@@ -105,7 +112,7 @@ def _portable(error: Exception, memory: int) -> Exception:
     return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-def _compute(spares: Spares, engine: WorldEngine, radar: Radar, answering: threading.Lock) -> None:
+def _compute(spares: Spares, simulator: ProcessSimulator, radar: Radar, answering: threading.Lock) -> None:
     """Sends blocks; the last message is the reason of the end. Raises TakeOver in a spare that is to run instead.
 
     radar: as it was prepared; answering: held while a question is answered.
@@ -116,13 +123,13 @@ def _compute(spares: Spares, engine: WorldEngine, radar: Radar, answering: threa
     commanding = threading.Lock()
     try:
         if origin != radar.origin:
-            engine.begin_at(origin)
-        engine.skip_to(scan)
-        engine.replay(commands)
-        threading.Thread(target=_obey, args=(data, engine, commanding), name="commands", daemon=True).start()
-        for block in engine.blocks(size=size):
+            simulator.begin_at(origin)
+        simulator.skip_to(scan)
+        simulator.replay(commands)
+        threading.Thread(target=_obey, args=(data, simulator, commanding), name="commands", daemon=True).start()
+        for block in simulator.blocks(size=size):
             if monotonic() > counted + TREES_SECONDS:
-                trees, counted = engine.trees, monotonic()
+                trees, counted = simulator.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
             if block.index + len(block) == radar.azimuths:  # threads that compute the scan have ended
                 _renew(spares, answering, commanding)
@@ -145,38 +152,38 @@ def _renew(spares: Spares, answering: threading.Lock, commanding: threading.Lock
             commanding.release()
 
 
-def _obey(data: Channel, engine: WorldEngine, commanding: threading.Lock) -> None:
+def _obey(data: Channel, simulator: ProcessSimulator, commanding: threading.Lock) -> None:
     """Carries out the commands and requests that arrive. commanding: held meanwhile."""
     with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
         while True:
-            order: Command | tuple[SourceRequest, int | None] = data.receive()
+            scene_request: Command | tuple[SourceRequest, int | None] = data.receive()
             with commanding:
-                if isinstance(order, Command):
-                    engine.take(order)
+                if isinstance(scene_request, Command):
+                    simulator.take(scene_request)
                 else:
-                    request, spoke = order
-                    engine.request_sources(request.labels, request.powers, spoke)
+                    request, spoke = scene_request
+                    simulator.request_sources(request.labels, request.powers, spoke)
 
 
-def _answer_on(control: Channel, engines: Sequence[WorldEngine], answering: threading.Lock) -> None:
-    threading.Thread(target=_answer, args=(control, engines, answering), name="truth", daemon=True).start()
+def _answer_on(control: Channel, simulators: Sequence[ProcessSimulator], answering: threading.Lock) -> None:
+    threading.Thread(target=_answer, args=(control, simulators, answering), name="truth", daemon=True).start()
 
 
-ANSWERS: dict[str, Callable[[WorldEngine, Any], Any]] = {
-    "truth": lambda engine, time: engine.truth(time),
-    "truth_lines": lambda engine, scan: engine.truth_lines(scan),
-    "radiometric_lines": lambda engine, scan: engine.truth_lines(scan, radiometric=True),
+ANSWERS: dict[str, Callable[[ProcessSimulator, Any], Any]] = {
+    "truth": lambda simulator, time: simulator.truth(time),
+    "truth_lines": lambda simulator, scan: simulator.truth_lines(scan),
+    "radiometric_lines": lambda simulator, scan: simulator.truth_lines(scan, radiometric=True),
 }
 
 
-def _answer(control: Channel, engines: Sequence[WorldEngine], answering: threading.Lock) -> NoReturn:
+def _answer(control: Channel, simulators: Sequence[ProcessSimulator], answering: threading.Lock) -> NoReturn:
     """Answers questions; ends the process, also while it prepares, when the service is gone."""
     try:
         while True:
             question, argument = control.receive()
             with answering:
                 try:
-                    control.send((True, ANSWERS[question](engines[0], argument)))
+                    control.send((True, ANSWERS[question](simulators[0], argument)))
                 except Exception as error:  # as above
                     control.send((False, f"{type(error).__name__}: {error}"))
     finally:

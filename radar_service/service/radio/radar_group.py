@@ -1,22 +1,22 @@
-"""The radars of one world on the air: they share a clock, and another scene replaces all of them together."""
+"""The radars of one group, which have one scene: they share a clock, and another scene replaces all of them together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.prefetch import EngineWorker
+from radar_service.service.radio.group_clock import GroupClock
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.transmitter import Transmitter
-from radar_service.service.radio.world_clock import WorldClock
-from radar_service.service.source import SceneOrder, other_radars
+from radar_service.service.scene_request import SceneRequest, other_radars
 from radar_service.service.spokes import new_epoch_name
 from radar_service.world.outline import SceneOutline
 
 
-class StationWorld:
-    """The transmitters of one world. Belongs to the event loop, but for its clock and its command worker."""
+class RadarGroup:
+    """The transmitters of one group. Belongs to the event loop, but for its clock and its command worker."""
 
     def __init__(self) -> None:
-        self.clock = WorldClock()
+        self.clock = GroupClock()
         self.command_worker = CommandWorker(self.clock)
         self._transmitters: dict[str, Transmitter] = {}  # by the id of the radar
         self._requests = self._last_met = 0  # for another scene, and the number of the last one that was met
@@ -30,19 +30,23 @@ class StationWorld:
         """Adds the transmitter of a radar."""
         self._transmitters[identity] = transmitter
 
-    def orders(self, order: SceneOrder) -> dict[str, SceneOrder]:
-        """Returns the order of another scene for each radar. A single radar takes the only one of a scene, whatever its id."""
+    def scene_requests(self, scene_request: SceneRequest) -> dict[str, SceneRequest]:
+        """Returns the scene request of another scene for each radar. A single radar takes the only one of a scene, whatever
+        its id."""
         if len(self._transmitters) == 1:
-            return dict.fromkeys(self._transmitters, order)
-        return {identity: replace(order, radar=identity) for identity in self._transmitters}
+            return dict.fromkeys(self._transmitters, scene_request)
+        return {identity: replace(scene_request, radar=identity) for identity in self._transmitters}
 
-    def changed_orders(self, identity: str, order: SceneOrder) -> dict[str, SceneOrder]:
-        """Returns the orders of the scene that runs next, with another one for one radar."""
-        running = {name: transmitter.engines.pending_engine.order for name, transmitter in self._transmitters.items()}
-        return running | {identity: order}
+    def changed_requests(self, identity: str, scene_request: SceneRequest) -> dict[str, SceneRequest]:
+        """Returns the scene requests of the scene that runs next, with another one for one radar."""
+        running = {
+            name: transmitter.supervisor.pending_spoke_source.scene_request
+            for name, transmitter in self._transmitters.items()
+        }
+        return running | {identity: scene_request}
 
     def check(self, scene: SceneOutline) -> None:
-        """Raises SceneError for a scene that has other radars than this world."""
+        """Raises SceneError for a scene that has other radars than this group."""
         single = len(self._transmitters) == 1 == len(scene.radar_ids)
         if not single and set(scene.radar_ids) != set(self._transmitters):
             raise other_radars(scene.radar_ids, list(self._transmitters))
@@ -56,10 +60,10 @@ class StationWorld:
         """Whether another scene was prepared that was requested later."""
         return self._last_met > request
 
-    def switch_to(self, request: int, workers: Mapping[str, EngineWorker], *, stopping: bool) -> Mapping[str, str]:
-        """Lets the prepared engines of a request take over; returns the names of their epochs.
+    def switch_to(self, request: int, workers: Mapping[str, SpokeWorker], *, stopping: bool) -> Mapping[str, str]:
+        """Lets the prepared spoke sources of a request take over; returns the names of their epochs.
 
-        Engines of a request before the last one that was met are ended: as if that request had been met before.
+        Spoke sources of a request before the last one that was met are ended: as if that request had been met before.
         """
         if stopping or request < self._last_met:
             end(list(workers.values()))
@@ -70,7 +74,7 @@ class StationWorld:
         return {name: self._transmitters[name].switch_to(worker) for name, worker in workers.items()}
 
 
-def end(workers: Sequence[EngineWorker]) -> None:
-    """Ends prepared engines that nobody needs."""
+def end(workers: Sequence[SpokeWorker]) -> None:
+    """Ends prepared spoke sources that nobody needs."""
     for worker in workers:
         worker.stop()
