@@ -57,7 +57,7 @@ def aspects_db(scene: Scene) -> float:
 
 
 def aspect_db(body: Body, scene: Scene, run: BodyRun) -> float:
-    """As `aspects_db`, of one body: an error of second order in the phase that its echoes turn while the main beam passes."""
+    """The error of `aspects_db` of one body: of second order in the phase that its echoes turn while the main beam passes."""
     radar = scene.radar
     rate = run.turn + (run.sea_turn if scene.environment.multipath else 0.0)
     size = min(scattering_model(body).coherence_at(body, radar, max(run.nearest, NEAREST)), body.diagonal)

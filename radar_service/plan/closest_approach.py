@@ -28,11 +28,11 @@ def legs_of(motion: Motion) -> tuple[Floats, Floats, float]:
     return position, np.concatenate([position[1:], last[None]]), bulge
 
 
-def closest_approach(one: Motion, other: Motion) -> float:
+def closest_approach(motion: Motion, other: Motion) -> float:
     """A lower bound of the distance on the map between two motions [m]: 0 where commands may bring one anywhere."""
-    if isinstance(one, SteeredMotion) or isinstance(other, SteeredMotion):
+    if isinstance(motion, SteeredMotion) or isinstance(other, SteeredMotion):
         return 0.0
-    (a, b, bulge), (c, d, other_bulge) = legs_of(one), legs_of(other)
+    (a, b, bulge), (c, d, other_bulge) = legs_of(motion), legs_of(other)
     if len(a) * len(c) > MAX_PAIRS:
         low, high = np.minimum(a, b).min(axis=0), np.maximum(a, b).max(axis=0)
         between = np.maximum(np.minimum(c, d).min(axis=0) - high, low - np.maximum(c, d).max(axis=0))

@@ -110,14 +110,14 @@ def _about_approach(start: Floats, length: Floats, place: Floats, step: Floats) 
     return np.asarray(start[:, None] + np.clip(elapsed, 0.0, length[:, None]))
 
 
-def _end(one: Motion, other: Motion) -> tuple[float, bool]:
+def _end(ship: Motion, body: Motion) -> tuple[float, bool]:
     """The last time [s] at which a course changes, and whether loops end the run there."""
-    periods = {motion.period for motion in (one, other) if motion.period is not None}
-    periods |= {2.0 * np.pi / abs(motion.final_turn) for motion in (one, other) if motion.final_turn}
-    last = max(0.0, float(one.time[-1]), float(other.time[-1]))
+    periods = {motion.period for motion in (ship, body) if motion.period is not None}
+    periods |= {2.0 * np.pi / abs(motion.final_turn) for motion in (ship, body) if motion.final_turn}
+    last = max(0.0, float(ship.time[-1]), float(body.time[-1]))
     if not periods:
         return last, False
-    together = len(periods) == 1 and all(motion.at_rest or motion.period is not None for motion in (one, other))
+    together = len(periods) == 1 and all(motion.at_rest or motion.period is not None for motion in (ship, body))
     return (max(periods), True) if together else (max(HORIZON, last), True)
 
 

@@ -3,6 +3,7 @@
 from functools import cached_property
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
@@ -86,8 +87,8 @@ class DeclaredScattering(FixedScatterers):
         c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
         own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
         for b, rotation in poses.rotation.items():
-            its = np.flatnonzero(body == b)
-            own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
+            of_body = np.flatnonzero(body == b)
+            own[of_body] = (position[of_body] - poses.position[0, b]) @ rotation[0]
         return BodyEchoes(own, np.sqrt(self._rcs[body]) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
 
     @staticmethod
@@ -97,8 +98,8 @@ class DeclaredScattering(FixedScatterers):
         return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
 
     @staticmethod
+    @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        """As `ScatteringModel.description`."""
         return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
 
     @staticmethod

@@ -10,13 +10,14 @@ from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.random import SCATTER, generator, name_key
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, ScatteringModel, Sector
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
@@ -40,7 +41,7 @@ from radar_service.world.poses import (
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 
 
-class FixedScatterers(ABC):
+class FixedScatterers(ScatteringModel, ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
 
     by_aspect: ClassVar[bool] = False
@@ -66,8 +67,9 @@ class FixedScatterers(ABC):
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
 
     @classmethod
+    @override
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        """As `ScatteringModel.build`. Density follows the resolution cell at the distance of each triangle at time 0."""
+        """Density follows the resolution cell at the distance of each triangle at time 0."""
         return cls(bodies, key, [cls.sample(body, context) for body in bodies], context)
 
     @staticmethod
@@ -82,8 +84,8 @@ class FixedScatterers(ABC):
         """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
         the antenna (3,) receives them; poses: of the bodies at that instant, the only one."""
 
+    @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """As `ScatteringModel.echoes`."""
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
         if not len(which):
@@ -113,8 +115,9 @@ class FixedScatterers(ABC):
         return 0.0
 
     @staticmethod
+    @override
     def shape_sag(shape: str, wavelength: float) -> float | None:
-        """As far as a rough surface is smooth."""
+        """A rough surface is as smooth as its shape has it."""
         return None
 
     @staticmethod
@@ -208,8 +211,8 @@ class DiffuseScattering(FixedScatterers):
         place, lift = self._position.take(which, axis=0), middle - position[:, 2]
         place[:, 2] += lift
         for b, rotation in poses.rotation.items():
-            its = np.flatnonzero(body == b)
-            place[its] = self._position[which[its]] + lift[its, None] * rotation[0, 2]  # up on the map
+            of_body = np.flatnonzero(body == b)
+            place[of_body] = self._position[which[of_body]] + lift[of_body, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
 
     @staticmethod
@@ -219,13 +222,13 @@ class DiffuseScattering(FixedScatterers):
         return PEAK_TO_MEAN * body.material.gamma * float(triangle_frames(body.mesh)[2].sum())
 
     @staticmethod
+    @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        """As `ScatteringModel.description`."""
         return f"diffuse, {computed}, {conditions.fidelity.scatterers_per_cell:g} scatterers per resolution cell"
 
     @staticmethod
+    @override
     def sampling_db(scatterers: int, multipath: bool) -> float:
-        """As `ScatteringModel.sampling_db`."""
         return surface_db(scatterers, multipath)
 
     @classmethod

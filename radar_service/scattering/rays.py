@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.frames import body_rotation, direction
 from radar_service.numerics.random import CAST, generator
@@ -17,7 +18,7 @@ from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
@@ -129,7 +130,7 @@ class RayCaster:
         return position
 
 
-class RaySampledSurfaces:
+class RaySampledSurfaces(ScatteringModel):
     """Diffuse bodies (B,) estimated by rays. Rays are always cast over the full circle."""
 
     by_aspect: ClassVar[bool] = False
@@ -145,14 +146,15 @@ class RaySampledSurfaces:
         self._index[key] = np.arange(len(key))
 
     @classmethod
+    @override
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        """As `ScatteringModel.build`; rays meet all bodies of the scene."""
+        """Rays meet all bodies of the scene."""
         sampler = context.fidelity.sampler
         caster = RayCaster(context.scene_bodies, context.radar, context.earth_radius, sampler, context.seed, context.rays)
         return cls(key, caster)
 
+    @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """As `ScatteringModel.echoes`."""
         present = instant.line_of_sight.present(instant.time)
         hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers, present)
         own = np.flatnonzero(self._index[hits.body] >= 0)
@@ -164,13 +166,14 @@ class RaySampledSurfaces:
         """Nothing is cached."""
 
     @staticmethod
+    @override
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
-        """As that of fixed scatterers."""
+        """It is that of fixed scatterers."""
         return DiffuseScattering.max_rcs(body, radar, fidelity)
 
     @staticmethod
+    @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        """As `ScatteringModel.description`."""
         radar, sampler = conditions.radar, SAMPLER_NAMES[conditions.fidelity.sampler]
         missed = missed_area_range(radar.rays, radar.beamwidth, radar.beamwidth_el)
         return (
@@ -199,8 +202,9 @@ class RaySampledSurfaces:
         return 0.0
 
     @staticmethod
+    @override
     def shape_sag(shape: str, wavelength: float) -> float | None:
-        """As that of fixed scatterers."""
+        """It is that of fixed scatterers."""
         return None
 
     @staticmethod

@@ -70,7 +70,7 @@ def build_scatterers(bodies: Sequence[Body], key: Sequence[int], context: Scatte
     chosen = [scattering_model(body, context.fidelity.sampler) for body in bodies]
     models = []
     for model in dict.fromkeys(chosen):
-        which = [b for b, one in enumerate(chosen) if one is model]
+        which = [b for b, model_of_body in enumerate(chosen) if model_of_body is model]
         keys = np.array([key[b] for b in which], dtype=np.int64)
         models.append(model.build([bodies[b] for b in which], keys, context))
     return ScattererSet(tuple(bodies), np.array(key, dtype=np.int64), tuple(models))

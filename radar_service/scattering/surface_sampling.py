@@ -74,9 +74,15 @@ class Scatterers:
 
 def point_scatterer(position: Floats, span: float = 0.0) -> Scatterers:
     """The single scatterer of a body that counts as a point, at `position` (3,) in its frame [m]; span: its height [m]."""
-    one = np.ones(1)
+    ones = np.ones(1)
     return Scatterers(
-        position[None, :].copy(), np.zeros((1, 3)), one, np.full(1, -1), one.astype(complex), position[2:].copy(), span * one
+        position[None, :].copy(),
+        np.zeros((1, 3)),
+        ones,
+        np.full(1, -1),
+        ones.astype(complex),
+        position[2:].copy(),
+        span * ones,
     )
 
 

@@ -69,15 +69,15 @@ class BodyFacets:
 
     def cut(self, surface: Surface) -> FineFacets:
         """The fine facets of triangles of the body."""
-        whole, parts = np.flatnonzero(surface.facet >= 0), np.flatnonzero(surface.facet < 0)
-        facet = surface.facet[whole]
+        uncut, parts = np.flatnonzero(surface.facet >= 0), np.flatnonzero(surface.facet < 0)
+        facet = surface.facet[uncut]
         counts = self.first[facet + 1] - self.first[facet]
         begin = np.repeat(self.first[facet] - _starts(counts)[:-1], counts)
         used, corner = renumbered(self.fine.take(begin + np.arange(len(begin)), axis=1), len(self.points))
         cut, origin = cut_triangles(surface.corners[parts], surface.longest[parts])
         more, points = welded(cut)
         return FineFacets(
-            np.concatenate([np.repeat(whole, counts), parts[origin]]),
+            np.concatenate([np.repeat(uncut, counts), parts[origin]]),
             np.concatenate([corner, more + len(used)], axis=1),
             np.concatenate([self.points.take(used, axis=0), points]),
         )

@@ -77,9 +77,12 @@ class CastShadows:
         pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
         lit = self._lit(pieces[..., 3:].mean(axis=1))
         dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
-        whole, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
-        parts, source = np.concatenate([pieces[mixed, :, :3], corners[whole]]), np.concatenate([origin[mixed], whole])
-        return parts, source, np.concatenate([lit[mixed], np.zeros(len(whole), dtype=np.bool_)])
+        dark_throughout, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
+        parts, triangle = (
+            np.concatenate([pieces[mixed, :, :3], corners[dark_throughout]]),
+            np.concatenate([origin[mixed], dark_throughout]),
+        )
+        return parts, triangle, np.concatenate([lit[mixed], np.zeros(len(dark_throughout), dtype=np.bool_)])
 
     def _pieces(self, triangles: Floats) -> tuple[Floats, Indices]:
         """Pieces (N, 3, 6) of a body's triangles (M, 3, 6), which no edge of a shadow crosses, and the triangle of each (N,).
@@ -94,10 +97,10 @@ class CastShadows:
             which, value = may[crossed], side[crossed, :, 0]
             if len(which):
                 value[np.abs(value) < ON_PLANE] = 0.0
-                (one, first), (other, second) = cut(pieces[which], value)
-                left, source = np.setdiff1d(np.arange(len(pieces)), which, assume_unique=True), origin[which]
-                pieces = np.concatenate([pieces[left], one, other])
-                origin = np.concatenate([origin[left], source[first], source[second]])
+                (above, from_above), (below, from_below) = cut(pieces[which], value)
+                left, triangle = np.setdiff1d(np.arange(len(pieces)), which, assume_unique=True), origin[which]
+                pieces = np.concatenate([pieces[left], above, below])
+                origin = np.concatenate([origin[left], triangle[from_above], triangle[from_below]])
         return pieces, origin
 
     def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Indices]]:
@@ -145,12 +148,14 @@ def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
     a, b = (points[end] * SAME_POINT for end in (edge // max(1, len(points)), edge % max(1, len(points))))
     normal = _unit(np.cross(a, b))
     side = np.einsum("ex,ex->e", normal[index], third)
-    one, other = (np.bincount(index[flags], minlength=len(edge)) > 0 for flags in (side > ON_PLANE, side < -ON_PLANE))
+    has_left, has_right = (
+        np.bincount(index[flags], minlength=len(edge)) > 0 for flags in (side > ON_PLANE, side < -ON_PLANE)
+    )
     ahead = _unit(a + b)
     nearest = np.minimum(np.einsum("ex,ex->e", a, ahead), np.einsum("ex,ex->e", b, ahead))
     plane = np.stack([normal, _unit(np.cross(normal, a)), _unit(np.cross(b, normal)), ahead], axis=1)
     offset = np.concatenate([np.zeros((len(a), 3)), nearest[:, None]], axis=1)
-    ending = ~(one & other) & normal.any(axis=1)
+    ending = ~(has_left & has_right) & normal.any(axis=1)
     return plane[ending], offset[ending]
 
 

@@ -82,7 +82,7 @@ def bubbles(bends: Floats) -> Complexes:
 
 
 def ordered_means(phases: Floats, at_corner: Complexes, bubble: Complexes) -> Complexes:
-    """As `corner_phasors` of triangles whose corners are in the order of `middle_second`, by exp(j phi) at them and `bubbles`."""
+    """The `corner_phasors` of triangles with corners in the order of `middle_second`, by exp(j phi) at them and `bubbles`."""
     span = phases[2] - phases[0]
     flat = np.flatnonzero(np.abs(span) <= NEARLY_FLAT)
     result = _steep_corners(_Edges.of(phases, at_corner, flat), bubble)
@@ -134,7 +134,7 @@ def _edge_moments(rise: Floats, begin: Complexes, end: Complexes) -> tuple[Compl
 
 
 def _short_edge_moments(rise: Floats, end: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-    """As `_edge_moments`, without differences of what hardly differs."""
+    """The moments of `_edge_moments`, without differences of what hardly differs."""
     half = rise / 2.0
     zeroth, first_over = _bessel(half)
     centre = end * phasors(-half)
@@ -176,7 +176,7 @@ def _shared_by_ends(bubbles: Complexes) -> Complexes:
 
 
 def _flat_corners(phases: Floats, weight: Complexes) -> Complexes:
-    """As `_steep_corners` where phases (3, M) hardly differ: to second order in them, and to first order for the bubbles."""
+    """The corners of `_steep_corners` where phases (3, M) hardly differ: to second order, for the bubbles to first order."""
     together, squares = phases.sum(axis=0), (phases * phases).sum(axis=0)
     bubbles = weight * (1.0 / 12.0 + 1j * (together / 30.0 - phases / 60.0))
     second = (together * together + squares + 2.0 * phases * (together + phases)) / 120.0

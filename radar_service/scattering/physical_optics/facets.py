@@ -84,9 +84,9 @@ def cut_facets(mesh: Mesh, longest: float, max_facets: int = MAX_FACETS) -> Face
 
     `longest` grows where it would make more than `max_facets` facets, and more than the mesh has triangles.
     """
-    whole = mesh.vertices[mesh.faces]
-    bound, enlargement = max(max_facets, len(whole)), 1.0
-    while (cut := _cut(whole, np.full(len(whole), longest * enlargement), bound)) is None:
+    triangles = mesh.vertices[mesh.faces]
+    bound, enlargement = max(max_facets, len(triangles)), 1.0
+    while (cut := _cut(triangles, np.full(len(triangles), longest * enlargement), bound)) is None:
         enlargement *= ENLARGEMENT_STEP
     corners, triangle = cut
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -161,12 +161,12 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
     searched = leg.crowded | planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
     common = (lit.facet >= 0) & (not leg.crowded)
     small = areas(corners) < smallest_area(leg.crowded, planes.area)
-    plain, whole, others = (
+    plain, uncut, others = (
         np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common)
     )
     share[plain] = leg.visible(centroids(corners.take(plain, axis=0)), triangle[plain])
-    flags = samples.flags(lit.facet[whole], corners[whole], triangle[whole], leg.visible)
-    share[whole] = visible_share(flags, small[whole])
+    flags = samples.flags(lit.facet[uncut], corners[uncut], triangle[uncut], leg.visible)
+    share[uncut] = visible_share(flags, small[uncut])
     flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.crowded), leg.visible)
     share[others] = visible_share(flags, small[others])
     return share

@@ -134,8 +134,8 @@ def curve_sag(mesh: Mesh) -> float:
     normal = cross / double[:, None]
     height = double[:, None] / np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     pairs = np.stack(shared_edges(mesh))
-    one, other = normal[pairs // 3]
-    bend = np.arcsin(np.minimum(np.linalg.norm(np.cross(one, other), axis=1), 1.0))  # whichever way each is wound
+    normal_a, normal_b = normal[pairs // 3]
+    bend = np.arcsin(np.minimum(np.linalg.norm(np.cross(normal_a, normal_b), axis=1), 1.0))  # whichever way each is wound
     curved = (bend > COPLANAR) & (bend < MAX_CURVE_BEND)
     sag = np.zeros(len(normal))
     for edge in pairs[:, curved]:

@@ -11,6 +11,7 @@ from functools import partial
 from typing import ClassVar, Self
 
 import numpy as np
+from typing_extensions import override
 
 from radar_service.numerics.frames import map_from_body
 from radar_service.numerics.types import Flags, Floats, Indices
@@ -19,7 +20,7 @@ from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Caster, Instant, ScatteringContext
+from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
@@ -77,7 +78,7 @@ def _key(body: Body) -> tuple[bytes, str]:
     return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
-class PhysicalOptics:
+class PhysicalOptics(AspectModel):
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
     by_aspect: ClassVar[bool] = True
@@ -96,13 +97,13 @@ class PhysicalOptics:
         self._over_horizon = diffraction_height(context.radar, context.environment)
 
     @classmethod
+    @override
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        """As `ScatteringModel.build`."""
         optical = optical_bodies(bodies, context.radar, context.fidelity.bounces, context.rays)
         return cls(bodies, key, optical, context)
 
+    @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """As `ScatteringModel.echoes`."""
         return BodyEchoes.joined([self.body_echoes(b, antenna, instant) for b in self._in_sector(instant)])
 
     def coherence(self, b: int, distance: float) -> float:
@@ -143,10 +144,10 @@ class PhysicalOptics:
             centres = [path._replace(position=path.position @ lean) for path in centres]
         return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
 
+    @override
     def casters(
         self, b: int, among: Mapping[int, float], antenna: Floats, instant: Instant, own_moved: float
     ) -> list[Caster]:
-        """As `AspectModel.casters`."""
         pose = pose_at(self.bodies[b], instant.time)
         optical = self._optical[b] if pose.lean is None else self._optical[b].leaning(pose.lean)
         onlooker = self._onlooker(optical, pose.upright, antenna, instant, self._environment.multipath and antenna[2] > 0.0)
@@ -229,8 +230,8 @@ class PhysicalOptics:
         return 4.0 * math.pi * (fidelity.bounces * area / radar.wavelength) ** 2
 
     @staticmethod
+    @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        """As `ScatteringModel.description`."""
         assert body.mesh is not None
         distance = math.dist(body.middle_at(0.0), conditions.antenna) - body.radius
         times = facet_enlargement(body, conditions.radar, distance)
@@ -282,13 +283,14 @@ class PhysicalOptics:
         return max(edge_limits(radar, body.mesh).at(nearest))
 
     @staticmethod
+    @override
     def shape_sag(shape: str, wavelength: float) -> float | None:
-        """As SHAPE_SAG."""
         return SHAPE_SAG[shape] * wavelength if shape in SHAPE_SAG else None
 
     @staticmethod
+    @override
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """As `mesh_quality`."""
+        """They are those of `mesh_quality`."""
         return mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
 
 

@@ -103,23 +103,23 @@ class OpticalBody:
         phases = facet_phases(lit, self.wave)
         tubes = list(self._tube_fields(lit, legs, water))
         paths = PATHS if len(legs) > 1 else PATHS[:1]
-        fields = [facet_fields(lit, phases, one, other, self.wave) * self.reflectivity**0.5 for one, other in paths]
-        parts = [[field for path, field in tubes if path == one + other] for one, other in paths]
+        fields = [facet_fields(lit, phases, out, back, self.wave) * self.reflectivity**0.5 for out, back in paths]
+        parts = [[field for path, field in tubes if path == out + back] for out, back in paths]
         position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
         lattice = Lattice.over(position, cell, _flattest(legs), water)
         lengths = [leg.length(lattice.nodes) for leg in legs]
         weights, received = _over_nodes(legs, lattice, lit.points, parts[0]), legs[0].weight(lattice.nodes) ** 2
         result, begin = [], len(lit.points)
-        for (one, other), field, part in zip(paths, fields, parts, strict=True):
-            facets, tubes_there = weights[one + other]
+        for (out, back), field, part in zip(paths, fields, parts, strict=True):
+            facets, tubes_there = weights[out + back]
             amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(field.amplitude for field in part)])
             sums = lattice.sums(slice(len(lit.points)), field * facets)
             sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude * tubes_there)
             begin += len(amplitude)
-            sums *= path_phasor(-lengths[one] - lengths[other], self.wave)
+            sums *= path_phasor(-lengths[out] - lengths[back], self.wave)
             kept = strongest(np.abs(sums * received))
-            result.append(PathCentres(one + other, lattice.nodes[kept], sums[kept]))
+            result.append(PathCentres(out + back, lattice.nodes[kept], sums[kept]))
         return result
 
     def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
@@ -187,7 +187,7 @@ class OpticalBody:
         return np.where(out > 0, 1.0, 2.0 if one_order else ranked)
 
     def coherence(self, distance: float) -> float:
-        """As `PhysicalOptics.coherence`."""
+        """Size [m] over which phases are summed into one echo at `distance` [m]."""
         nearest = distance - self.scene.radius
         return max(self.limits.at(nearest))
 
@@ -243,7 +243,8 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     assert body.mesh is not None
     limit = edge_limits(radar, body.mesh).longest_edge(distance)
     area, largest = max(
-        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in blocks(body.mesh)), key=lambda one: one[0]
+        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in blocks(body.mesh)),
+        key=lambda area_and_mesh: area_and_mesh[0],
     )
     if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
         return 1.0

@@ -120,10 +120,10 @@ def _way_out(corners: Floats, begin: Floats, origin: Floats, way: Floats) -> Flo
     """
     from_origin, offset = corners - origin, begin - origin
     result = np.full(way.shape[1], np.inf)
-    for one, other, third in zip(from_origin, from_origin[[1, 2, 0]], from_origin[[2, 0, 1]], strict=True):
-        plane = cross(one, other)
+    for a, b, c in zip(from_origin, from_origin[[1, 2, 0]], from_origin[[2, 0, 1]], strict=True):
+        plane = cross(a, b)
         change = dot(plane, way)
-        leaves = change * dot(plane, third) < 0.0
+        leaves = change * dot(plane, c) < 0.0
         share = np.divide(-dot(plane, offset), change, out=np.full(len(result), np.inf), where=leaves)
         np.minimum(result, np.maximum(share, 0.0), out=result)
     return result

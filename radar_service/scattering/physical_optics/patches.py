@@ -22,10 +22,10 @@ def patch_sizes(mesh: Mesh) -> Floats:
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
-    one, other = neighbours(mesh)
-    across = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+    face_a, face_b = neighbours(mesh)
+    across = np.linalg.norm(np.cross(normal[face_a], normal[face_b]), axis=1)
     flat = across < COPLANAR
-    links = coo_array((np.ones(int(flat.sum())), (one[flat], other[flat])), shape=(len(corners), len(corners)))
+    links = coo_array((np.ones(int(flat.sum())), (face_a[flat], face_b[flat])), shape=(len(corners), len(corners)))
     count, patch = connected_components(links, directed=False)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, patch, corners.min(axis=1))
@@ -35,8 +35,8 @@ def patch_sizes(mesh: Mesh) -> Floats:
 
 def neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
-    one, other = shared_edges(mesh)
-    return one // 3, other // 3
+    face_a, face_b = shared_edges(mesh)
+    return face_a // 3, face_b // 3
 
 
 def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -65,8 +65,8 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     low, high = ends.min(axis=1), ends.max(axis=1)
     edge, uses = np.unique(low * (int(high.max()) + 1) + high, return_inverse=True, return_counts=True)[1:]
     order = np.argsort(edge, kind="stable")
-    one, other = face[order[uses[edge[order]] == 2]].reshape(-1, 2).T
-    links = coo_array((np.ones(len(one)), (one, other)), shape=(len(mesh.faces), len(mesh.faces)))
+    face_a, face_b = face[order[uses[edge[order]] == 2]].reshape(-1, 2).T
+    links = coo_array((np.ones(len(face_a)), (face_a, face_b)), shape=(len(mesh.faces), len(mesh.faces)))
     count, part = connected_components(links, directed=False)
     key, place = np.unique(edge * count + part[face], return_inverse=True)
     balance = np.bincount(place, np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0))

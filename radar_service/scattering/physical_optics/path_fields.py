@@ -76,24 +76,24 @@ def facet_phases(lit: LitFacets, wave: Wave) -> list[LegPhases]:
     return result
 
 
-def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: int, wave: Wave) -> Complexes:
-    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ, at their points (V,).
+def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], out: int, back: int, wave: Wave) -> Complexes:
+    """What facets scatter from leg `out` into leg `back`, and the other way round where they differ, at their points (V,).
 
     The field of a facet is shared by its corners so that the sum is right for whatever weighs it linearly over the facet. So what
     neighbours give at a common edge cancels, as it should.
     """
-    share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
-    both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
-    current = _current(lit, one, other, wave)
-    if other != one:
-        current += _current(lit, other, one, wave)
-    strength = (current * lit.area * share * lit.side[:, one]).take(both)
-    out, back, corner = phases[one], phases[other], lit.corner.take(both, axis=1)
-    phase = (out.corner + back.corner).take(corner)
+    share = lit.share[:, out] * (lit.share[:, back] if back != out else 1.0)
+    both = np.flatnonzero((share > 0.0) & (lit.side[:, out] == lit.side[:, back]))
+    current = _current(lit, out, back, wave)
+    if back != out:
+        current += _current(lit, back, out, wave)
+    strength = (current * lit.area * share * lit.side[:, out]).take(both)
+    ray_out, ray_back, corner = phases[out], phases[back], lit.corner.take(both, axis=1)
+    phase = (ray_out.corner + ray_back.corner).take(corner)
     order = middle_second(phase)
-    corner, bend = corner.take(order), (out.bend + back.bend).take(both, axis=1).take(order)
-    parts = ordered_means(phase.take(order), (out.at_corner * back.at_corner).take(corner), bubbles(bend))
-    parts *= (1.0 - 0.5 * (_spreading(lit, one, both, corner) + _spreading(lit, other, both, corner))) * strength
+    corner, bend = corner.take(order), (ray_out.bend + ray_back.bend).take(both, axis=1).take(order)
+    parts = ordered_means(phase.take(order), (ray_out.at_corner * ray_back.at_corner).take(corner), bubbles(bend))
+    parts *= (1.0 - 0.5 * (_spreading(lit, out, both, corner) + _spreading(lit, back, both, corner))) * strength
     index, total = corner.ravel(), np.empty(len(lit.points), dtype=np.complex128)
     total.real = np.bincount(index, parts.real.ravel(), len(total))
     total.imag = np.bincount(index, parts.imag.ravel(), len(total))
@@ -101,17 +101,17 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
     return total
 
 
-def _current(lit: LitFacets, one: int, other: int, wave: Wave) -> Floats:
+def _current(lit: LitFacets, out: int, back: int, wave: Wave) -> Floats:
     """(p . d)(n . E) - (p . E)(n . d) of facets (M,) from a leg into another, as of `scattering_amplitude`."""
-    out, back, name = lit.rays[one], lit.rays[other], wave.polarization
-    beside = back.north * out.east - back.east * out.north
-    alike = out.east * back.east + out.north * back.north
+    ray_out, ray_back, name = lit.rays[out], lit.rays[back], wave.polarization
+    beside = ray_back.north * ray_out.east - ray_back.east * ray_out.north
+    alike = ray_out.east * ray_back.east + ray_out.north * ray_back.north
     if name == "h":
-        along, same = beside * out.flat, alike
+        along, same = beside * ray_out.flat, alike
     else:
-        along = back.flat * out.rise - back.rise * out.flat * alike
-        same = back.rise * out.rise * alike + back.flat * out.flat
-    return np.asarray(along * out.along_field(lit.normal, name) - same * out.along(lit.normal))
+        along = ray_back.flat * ray_out.rise - ray_back.rise * ray_out.flat * alike
+        same = ray_back.rise * ray_out.rise * alike + ray_back.flat * ray_out.flat
+    return np.asarray(along * ray_out.along_field(lit.normal, name) - same * ray_out.along(lit.normal))
 
 
 def _spreading(lit: LitFacets, leg: int, which: Indices, corner: Indices) -> Floats:

@@ -64,11 +64,11 @@ def smallest_area(crowded: bool, area: float) -> float:
     return 0.0 if crowded else SMALLEST * area
 
 
-def visible_share(flags: Flags, whole: Flags | bool) -> Floats:
-    """Shares (M,) of facets that are visible, by their samples (M, S). NaN where these are mixed, but for `whole` (M,), those
+def visible_share(flags: Flags, uncut: Flags | bool) -> Floats:
+    """Shares (M,) of facets that are visible, by their samples (M, S). NaN where these are mixed, but for `uncut` (M,), those
     that are not to be cut."""
     share = flags.mean(axis=1)
-    return np.where((share % 1.0 == 0.0) | whole, share, np.nan)
+    return np.where((share % 1.0 == 0.0) | uncut, share, np.nan)
 
 
 def visible_parts(

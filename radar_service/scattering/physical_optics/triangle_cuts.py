@@ -25,10 +25,10 @@ def cut(corners: Floats, value: Floats) -> tuple[tuple[Floats, Indices], tuple[F
     """
     below = value < 0.0
     count = below.sum(axis=1)
-    whole, stumps, tips, none = (np.flatnonzero(count == number) for number in range(4))
+    uncut, stumps, tips, none = (np.flatnonzero(count == number) for number in range(4))
     tip, *rest = _divided(corners[tips], value[tips], ~below[tips])
     fall, *stay = _divided(corners[stumps], value[stumps], below[stumps])
-    kept = np.concatenate([corners[whole], tip, *stay]), np.concatenate([whole, tips, stumps, stumps])
+    kept = np.concatenate([corners[uncut], tip, *stay]), np.concatenate([uncut, tips, stumps, stumps])
     lost = np.concatenate([corners[none], fall, *rest]), np.concatenate([none, stumps, tips, tips])
     return kept, lost
 

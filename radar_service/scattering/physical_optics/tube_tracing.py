@@ -163,10 +163,12 @@ def _cut_at_edges(
     corner = number[1:, mixed]
     alone = np.where(corner[1] == corner[2], 0, np.where(corner[0] == corner[2], 1, 2))
     turn = (alone + np.arange(3)[:, None]) % 3
-    tip, one, other = np.take_along_axis(corner, turn, axis=0)
+    tip, plane_beyond, third_plane = np.take_along_axis(corner, turn, axis=0)
     centre = number[0, mixed]
-    odd = np.flatnonzero((one == other) & (tip != one) & ((centre == tip) | (centre == one)))
-    which, turn, tip, one, centre = mixed[odd], turn[:, odd], tip[odd], one[odd], centre[odd]
+    odd = np.flatnonzero(
+        (plane_beyond == third_plane) & (tip != plane_beyond) & ((centre == tip) | (centre == plane_beyond))
+    )
+    which, turn, tip, plane_beyond, centre = mixed[odd], turn[:, odd], tip[odd], plane_beyond[odd], centre[odd]
     some = tubes.chosen(which)
     a, b, c = corners = np.take_along_axis(some.corners, turn[:, None, :], axis=0)
     first, second = _crossings(some, corners, np.take_along_axis(hit[1:, which], turn, axis=0), tip, targets)
@@ -174,9 +176,17 @@ def _cut_at_edges(
     line = ab + np.array([0.25, 0.75])[:, None, None] * (ac - ab)
     sides = np.concatenate([line + ASIDE * (a - line), line + ASIDE * ((b + c) / 2.0 - line)]) + lift(some, targets.scene)
     beside = _counting(_first_hits(sides, np.broadcast_to(some.direction, sides.shape), targets.scene), some, targets)
-    explained = np.arange(len(which)) if final else np.flatnonzero((beside == np.stack([tip, tip, one, one])).all(axis=0))
+    explained = (
+        np.arange(len(which))
+        if final
+        else np.flatnonzero((beside == np.stack([tip, tip, plane_beyond, plane_beyond])).all(axis=0))
+    )
     own, rest = np.take_along_axis(hit[1:, which], turn[:2], axis=0)
-    parts = [(np.stack([a, ab, ac]), own, tip), (np.stack([ab, b, c]), rest, one), (np.stack([ab, c, ac]), rest, one)]
+    parts = [
+        (np.stack([a, ab, ac]), own, tip),
+        (np.stack([ab, b, c]), rest, plane_beyond),
+        (np.stack([ab, c, ac]), rest, plane_beyond),
+    ]
     kept = [explained[lands[explained] >= 0] for _, _, lands in parts]
     triangle = np.concatenate([hits[some_kept] for (_, hits, _), some_kept in zip(parts, kept, strict=True)])
     cut = np.concatenate([corners[:, :, some_kept] for (corners, _, _), some_kept in zip(parts, kept, strict=True)], axis=2)
