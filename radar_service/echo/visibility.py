@@ -8,7 +8,7 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.model import BodyEchoes, Instant, Sector
+from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import BodyPoses
@@ -94,8 +94,8 @@ class Visibility:
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
-        sector = Sector(antenna, boresight, width, self.step / MAX_BEARING_DRIFT)
-        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector, line_of_sight=line_of_sight))
+        wedge = BearingWedge(antenna, boresight, width, self.step / MAX_BEARING_DRIFT)
+        echoes = self.scatterers.steady.echoes(antenna, replace(instant, wedge=wedge, line_of_sight=line_of_sight))
         present = line_of_sight.present(time)[self.scatterers.key]
         if not present.all():
             echoes = echoes.chosen(np.flatnonzero(present[echoes.body]))

@@ -1,6 +1,7 @@
 """Lower bounds of the distance between two motions at all times, by which bodies are culled.
 
-A motion's path is its legs on the map; the last leg continues to FAR. Paths are compared as lines, without regard to time.
+A motion's path is its segments on the map; the last segment continues to FAR. Paths are compared as lines, without regard to
+time.
 """
 
 import numpy as np
@@ -11,12 +12,13 @@ from radar_service.world.motion import Motion
 from radar_service.world.scene import Scene
 from radar_service.world.steered_motion import SteeredMotion
 
-FAR = 1e8  # m along the last leg: beyond any range that a radar may have
-MAX_PAIRS = 2_000_000  # of legs; paths with more pairs are compared by their bounding boxes
+FAR = 1e8  # m along the last segment: beyond any range that a radar may have
+MAX_PAIRS = 2_000_000  # of segments; paths with more pairs are compared by their bounding boxes
 
 
-def legs_of(motion: Motion) -> tuple[Floats, Floats, float]:
-    """Start and end (L, 2) [m] of the straight legs of a path on the map, and the maximum distance of its arcs from them [m]."""
+def segments_of(motion: Motion) -> tuple[Floats, Floats, float]:
+    """Start and end (L, 2) [m] of the straight segments of a path on the map, and the maximum distance of its arcs from them
+    [m]."""
     position = motion.position[:, :2]
     direction = motion.final_velocity[:2] / max(float(np.linalg.norm(motion.final_velocity)), 1e-300)
     last = position[-1] if motion.period is not None else position[-1] + direction * FAR
@@ -32,7 +34,7 @@ def closest_approach(motion: Motion, other: Motion) -> float:
     """A lower bound of the distance on the map between two motions [m]: 0 where commands may bring one anywhere."""
     if isinstance(motion, SteeredMotion) or isinstance(other, SteeredMotion):
         return 0.0
-    (a, b, bulge), (c, d, other_bulge) = legs_of(motion), legs_of(other)
+    (a, b, bulge), (c, d, other_bulge) = segments_of(motion), segments_of(other)
     if len(a) * len(c) > MAX_PAIRS:
         low, high = np.minimum(a, b).min(axis=0), np.maximum(a, b).max(axis=0)
         between = np.maximum(np.minimum(c, d).min(axis=0) - high, low - np.maximum(c, d).max(axis=0))

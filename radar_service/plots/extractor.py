@@ -14,7 +14,7 @@ from radar_service.plots.clusters import ClusterRule, clusters, parts
 from radar_service.plots.detections import Detections, detections_of, no_detections
 from radar_service.plots.flood import Flood, FloodWarning, flood_of
 from radar_service.plots.groups import Groups
-from radar_service.plots.plot import Plot, SpokeLayout, centroid_ranges, plot_of
+from radar_service.plots.plot import Plot, ScanGeometry, centroid_ranges, plot_of
 from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.radar.parameters import Radar
@@ -84,7 +84,7 @@ class PlotExtractor:
         self._rule, self._max_plots, self._nearest = rule or ClusterRule(), max_plots, nearest
         self._gate_db = gate_db
         self._gate = None if sidelobe_margin_db is None else SidelobeGate(radar, sidelobe_margin_db)
-        self._layout = SpokeLayout(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
+        self._geometry = ScanGeometry(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
         self._before = no_detections()  # in the scan before
         self._open = np.zeros(0, dtype=np.bool_)  # which of these are of clusters that may go on
         self._warned = False
@@ -97,19 +97,19 @@ class PlotExtractor:
     def add(self, scan: Scan) -> ScanPlots:
         """Returns the plots that end in a scan, which follows the one before. Missing spokes (NaN) hold no detections."""
         if self._first is None:
-            self._first = scan.number * self._layout.azimuths
+            self._first = scan.number * self._geometry.azimuths
         fresh = detections_of(scan, self.threshold.of(scan.power))
         recent = self._before.and_then(fresh)
-        cells, plot = self._ended(recent, (scan.number + 1) * self._layout.azimuths)
-        layout = replace(self._layout, first=float(scan.range[0]))  # where the feed says that samples stand
+        cells, plot = self._ended(recent, (scan.number + 1) * self._geometry.azimuths)
+        geometry = replace(self._geometry, first=float(scan.range[0]))  # where the feed says that samples stand
         groups = Groups(plot)
         peak = cells[groups.strongest(recent.power[cells])]
         explained = self._explained(recent, peak, cells, groups)
-        far = centroid_ranges(recent.only(cells), groups, layout) >= self._nearest
+        far = centroid_ranges(recent.only(cells), groups, geometry) >= self._nearest
         kept = np.flatnonzero(~explained & far)
         best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
         chosen = [recent.only(cells[groups.members(number)]) for number in best.tolist()]
-        pairs = sorted(((plot_of(cluster, layout), cluster) for cluster in chosen), key=lambda pair: pair[0].time)
+        pairs = sorted(((plot_of(cluster, geometry), cluster) for cluster in chosen), key=lambda pair: pair[0].time)
         dropped = len(kept) - len(best)
         flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold)
         self._warn(flood)
@@ -146,7 +146,7 @@ class PlotExtractor:
         groups = Groups(cluster)
         first, last = groups.minimum(recent.spoke[waiting]), groups.maximum(recent.spoke[waiting])
         goes_on = (last >= end - self._rule.spokes) & (
-            first > end - self._layout.azimuths
+            first > end - self._geometry.azimuths
         )  # after a full circle they are cut
         still = np.zeros(len(recent), dtype=np.bool_)
         still[waiting] = goes_on[groups.of_each]

@@ -44,7 +44,7 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class SpokeLayout:
+class ScanGeometry:
     """How spokes and cells lie. azimuths: spokes per scan; first, step: of cells [m]; noise_power: of a cell [W]."""
 
     azimuths: int
@@ -53,15 +53,15 @@ class SpokeLayout:
     noise_power: float
 
 
-def centroid_ranges(detections: Detections, plots: Groups, layout: SpokeLayout) -> Floats:
+def centroid_ranges(detections: Detections, plots: Groups, geometry: ScanGeometry) -> Floats:
     """Returns the range (P,) of the centroid of each plot [m], as `plot_of` has it but for rounding."""
     peak = plots.maximum(detections.power)[plots.of_each]
     weight = detections.power - np.maximum(detections.threshold, CENTROID_CUT * peak)
     weight = np.maximum(weight, 0.0)
-    return layout.first + layout.step * (plots.total(weight * detections.cell) / plots.total(weight))
+    return geometry.first + geometry.step * (plots.total(weight * detections.cell) / plots.total(weight))
 
 
-def plot_of(detections: Detections, layout: SpokeLayout) -> Plot:
+def plot_of(detections: Detections, geometry: ScanGeometry) -> Plot:
     """Returns the plot of one cluster.
 
     Its position is the centroid of the power above the threshold, and above CENTROID_CUT of its peak: cells at the edge of that
@@ -73,19 +73,19 @@ def plot_of(detections: Detections, layout: SpokeLayout) -> Plot:
     strongest = int(detections.power.argmax())
     reference = detections.azimuth[strongest]
     offset = wrap_angle(detections.azimuth - reference)
-    distance = layout.first + layout.step * detections.cell
+    distance = geometry.first + geometry.step * detections.cell
     centroid, bearing = float(weight @ distance), float(reference + weight @ offset)
-    half = np.pi / layout.azimuths
+    half = np.pi / geometry.azimuths
     return Plot(
-        scan=int((weight @ (detections.spoke - detections.spoke[0]) + detections.spoke[0] + 0.5) // layout.azimuths),
+        scan=int((weight @ (detections.spoke - detections.spoke[0]) + detections.spoke[0] + 0.5) // geometry.azimuths),
         time=float(weight @ (detections.time - detections.time[0]) + detections.time[0]),
         range=centroid,
         bearing=float(wrap_bearing(np.asarray(bearing))),
         east=float(weight @ detections.east + centroid * np.sin(bearing)),
         north=float(weight @ detections.north + centroid * np.cos(bearing)),
-        snr_db=float(10.0 * np.log10(detections.power[strongest] / layout.noise_power)),
+        snr_db=float(10.0 * np.log10(detections.power[strongest] / geometry.noise_power)),
         cells=len(detections),
-        range_extent=(float(distance.min() - layout.step / 2.0), float(distance.max() + layout.step / 2.0)),
+        range_extent=(float(distance.min() - geometry.step / 2.0), float(distance.max() + geometry.step / 2.0)),
         bearing_extent=(
             float(wrap_bearing(reference + offset.min() - half)), float(wrap_bearing(reference + offset.max() + half)),
         ),

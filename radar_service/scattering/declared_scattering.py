@@ -10,7 +10,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, ScatteringContext, Sector
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, ScatteringContext
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
 from radar_service.world.body import Body
@@ -34,11 +34,11 @@ class DeclaredScattering(FixedScatterers):
             return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
         return sampled(body, context, MAX_DECLARED)
 
-    def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
+    def _in_wedge(self, poses: PoseArrays, wedge: BearingWedge | None) -> tuple[Indices, Floats]:
         """An echo may lie one spacing of cells beside all scatterers of its body."""
-        if sector is not None and len(self._body) > len(self.bodies):
-            sector = sector._replace(half=sector.half + self._spacing.azimuth)
-        return super()._in_sector(poses, sector)
+        if wedge is not None and len(self._body) > len(self.bodies):
+            wedge = wedge._replace(half=wedge.half + self._spacing.azimuth)
+        return super()._in_wedge(poses, wedge)
 
     def _counted(self, inside: Flags, which: Indices) -> Flags:
         """All of a body or nothing, as its scatterers share its cross-section."""

@@ -17,7 +17,7 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, ScatteringModel, Sector
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
@@ -87,7 +87,7 @@ class FixedScatterers(ScatteringModel, ABC):
     @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         poses = self._poses.at(np.array([instant.time]))
-        which, position = self._in_sector(poses, instant.sector)
+        which, position = self._in_wedge(poses, instant.wedge)
         if not len(which):
             return BodyEchoes.joined([])
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
@@ -138,22 +138,22 @@ class FixedScatterers(ScatteringModel, ABC):
         middles, radii = [body.middle for body in self.bodies], [body.radius for body in self.bodies]
         return np.array(middles).reshape(-1, 3), np.array(radii)
 
-    def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
-        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]."""
-        if sector is None:
+    def _in_wedge(self, poses: PoseArrays, wedge: BearingWedge | None) -> tuple[Indices, Floats]:
+        """Scatterers (A,) within a wedge and their positions (A, 3) on the map [m]."""
+        if wedge is None:
             which = np.arange(len(self._body))
             return which, self._positions(poses, which)
         middle, radius = self._plan_circles
-        near = sector.contains(poses.map_from_bodies(0, middle, np.arange(len(self.bodies))), radius)
+        near = wedge.contains(poses.map_from_bodies(0, middle, np.arange(len(self.bodies))), radius)
         which = np.flatnonzero(near[self._body])
         if not len(which):
             return which, np.zeros((0, 3))
         position = self._positions(poses, which)
-        kept = np.flatnonzero(self._counted(sector.contains(position), which))
+        kept = np.flatnonzero(self._counted(wedge.contains(position), which))
         return (which, position) if len(kept) == len(which) else (which[kept], position.take(kept, axis=0))
 
     def _counted(self, inside: Flags, which: Indices) -> Flags:
-        """Which scatterers `which` (A,) count where some are `inside` (A,) a sector."""
+        """Which scatterers `which` (A,) count where some are `inside` (A,) a wedge."""
         return inside
 
     def _positions(self, poses: PoseArrays, which: Indices) -> Floats:

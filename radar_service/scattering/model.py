@@ -66,7 +66,7 @@ class BodyEchoes:
         return len(self.body)
 
 
-class Sector(NamedTuple):
+class BearingWedge(NamedTuple):
     """Bearings within `half` of `middle` [rad] from an antenna (3,), and all that is nearer than `near` [m]."""
 
     antenna: Floats
@@ -75,7 +75,7 @@ class Sector(NamedTuple):
     near: float
 
     def contains(self, position: Floats, size: Floats | float = 0.0) -> Flags:
-        """Which map positions (M, 3) lie in the sector, or have a part of it within `size` (M,) [m]."""
+        """Which map positions (M, 3) lie in the wedge, or have a part of it within `size` (M,) [m]."""
         east, north = position[:, 0] - self.antenna[0], position[:, 1] - self.antenna[1]
         distance = np.sqrt(east * east + north * north)
         ahead = east * np.sin(self.middle) + north * np.cos(self.middle)
@@ -96,14 +96,14 @@ class Instant:
     line_of_sight: decides what is visible.
     max_range: beyond it nothing is visible [m].
     movers: whether bodies that move may occlude.
-    sector: bearings of interest; a model may return echoes outside of it; None: all.
+    wedge: bearings of interest; a model may return echoes outside of it; None: all.
     """
 
     time: float
     line_of_sight: OcclusionScene
     max_range: float
     movers: bool = True
-    sector: Sector | None = None
+    wedge: BearingWedge | None = None
 
 
 class Caster(NamedTuple):

@@ -9,14 +9,14 @@ import numpy as np
 
 from radar_service.numerics.constants import KNOT
 from radar_service.world.commands import CommandError, Steerable
-from radar_service.world.steered_motion import Leg
+from radar_service.world.steered_motion import MotionSegment
 
 KEYS = ("position_m", "course_deg", "heading_deg", "speed_kn", "turn_rate_deg_s", "present")  # besides body and time
 MAX_EXTRAPOLATION = 5.0  # s between the time of a pose and the first spoke that shows it
 
 
 @dataclass(frozen=True)
-class Pose:
+class CommandedPose:
     """The state of own ship (body None) or of a body at `time` [s]; None: at the first spoke that shows it.
 
     values: as the keys of a command.
@@ -48,13 +48,13 @@ class Pose:
         return values | _moved(values, elapsed)
 
 
-class Poses:
+class PoseReader:
     """Reads the poses of one sender, in order."""
 
     def __init__(self) -> None:
         self._latest: dict[str | None, float] = {}
 
-    def read(self, message: object, steerable: Steerable) -> Pose:
+    def read(self, message: object, steerable: Steerable) -> CommandedPose:
         """Returns the pose of a message. Raises CommandError."""
         if not isinstance(message, dict):
             raise CommandError(f"a pose is an object with body, time and {', '.join(KEYS)}")
@@ -65,7 +65,7 @@ class Poses:
             raise CommandError(f"{str(unknown[0])[:100]}: not a key of a pose; allowed are body, time, {', '.join(KEYS)}")
         if not (body is None or isinstance(body, str)):
             raise CommandError(f"body: {str(body)[:100]} is not a name; leave it out for own ship")
-        pose = Pose(body, self._checked_time(body, time), steerable.checked(body, values))
+        pose = CommandedPose(body, self._checked_time(body, time), steerable.checked(body, values))
         if pose.time is not None:
             self._latest[body] = pose.time
         return pose
@@ -88,7 +88,9 @@ def _moved(values: Mapping[str, Any], elapsed: float) -> dict[str, Any]:
     moved = {key: (values[key] + rate * elapsed) % 360.0 for key in ("course_deg", "heading_deg") if key in values}
     if {"position_m", "course_deg", "speed_kn"} <= values.keys():
         position = np.array([*values["position_m"], 0.0])
-        leg = Leg(0.0, position, math.radians(values["course_deg"]), values["speed_kn"] * KNOT, math.radians(rate))
-        east, north, _ = leg.at(elapsed).position.tolist()
+        segment = MotionSegment(
+            0.0, position, math.radians(values["course_deg"]), values["speed_kn"] * KNOT, math.radians(rate)
+        )
+        east, north, _ = segment.at(elapsed).position.tolist()
         moved["position_m"] = (east, north)
     return moved

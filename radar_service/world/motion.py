@@ -41,15 +41,15 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion through knots along straight legs or arcs; the body is at rest before the first knot.
+    """Motion through knots along straight segments or arcs; the body is at rest before the first knot.
 
     time: (M,) of the knots [s], rising.
     position: (M, 3) of the knots [m].
-    heading: (M,) [rad] on the leg that begins at each knot; with `turning`, at the knot, interpolated the short way.
+    heading: (M,) [rad] on the segment that begins at each knot; with `turning`, at the knot, interpolated the short way.
     final_velocity: (3,) [m/s] after the last knot.
     turning: whether the heading is interpolated between knots.
     period: time after which a closed track repeats [s], or None.
-    arcs: (M, 3) of the leg that begins at each knot: course [rad], speed [m/s] and turn rate [rad/s, 0: straight]; or None.
+    arcs: (M, 3) of the segment that begins at each knot: course [rad], speed [m/s] and turn rate [rad/s, 0: straight]; or None.
     fixed: whether the heading stays constant on arcs.
     sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
     """
@@ -89,10 +89,10 @@ class Motion:
 
     @cached_property
     def top_speed(self) -> float:
-        """The highest speed [m/s] on any leg or arc, and beyond the last knot; sway not counted."""
-        legs = np.linalg.norm(self._leg_velocity, axis=1).max()
+        """The highest speed [m/s] on any segment or arc, and beyond the last knot; sway not counted."""
+        on_segments = np.linalg.norm(self._segment_velocity, axis=1).max()
         arcs = 0.0 if self.arcs is None else self.arcs[:, 1].max()
-        return float(max(legs, arcs))
+        return float(max(on_segments, arcs))
 
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
@@ -101,54 +101,54 @@ class Motion:
             return self._straight(t)
         if self.period is not None:
             t = t % self.period
-        leg = np.searchsorted(self.time[1:], t, side="right")
-        velocity = self._leg_velocity[leg]
+        segment = np.searchsorted(self.time[1:], t, side="right")
+        velocity = self._segment_velocity[segment]
         if t.size and t.min() < self.time[0]:
             velocity[t < self.time[0]] = 0.0
-        elapsed = np.maximum(t - self.time[leg], 0.0)
-        heading = self.heading[leg]
+        elapsed = np.maximum(t - self.time[segment], 0.0)
+        heading = self.heading[segment]
         if self.turning:
-            heading = heading + self._leg_turn[leg] * elapsed
+            heading = heading + self._segment_turn[segment] * elapsed
         displacement = velocity * elapsed[:, None]
         if self.arcs is not None:
-            curved = np.flatnonzero(self.arcs[leg, 2])
-            course, speed, rate = self.arcs[leg[curved]].T
+            curved = np.flatnonzero(self.arcs[segment, 2])
+            course, speed, rate = self.arcs[segment[curved]].T
             displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
-            heading = heading if self.fixed else heading + self.arcs[leg, 2] * elapsed
-        pose = Pose(self.position[leg] + displacement, velocity, wrap_bearing(heading))
+            heading = heading if self.fixed else heading + self.arcs[segment, 2] * elapsed
+        pose = Pose(self.position[segment] + displacement, velocity, wrap_bearing(heading))
         return pose if self.sway is None else _swaying(pose, heading, self.sway, np.broadcast_to(time, t.shape))
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
         phase = t if self.period is None else t % self.period
-        leg = np.searchsorted(self.time[1:], phase, side="right")
-        rate = self._leg_turn[leg] if self.turning else np.zeros(len(t))
+        segment = np.searchsorted(self.time[1:], phase, side="right")
+        rate = self._segment_turn[segment] if self.turning else np.zeros(len(t))
         if self.arcs is not None and not self.fixed:
-            rate = rate + self.arcs[leg, 2]
+            rate = rate + self.arcs[segment, 2]
         rate = np.where(phase < self.time[0], 0.0, rate)
         return rate if self.sway is None else rate + self.sway.rate(2, t)
 
     def corners(self, time: Floats) -> Flags:
-        """Returns whether another leg, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
+        """Returns whether another segment, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
 
         Between two of them without a corner the motion is smooth. It begins at the first knot, before which the body rests.
         """
         if self.at_rest:
             return np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
         laps, since = (np.zeros(len(time)), time) if self.period is None else np.divmod(time, self.period)
-        leg = np.searchsorted(self.time, since, side="right")
-        return np.asarray((np.diff(leg) != 0) | (np.diff(laps) != 0.0))
+        segment = np.searchsorted(self.time, since, side="right")
+        return np.asarray((np.diff(segment) != 0) | (np.diff(laps) != 0.0))
 
     @cached_property
-    def _leg_velocity(self) -> Floats:
-        """Velocity (M, 3) [m/s] on the leg that begins at each knot; 0 for a leg without duration."""
+    def _segment_velocity(self) -> Floats:
+        """Velocity (M, 3) [m/s] on the segment that begins at each knot; 0 for a segment without duration."""
         span, steps = np.diff(self.time)[:, None], np.diff(self.position, axis=0)
         velocity = np.divide(steps, span, out=np.zeros_like(steps), where=span > 0)
         return np.concatenate([velocity, self.final_velocity[None]])
 
     @cached_property
-    def _leg_turn(self) -> Floats:
+    def _segment_turn(self) -> Floats:
         """Rate (M,) [rad/s] at which the heading turns the short way to that of the next knot."""
         span, turn = np.diff(self.time), (np.diff(self.heading) + np.pi) % (2 * np.pi) - np.pi
         return np.append(np.divide(turn, span, out=np.zeros_like(turn), where=span > 0), 0.0)
@@ -177,9 +177,9 @@ def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
 
 
 def leg_headings(position: Floats, heading_deg: float | None) -> Floats:
-    """Returns the heading (M,) [rad] on the leg that begins at each knot of position (M, 3) [m]: the course of the leg.
+    """Returns the heading (M,) [rad] on the segment that begins at each knot of position (M, 3) [m]: the course of the segment.
 
-    A leg without movement keeps the course before it, or the first course. heading_deg: constant heading, None for the
+    A segment without movement keeps the course before it, or the first course. heading_deg: constant heading, None for the
     course.
     """
     if heading_deg is not None:

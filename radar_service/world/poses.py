@@ -103,7 +103,7 @@ class BodyPoses:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
         self._moves = np.isin(np.arange(len(bodies)), self.moving)
-        self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
+        self._with_segments = {int(b) for b in self.moving if not self._motions[b].is_straight}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
@@ -120,7 +120,7 @@ class BodyPoses:
             position = np.repeat(self._position[None], len(time), axis=0)
             since = np.maximum(time[:, None] - self._start[self.moving], 0.0)
             position[:, self.moving] += since[:, :, None] * self._velocity[self.moving]
-        for b in self._with_legs if requested is None else self._with_legs.intersection(requested.tolist()):
+        for b in self._with_segments if requested is None else self._with_segments.intersection(requested.tolist()):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
             if pose.rotation is not None:

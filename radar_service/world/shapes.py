@@ -131,8 +131,8 @@ def dihedral(width: float, height: float) -> Mesh:
 def trihedral(edge: float) -> Mesh:
     """Returns three perpendicular right triangles with legs `edge` [m], apex in the origin, axis of symmetry along +y."""
     y, up, side = 1.0 / math.sqrt(3.0), 1.0 / math.sqrt(6.0), 1.0 / math.sqrt(2.0)
-    legs = [(0.0, y, 2.0 * up), (side, y, -up), (-side, y, -up)]  # right-handed: each normal is the third leg
-    corners = [(0.0, 0.0, 0.0), *(tuple(edge * c for c in leg) for leg in legs)]
+    edges = [(0.0, y, 2.0 * up), (side, y, -up), (-side, y, -up)]  # right-handed: each normal is the third leg
+    corners = [(0.0, 0.0, 0.0), *(tuple(edge * c for c in edge_end) for edge_end in edges)]
     return _mesh(corners, [(0, 1, 2), (0, 2, 3), (0, 3, 1)])
 
 

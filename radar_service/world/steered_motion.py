@@ -1,4 +1,4 @@
-"""Motion that commands change while the radar runs: legs and arcs one after the other, each from an instant on."""
+"""Motion that commands change while the radar runs: segments and arcs one after the other, each from an instant on."""
 
 import math
 from dataclasses import dataclass, field, fields, replace
@@ -13,8 +13,10 @@ from radar_service.world.motion import Motion, Pose
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import move_along_arc
 
-LOOK_BACK = 12_000.0  # s: a leg continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
-MAX_LEGS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz
+LOOK_BACK = (
+    12_000.0  # s: a segment continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
+)
+MAX_SEGMENTS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz
 
 
 @dataclass(frozen=True)
@@ -25,14 +27,14 @@ class SteeringLimits:
     max_turn_rate: float
 
 
-class Leg(NamedTuple):
-    """A straight leg, or an arc and the straight leg after it.
+class MotionSegment(NamedTuple):
+    """A straight segment, or an arc and the straight segment after it.
 
     start: when it begins [s].
     position: (3,) there [m].
     course: there [rad].
     speed: [m/s].
-    turn_rate: of the arc, positive to starboard [rad/s]; 0 for a straight leg.
+    turn_rate: of the arc, positive to starboard [rad/s]; 0 for a straight segment.
     turn_time: length of the arc [s]; inf for one without end.
     drift: heading minus course [rad].
     """
@@ -45,8 +47,8 @@ class Leg(NamedTuple):
     turn_time: float = math.inf
     drift: float = 0.0
 
-    def at(self, time: float) -> "Leg":
-        """Returns the rest of the leg from `time` [s] on."""
+    def at(self, time: float) -> "MotionSegment":
+        """Returns the rest of the segment from `time` [s] on."""
         elapsed = time - self.start
         turned = min(elapsed, self.turn_time) if self.turn_rate else 0.0
         course = self.course + self.turn_rate * turned
@@ -60,7 +62,7 @@ class Leg(NamedTuple):
         )
 
     def motion(self, sway: Sway | None) -> Motion:
-        """Returns the motion along the leg, which continues backward over LOOK_BACK."""
+        """Returns the motion along the segment, which continues backward over LOOK_BACK."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
         position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
@@ -85,12 +87,12 @@ class _Track:
     """What commands have made of a motion.
 
     first: the motion before the first command. current: the motion that `pose` follows.
-    legs: those commanded. start: when they begin [s]. motions: the first one, and that of each leg.
+    segments: those commanded. start: when they begin [s]. motions: the first one, and that of each segment.
     """
 
     def __init__(self, first: Motion) -> None:
         self.first = self.current = first
-        self.legs: tuple[Leg, ...] = ()
+        self.segments: tuple[MotionSegment, ...] = ()
         self.past: tuple[Floats, tuple[Motion, ...]] = (np.zeros(0), (first,))
 
 
@@ -113,8 +115,8 @@ class CommandedMotion(Motion):
 class SteeredMotion(CommandedMotion):
     """A motion under command. Its fields are those of the motion before the first command.
 
-    `pose` and `turn_rate` follow the leg that `follow` has chosen last, also for earlier times: the engine computes no spoke
-    from before the leg, and its methods look at times around each spoke. `past` follows the leg of each time.
+    `pose` and `turn_rate` follow the segment that `follow` has chosen last, also for earlier times: the engine computes no spoke
+    from before the segment, and its methods look at times around each spoke. `past` follows the segment of each time.
 
     limits: of the commands.
     """
@@ -144,40 +146,43 @@ class SteeredMotion(CommandedMotion):
         """The corners are those of the motion that `pose` follows."""
         return self._track.current.corners(time)
 
-    def leg_at(self, time: float) -> Leg:
-        """Returns what is left of the leg of the last command at `time` [s]; before the first one, the course as it is."""
-        if self._track.legs:
-            return self._track.legs[-1].at(time)
+    def segment_at(self, time: float) -> MotionSegment:
+        """Returns what is left of the segment of the last command at `time` [s]; before the first one, the course as it is."""
+        if self._track.segments:
+            return self._track.segments[-1].at(time)
         pose = replace(self._track.first, sway=None).pose(time)
         course, heading = float(pose.course[0]), float(pose.heading[0])
-        return Leg(
+        return MotionSegment(
             time, pose.position[0], course, float(pose.speed[0]), drift=math.remainder(heading - course, 2.0 * math.pi)
         )
 
-    def steer(self, leg: Leg) -> None:
-        """Takes a leg from its start on. `pose` follows it after `follow`."""
+    def steer(self, segment: MotionSegment) -> None:
+        """Takes a segment from its start on. `pose` follows it after `follow`."""
         track, (start, motions) = self._track, self._track.past
-        track.legs = (*track.legs[1 - MAX_LEGS :], leg)
-        track.past = np.append(start[1 - MAX_LEGS :], leg.start), (*motions[-MAX_LEGS:], leg.motion(self.sway))
+        track.segments = (*track.segments[1 - MAX_SEGMENTS :], segment)
+        track.past = (
+            np.append(start[1 - MAX_SEGMENTS :], segment.start),
+            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway)),
+        )
 
     def follow(self) -> None:
-        """Lets `pose` follow the leg that was taken last."""
+        """Lets `pose` follow the segment that was taken last."""
         self._track.current = self._track.past[1][-1]
 
     def forget(self) -> None:
-        """Forgets all legs. `pose` goes on as before until `follow`."""
-        self._track.legs, self._track.past = (), (np.zeros(0), (self._track.first,))
+        """Forgets all segments. `pose` goes on as before until `follow`."""
+        self._track.segments, self._track.past = (), (np.zeros(0), (self._track.first,))
 
     @property
     def past(self) -> "PastMotion":
-        """The same motion, which follows at each time the leg that was commanded then; it remembers MAX_LEGS legs."""
+        """The same motion, which follows at each time the segment that was commanded then; it remembers MAX_SEGMENTS segments."""
         return PastMotion(**_fields(self), steered=self)
 
-    def legs_at(self, time: Floats) -> list[tuple[Flags, Motion]]:
+    def segments_at(self, time: Floats) -> list[tuple[Flags, Motion]]:
         """Returns the motions that were commanded at some times (K,) [s], each with the flags (K,) of its times."""
         start, motions = self._track.past
-        leg = np.searchsorted(start, time, side="right")
-        return [(leg == each, motions[each]) for each in np.unique(leg).tolist()]
+        segment = np.searchsorted(start, time, side="right")
+        return [(segment == each, motions[each]) for each in np.unique(segment).tolist()]
 
     @cached_property
     def _track(self) -> _Track:
@@ -195,7 +200,7 @@ class PastMotion(CommandedMotion):
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
         order: list[int] = []
         parts = [self.steered.pose(t[:0])]
-        for which, motion in self.steered.legs_at(t):
+        for which, motion in self.steered.segments_at(t):
             order += np.flatnonzero(which).tolist()
             parts.append(motion.pose(t[which]))
         if len(parts) == 2:
@@ -209,15 +214,15 @@ class PastMotion(CommandedMotion):
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
         rate = np.empty(len(t))
-        for which, motion in self.steered.legs_at(t):
+        for which, motion in self.steered.segments_at(t):
             rate[which] = motion.turn_rate(t[which])
         return rate
 
     @override
     def corners(self, time: Floats) -> Flags:
-        """Each command begins another leg."""
+        """Each command begins another segment."""
         corners = np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
-        for which, motion in self.steered.legs_at(time):
+        for which, motion in self.steered.segments_at(time):
             corners |= np.where(which[1:] == which[:-1], which[1:] & motion.corners(time), True)
         return corners
 

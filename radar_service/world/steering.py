@@ -18,7 +18,7 @@ from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 from radar_service.world.rotation import scene_at_origin
 from radar_service.world.scene import Scene
-from radar_service.world.steered_motion import Leg, SteeredMotion, SteeringLimits
+from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
 from radar_service.world.steered_presence import SteeredPresence
 
 
@@ -152,7 +152,7 @@ class Steering:
             motion = self._motions[command.body]
             self._changed.add(command.body)
             if command.moves:
-                motion.steer(begun_leg(command, motion.leg_at(command.time), motion.limits))
+                motion.steer(begun_segment(command, motion.segment_at(command.time), motion.limits))
             if command.present is not None:
                 self._presences[command.body].steer(command.time, command.present)
         self._taken = count
@@ -166,33 +166,35 @@ class Steering:
         return [*self._motions.values(), *self._presences.values()]
 
 
-def begun_leg(command: Command, before: Leg, limits: SteeringLimits) -> Leg:
-    """Returns the leg that begins with a command. before: what is left of the leg until then."""
-    leg = before
+def begun_segment(command: Command, before: MotionSegment, limits: SteeringLimits) -> MotionSegment:
+    """Returns the segment that begins with a command. before: what is left of the segment until then."""
+    segment = before
     if command.position_m is not None:
-        leg = leg._replace(position=np.array([*command.position_m, before.position[2]]))
+        segment = segment._replace(position=np.array([*command.position_m, before.position[2]]))
     if command.speed_kn is not None:
-        leg = leg._replace(speed=command.speed_kn * KNOT)
+        segment = segment._replace(speed=command.speed_kn * KNOT)
     if command.turn_rate_deg_s is not None:
-        leg = leg._replace(turn_rate=math.radians(command.turn_rate_deg_s), turn_time=math.inf)
+        segment = segment._replace(turn_rate=math.radians(command.turn_rate_deg_s), turn_time=math.inf)
     if command.course_deg is not None:
-        leg = _on_course(command, leg, math.radians(command.course_deg), limits)
+        segment = _on_course(command, segment, math.radians(command.course_deg), limits)
     if command.heading_deg is not None:
-        leg = leg._replace(drift=math.remainder(math.radians(command.heading_deg) - leg.course, 2.0 * math.pi))
-    return leg
+        segment = segment._replace(drift=math.remainder(math.radians(command.heading_deg) - segment.course, 2.0 * math.pi))
+    return segment
 
 
-def _on_course(command: Command, leg: Leg, course: float, limits: SteeringLimits) -> Leg:
-    turn = math.remainder(course - leg.course, 2.0 * math.pi)
+def _on_course(command: Command, segment: MotionSegment, course: float, limits: SteeringLimits) -> MotionSegment:
+    turn = math.remainder(course - segment.course, 2.0 * math.pi)
     if command.at_once:
-        rate = 0.0 if command.turn_rate_deg_s is None else leg.turn_rate
-        return leg._replace(course=course, turn_rate=rate, turn_time=math.inf)
+        rate = 0.0 if command.turn_rate_deg_s is None else segment.turn_rate
+        return segment._replace(course=course, turn_rate=rate, turn_time=math.inf)
     if turn == 0.0:
-        return leg._replace(turn_rate=0.0, turn_time=math.inf)
+        return segment._replace(turn_rate=0.0, turn_time=math.inf)
     if command.turn_rate_deg_s is None:
-        return leg._replace(turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate)
-    way = turn % math.copysign(2.0 * math.pi, leg.turn_rate)  # round by the side to which it turns
-    return leg._replace(turn_time=way / leg.turn_rate)
+        return segment._replace(
+            turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate
+        )
+    way = turn % math.copysign(2.0 * math.pi, segment.turn_rate)  # round by the side to which it turns
+    return segment._replace(turn_time=way / segment.turn_rate)
 
 
 def _spoke(command: Command) -> int:

@@ -5,16 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from radar_service.plots.plot import SpokeLayout, plot_of
+from radar_service.plots.plot import ScanGeometry, plot_of
 from tests.plots.test_clusters import detections
 
-LAYOUT = SpokeLayout(azimuths=628, first=5.0, step=10.0, noise_power=0.5)
+GEOMETRY = ScanGeometry(azimuths=628, first=5.0, step=10.0, noise_power=0.5)
 
 
 def test_a_symmetric_cluster_is_reported_at_its_middle() -> None:
     image = np.zeros((5, 9))
     image[2, 4], image[1, 4], image[3, 4], image[2, 3], image[2, 5] = 100.0, 30.0, 30.0, 20.0, 20.0
-    plot = plot_of(detections(image), LAYOUT)
+    plot = plot_of(detections(image), GEOMETRY)
     assert plot.range == pytest.approx(45.0) and plot.bearing == pytest.approx(0.02) and plot.time == pytest.approx(0.2)
     assert plot.cells == 5 and plot.snr_db == pytest.approx(10 * np.log10(200)) and plot.scan == 0
     assert plot.range_extent == (30.0, 60.0) and plot.bearing_extent == pytest.approx(
@@ -27,13 +27,13 @@ def test_the_power_above_the_threshold_weighs() -> None:
     """Weights 9 and 3 over a threshold of 1: a quarter of a cell off the stronger one."""
     image = np.zeros((1, 4))
     image[0, 1], image[0, 2] = 10.0, 4.0
-    assert plot_of(detections(image), LAYOUT).range == pytest.approx(15.0 + 10.0 * 3 / 12)
+    assert plot_of(detections(image), GEOMETRY).range == pytest.approx(15.0 + 10.0 * 3 / 12)
 
 
 def test_cells_far_below_the_peak_do_not_weigh() -> None:
     image = np.zeros((1, 60))
     image[0, 1], image[0, 50] = 1e6, 900.0
-    plot = plot_of(detections(image), LAYOUT)
+    plot = plot_of(detections(image), GEOMETRY)
     assert plot.range == 15.0 and plot.range_extent == (10.0, 510.0)
 
 
@@ -41,11 +41,11 @@ def test_north_is_no_seam() -> None:
     image = np.full((3, 1), 10.0)
     cells = detections(image)
     cells.azimuth[:] = [2 * np.pi - 0.01, 0.0, 0.01]
-    plot = plot_of(cells, LAYOUT)
+    plot = plot_of(cells, GEOMETRY)
     assert min(plot.bearing, 2 * np.pi - plot.bearing) < 1e-12
     assert plot.bearing_extent == pytest.approx((2 * np.pi - 0.01 - np.pi / 628, 0.01 + np.pi / 628))
 
 
 def test_a_plot_is_plain_data() -> None:
-    line = json.loads(json.dumps(plot_of(detections(np.ones((1, 1)) * 2), LAYOUT).as_dict()))
+    line = json.loads(json.dumps(plot_of(detections(np.ones((1, 1)) * 2), GEOMETRY).as_dict()))
     assert line["type"] == "plot" and {"time", "range", "bearing", "snr_db", "scan"} <= set(line)

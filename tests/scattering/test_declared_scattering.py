@@ -8,7 +8,7 @@ import pytest
 from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.model import Sector
+from radar_service.scattering.model import BearingWedge
 from radar_service.world.poses import map_from_bodies
 from tests.scattering.test_fixed_scatterers import FLAT, build, instant
 from tests.scenes import scene
@@ -51,5 +51,5 @@ def test_a_declared_body_counts_where_its_echoes_may_lie_beside_its_scatterers(
     made, antenna = scene([{**quay, **more}], environment=FLAT), np.array([0.0, 0.0, 15.0])
     source, begin, spacing = build(model, made), np.arctan2(400, 495), cell_spacing(made.radar).azimuth
     for off, count in ((0.5, seen), (2.0, 0)):
-        sector = Sector(antenna, begin + off * spacing + 0.3, 0.3, 1.0)
-        assert bool(len(source.echoes(antenna, instant(made, sector=sector)))) == count
+        sector = BearingWedge(antenna, begin + off * spacing + 0.3, 0.3, 1.0)
+        assert bool(len(source.echoes(antenna, instant(made, wedge=sector)))) == count

@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.predictions import Conditions
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
@@ -158,17 +158,17 @@ def test_a_sector_leaves_out_what_lies_beside_it_and_keeps_declared_bodies_whole
     """Of a diffuse quay the part within the bearings; of a declared one all or nothing, as its scatterers share."""
     quay = {"name": "q", "shape": "box", "length_m": 10, "width_m": 800, "height_m": 20, "position_m": [0, 500, 0]}
     antenna = np.array([0.0, 0.0, 15.0])
-    sector = Sector(antenna, 0.0, 0.3, 1.0)
+    sector = BearingWedge(antenna, 0.0, 0.3, 1.0)
     for model, more in ((DiffuseScattering, {"material": "concrete"}), (DeclaredScattering, {"rcs_dbsm": 10})):
         made = scene([{**quay, **more}], environment=FLAT)
         source = build(model, made)
         whole = source.echoes(antenna, instant(made))
-        part = source.echoes(antenna, instant(made, sector=sector))
+        part = source.echoes(antenna, instant(made, wedge=sector))
         inside = sector.contains(whole.position + [0, 500, 0])
         kept = inside if model is DiffuseScattering else np.ones(len(whole), dtype=np.bool_)
         assert 4 < inside.sum() < len(whole) - 4
         np.testing.assert_array_equal(part.position, whole.position[kept])
-        assert len(source.echoes(antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
+        assert len(source.echoes(antenna, instant(made, wedge=BearingWedge(antenna, np.pi, 0.3, 1.0)))) == 0
 
 
 def test_stated_maxima_are_hardly_ever_exceeded() -> None:

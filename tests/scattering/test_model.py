@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Sector
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
 
 ANTENNA = np.array([100.0, -50.0, 15.0])
 
@@ -16,14 +16,14 @@ def test_a_sector_holds_the_bearings_within_it_and_all_that_is_near(middle: floa
     east, north, _ = (position - ANTENNA).T
     off = np.abs((np.arctan2(east, north) - middle + np.pi) % (2 * np.pi) - np.pi)
     expected = (off <= half) | (np.hypot(east, north) <= 60)
-    np.testing.assert_array_equal(Sector(ANTENNA, middle, half, 60.0).contains(position), expected)
+    np.testing.assert_array_equal(BearingWedge(ANTENNA, middle, half, 60.0).contains(position), expected)
 
 
 @pytest.mark.parametrize("half", [0.05, 1.0, 2.5])
 def test_a_circle_counts_where_a_part_of_it_lies_in_the_sector(half: float) -> None:
     """Against 360 points on each circle's edge, of 1 to 80 m; those that touch by less than a point's spacing are left out."""
     rng = np.random.default_rng(2)
-    middle, sector = rng.uniform(-500, 500, (300, 2)), Sector(ANTENNA, 1.0, half, 60.0)
+    middle, sector = rng.uniform(-500, 500, (300, 2)), BearingWedge(ANTENNA, 1.0, half, 60.0)
     size, turn = rng.uniform(1, 80, 300), np.linspace(0, 2 * np.pi, 360, endpoint=False)
     position = ANTENNA + np.column_stack([middle, np.zeros(300)])
     counted = sector.contains(position, size)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from radar_service.numerics.constants import KNOT
-from radar_service.service.poses import MAX_EXTRAPOLATION, Poses
+from radar_service.service.poses import MAX_EXTRAPOLATION, PoseReader
 from radar_service.world.commands import CommandError
 from tests.service.fake import steerable_scene
 
@@ -14,7 +14,7 @@ STEERABLE = steerable_scene().steerable
 
 
 def values_at(at: float, **message: Any) -> dict[str, Any]:
-    return dict(Poses().read(message, STEERABLE).values_at(at))
+    return dict(PoseReader().read(message, STEERABLE).values_at(at))
 
 
 @pytest.mark.parametrize(
@@ -35,12 +35,12 @@ def values_at(at: float, **message: Any) -> dict[str, Any]:
 )
 def test_messages_that_are_refused(message: Any, words: str) -> None:
     with pytest.raises(CommandError) as refused:
-        Poses().read(message, STEERABLE)
+        PoseReader().read(message, STEERABLE)
     assert words in str(refused.value)
 
 
 def test_poses_of_a_body_come_in_order() -> None:
-    poses = Poses()
+    poses = PoseReader()
     for message in ({"time": 5.0}, {"body": "buoy", "time": 3.0}, {"body": "buoy", "time": 3.1}, {}):
         poses.read({"speed_kn": 1} | message, STEERABLE)
     with pytest.raises(CommandError, match="time: 3.1 is not after that of the pose before, 3.1; send poses in order"):

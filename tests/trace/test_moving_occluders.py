@@ -35,7 +35,7 @@ def test_the_same_occluders_follow_other_bodies_and_changed_motions() -> None:
     assert before(made, POINTS, 0.0) == {0: [0]}
     motion = given[0].motion
     assert isinstance(motion, SteeredMotion)
-    motion.steer(motion.leg_at(0.0)._replace(position=np.array([400.0, 0.0, 0.0])))
+    motion.steer(motion.segment_at(0.0)._replace(position=np.array([400.0, 0.0, 0.0])))
     motion.follow()
     assert before(made, POINTS, 0.0) == {0: [0]}  # is cached
     revision.change()

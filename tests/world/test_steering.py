@@ -1,4 +1,4 @@
-"""The commands to a world: their order, what the motions follow when, and the legs that commands begin."""
+"""The commands to a world: their order, what the motions follow when, and the segments that commands begin."""
 
 import math
 from dataclasses import replace
@@ -11,21 +11,21 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.revision import STEADY
 from radar_service.world import commands
 from radar_service.world.commands import Command, CommandError
-from radar_service.world.steered_motion import Leg, SteeringLimits
-from radar_service.world.steering import Steering, begun_leg
+from radar_service.world.steered_motion import MotionSegment, SteeringLimits
+from radar_service.world.steering import Steering, begun_segment
 from tests.scenes import point, scene
 
 MADE = scene([point("a", 0, 500, steerable={}), point("b", 0, 900)], own_ship={"steerable": {"max_speed_kn": 12}})
 LIMITS = SteeringLimits(20.0 * KNOT, math.radians(4.0))
-BEFORE = Leg(10.0, np.array([1.0, 2.0, 3.0]), math.radians(350.0), 5.0, drift=math.radians(3.0))
+BEFORE = MotionSegment(10.0, np.array([1.0, 2.0, 3.0]), math.radians(350.0), 5.0, drift=math.radians(3.0))
 
 
 def course(steering: Steering, time: float = 100.0) -> float:
     return math.degrees(steering.scene.bodies[0].motion.pose(time).course[0])
 
 
-def leg(before: Leg = BEFORE, **values: Any) -> Leg:
-    return begun_leg(Command(7, 10.0, None, **values), before, LIMITS)
+def segment(before: MotionSegment = BEFORE, **values: Any) -> MotionSegment:
+    return begun_segment(Command(7, 10.0, None, **values), before, LIMITS)
 
 
 def goes_to(steering: Steering, spoke: int) -> bool:
@@ -171,9 +171,9 @@ def test_a_command_made_elsewhere_is_taken_as_it_is() -> None:
 
 
 def test_a_course_is_reached_by_the_shorter_way_at_the_highest_rate() -> None:
-    made = leg(course_deg=30)
+    made = segment(course_deg=30)
     assert math.degrees(made.turn_rate) == pytest.approx(4.0) and made.turn_time == pytest.approx(10.0)
-    made = leg(course_deg=300)
+    made = segment(course_deg=300)
     assert math.degrees(made.turn_rate) == pytest.approx(-4.0) and made.turn_time == pytest.approx(12.5)
     end = made.at(BEFORE.start + 100.0)
     assert math.degrees(end.course) == pytest.approx(300.0) and end.turn_rate == 0.0 and end.turn_time == math.inf
@@ -181,40 +181,40 @@ def test_a_course_is_reached_by_the_shorter_way_at_the_highest_rate() -> None:
 
 @pytest.mark.parametrize(("rate", "seconds"), [(2.0, 20.0), (-2.0, 160.0), (1.0, 40.0)])
 def test_a_course_with_a_rate_is_reached_by_the_side_of_the_rate(rate: float, seconds: float) -> None:
-    made = leg(course_deg=30, turn_rate_deg_s=rate)
+    made = segment(course_deg=30, turn_rate_deg_s=rate)
     assert math.degrees(made.turn_rate) == pytest.approx(rate) and made.turn_time == pytest.approx(seconds)
 
 
 def test_the_present_course_ends_a_turn() -> None:
     turning = BEFORE._replace(turn_rate=0.05)
-    assert leg(turning, course_deg=350).turn_rate == 0.0
-    assert leg(turning, course_deg=350, turn_rate_deg_s=3).turn_rate == 0.0
-    assert leg(turning, turn_rate_deg_s=0).turn_rate == 0.0
+    assert segment(turning, course_deg=350).turn_rate == 0.0
+    assert segment(turning, course_deg=350, turn_rate_deg_s=3).turn_rate == 0.0
+    assert segment(turning, turn_rate_deg_s=0).turn_rate == 0.0
 
 
 def test_a_speed_changes_at_once_and_a_turn_goes_on() -> None:
     turning = BEFORE._replace(turn_rate=0.05, turn_time=6.0)
-    assert leg(turning, speed_kn=2) == turning._replace(speed=2 * KNOT)
+    assert segment(turning, speed_kn=2) == turning._replace(speed=2 * KNOT)
 
 
 def test_a_rate_alone_turns_without_end() -> None:
-    made = leg(BEFORE._replace(turn_rate=-0.05, turn_time=3.0), turn_rate_deg_s=3)
+    made = segment(BEFORE._replace(turn_rate=-0.05, turn_time=3.0), turn_rate_deg_s=3)
     assert math.degrees(made.turn_rate) == pytest.approx(3.0) and made.turn_time == math.inf
 
 
 def test_a_position_jumps_and_keeps_its_height() -> None:
-    assert leg(position_m=(50.0, -60.0)).position.tolist() == [50.0, -60.0, 3.0]
+    assert segment(position_m=(50.0, -60.0)).position.tolist() == [50.0, -60.0, 3.0]
 
 
 def test_a_pose_sets_its_course_at_once_and_turns_on() -> None:
-    made = leg(course_deg=90, turn_rate_deg_s=-2, heading_deg=95, at_once=True)
+    made = segment(course_deg=90, turn_rate_deg_s=-2, heading_deg=95, at_once=True)
     assert math.degrees(made.course) == pytest.approx(90) and made.turn_time == math.inf
     assert math.degrees(made.turn_rate) == pytest.approx(-2) and math.degrees(made.drift) == pytest.approx(5)
-    assert leg(BEFORE._replace(turn_rate=0.05), course_deg=90, at_once=True).turn_rate == 0.0
+    assert segment(BEFORE._replace(turn_rate=0.05), course_deg=90, at_once=True).turn_rate == 0.0
 
 
 def test_a_heading_stays_at_its_angle_to_the_course() -> None:
-    made = leg(heading_deg=10, course_deg=30)
+    made = segment(heading_deg=10, course_deg=30)
     assert math.degrees(made.drift) == pytest.approx(20.0)
     assert math.degrees(made.motion(None).pose(200.0).heading[0]) == pytest.approx(50.0)
-    assert leg(course_deg=30).drift == BEFORE.drift
+    assert segment(course_deg=30).drift == BEFORE.drift

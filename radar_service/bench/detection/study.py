@@ -37,7 +37,7 @@ SCANS_PER_JOB = 50
 
 
 @dataclass(frozen=True)
-class Layout:
+class TargetCells:
     """Where the bodies of a study stand. target: index (B,); cell, spoke: of each (B,); predicted: SNR (B,), a power ratio."""
 
     target: Indices
@@ -115,7 +115,7 @@ def targets_of(scenario: Scenario) -> list[Target]:
     ]  # fmt: skip
 
 
-def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene, Layout]:
+def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene, TargetCells]:
     """Returns the scene of a study and where its bodies stand. Raises ScenarioError where no target is anywhere in doubt."""
     targets = targets_of(scenario)
     air = {**scenario.scene["environment"], "multipath": multipath}
@@ -138,8 +138,8 @@ def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene
         })  # fmt: skip
         predicted.append(float(signal_to_noise(bare.radar, bare.environment, ground, target)[0]))
     scene = load_scene({**scenario.scene, "name": scenario.name, "own_ship": {}, "environment": air, "body": bodies})
-    layout = Layout(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), spokes, np.array(predicted))
-    return scene, layout
+    cells = TargetCells(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), spokes, np.array(predicted))
+    return scene, cells
 
 
 def cells_of(scene: Scene, target: Target, ranges: int) -> list[int]:
@@ -155,11 +155,11 @@ def cells_of(scene: Scene, target: Target, ranges: int) -> list[int]:
 
 def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: int) -> Counts:
     """Returns what some scans of a study give. Raises as `study_scene`."""
-    scene, layout = study_scene(scenario, multipath, ranges)
+    scene, cells = study_scene(scenario, multipath, ranges)
     simulator, noise = Simulator(scene, scenario.fidelity, seed), receiver_noise_power(scene.radar)
     half = len(spoke_gains(scene.radar)) // 2
-    beam = (layout.spoke[:, None] + np.arange(-half, half + 1)) % scene.radar.azimuths
-    power = np.stack([simulator.scan().power[beam, layout.cell[:, None]] for _ in range(scans)]).astype(np.float64) / noise
+    beam = (cells.spoke[:, None] + np.arange(-half, half + 1)) % scene.radar.azimuths
+    power = np.stack([simulator.scan().power[beam, cells.cell[:, None]] for _ in range(scans)]).astype(np.float64) / noise
     snr = power[:, :, half] - 1.0
     return Counts(scans, (power.max(axis=2) > known_level_factor(PFA)).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
 
@@ -168,20 +168,18 @@ def _sea(multipath: bool) -> str:
     return "over the sea" if multipath else "free space"
 
 
-def _series(study: tuple[Scene, Layout], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
-    scene, layout = study
+def _series(study: tuple[Scene, TargetCells], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
+    scene, cells = study
     return {
         "environment": _sea(multipath),
-        "targets": [
-            _judged(scene, layout, counts, target, layout.target == number) for number, target in enumerate(targets)
-        ],
+        "targets": [_judged(scene, cells, counts, target, cells.target == number) for number, target in enumerate(targets)],
     }
 
 
-def _judged(scene: Scene, layout: Layout, counts: Counts, target: Target, own: Flags) -> dict[str, Any]:
+def _judged(scene: Scene, cells: TargetCells, counts: Counts, target: Target, own: Flags) -> dict[str, Any]:
     """One target of a series. own: which bodies (B,) are hers."""
     measured = Measured(
-        np.asarray((layout.cell[own] + 0.5) * scene.radar.range_step, dtype=np.float64), layout.predicted[own], counts.scans,
+        np.asarray((cells.cell[own] + 0.5) * scene.radar.range_step, dtype=np.float64), cells.predicted[own], counts.scans,
         counts.hits[own], counts.snr[own], counts.square[own],
     )  # fmt: skip
     return judged(scene.radar, scene.environment, target, measured)

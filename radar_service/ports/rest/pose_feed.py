@@ -14,7 +14,7 @@ from radar_service.ports.http.conversation import until_first_ends
 from radar_service.ports.http.json_socket import accepted, say_bye, server_end, until_server_ends
 from radar_service.ports.http.websocket import widen_budget
 from radar_service.ports.roles import needs
-from radar_service.service.poses import Poses
+from radar_service.service.poses import PoseReader
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.service.radio.station import Station
 from radar_service.service.token_bucket import TokenBucket
@@ -48,7 +48,7 @@ class _Conversation:
 
     def __init__(self, socket: WebSocket, station: Station) -> None:
         self._socket, self._station = socket, station
-        self._poses = Poses()
+        self._poses = PoseReader()
         self._budget = TokenBucket(POSES_PER_SECOND, POSES_AT_ONCE, asyncio.get_running_loop().time)
         self._answers: asyncio.Queue[asyncio.Task[Answer]] = asyncio.Queue(MAX_ANSWERS)
 

@@ -104,7 +104,7 @@ class PhysicalOptics(AspectModel):
 
     @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        return BodyEchoes.joined([self.body_echoes(b, antenna, instant) for b in self._in_sector(instant)])
+        return BodyEchoes.joined([self.body_echoes(b, antenna, instant) for b in self._in_wedge(instant)])
 
     def coherence(self, b: int, distance: float) -> float:
         """Size [m] over which phases are summed into one echo of body b at `distance` [m]: echoes hold while its aspect
@@ -115,12 +115,12 @@ class PhysicalOptics(AspectModel):
         """Nothing is cached that depends on an instant."""
         return
 
-    def _in_sector(self, instant: Instant) -> list[int]:
-        """The bodies that have a part in the sector of an instant."""
-        if instant.sector is None:
+    def _in_wedge(self, instant: Instant) -> list[int]:
+        """The bodies that have a part in the wedge of an instant."""
+        if instant.wedge is None:
             return list(range(len(self.bodies)))
         centre = np.array([body.middle_at(instant.time) for body in self.bodies]).reshape(-1, 3)
-        near = instant.sector.contains(centre, np.array([body.radius for body in self.bodies]))
+        near = instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:

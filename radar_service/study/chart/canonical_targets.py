@@ -83,10 +83,10 @@ def trihedral_aperture(turn: float) -> float:
 
     Its faces are triangles. Source: Spencer 1944; Doerry, Reflectors for SAR performance testing (2014), eqs. 2 and 3.
     """
-    legs = np.array(
+    edges = np.array(
         [[0.0, np.sqrt(1 / 3)], [np.sqrt(1 / 2), np.sqrt(1 / 3)], [-np.sqrt(1 / 2), np.sqrt(1 / 3)]]
     )  # horizontal parts
-    small, middle, large = np.sort(legs @ np.array([np.sin(turn), np.cos(turn)]))
+    small, middle, large = np.sort(edges @ np.array([np.sin(turn), np.cos(turn)]))
     total = small + middle + large
     return float(4.0 * small * middle / total if small + middle < large else total - 2.0 / total)
 

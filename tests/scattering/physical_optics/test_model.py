@@ -13,7 +13,7 @@ from radar_service.propagation.multipath import reflected_field_ratio, specular_
 from radar_service.propagation.radar_equation import elevation_gain, radar_two_rays
 from radar_service.propagation.sea_surface import miller_brown, rms_wave_height
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics, optical_bodies
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres
@@ -206,8 +206,8 @@ def test_bodies_beside_a_sector_are_not_evaluated() -> None:
     antenna = made.antenna(0.0)[0]
     model = build(made)
     assert set(model.echoes(antenna, instant(made)).body.tolist()) == {0, 1, 2}
-    sector = Sector(antenna, 1.0, 0.2, 1.0)
-    assert set(model.echoes(antenna, instant(made, sector=sector)).body.tolist()) == {1}
+    sector = BearingWedge(antenna, 1.0, 0.2, 1.0)
+    assert set(model.echoes(antenna, instant(made, wedge=sector)).body.tolist()) == {1}
 
 
 def test_the_stated_maximum_holds_at_every_aspect() -> None:
