@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.revision import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 
@@ -57,7 +57,7 @@ class AzimuthRowCache:
         """block: rows computed together, a divisor of CHUNK; revision: of what `make` depends on besides its arguments."""
         self.rows_per_scan, self._make, self._block = rows_per_scan, make, block
         self._per_scan = -(-rows_per_scan // CHUNK)  # chunks
-        self._chunks: BlockCache[int, _Chunk] = BlockCache(1 + SPARE, revision)
+        self._chunks: ResultCache[int, _Chunk] = ResultCache(1 + SPARE, revision)
 
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""
@@ -101,7 +101,7 @@ class BeamWeights:
         azimuth's weights to 1, 2 the sum of their squares."""
         self._azimuths, self._rows_per_scan = azimuths, rows_per_scan
         self._gain, self._extent, self._order = gain, extent, order
-        self._weights: BlockCache[tuple[int, int], tuple[int, int, Singles]] = BlockCache(azimuths)
+        self._weights: ResultCache[tuple[int, int], tuple[int, int, Singles]] = ResultCache(azimuths)
 
     def at(self, number: Indices) -> tuple[int, int, Singles]:
         """First row, row after the last, and weights (K, J) for consecutive azimuths (K,) numbered from the start."""

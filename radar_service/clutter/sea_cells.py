@@ -7,8 +7,8 @@ import numpy as np
 
 from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
 from radar_service.clutter.sea import wind_factor
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Singles
 from radar_service.trace.line_of_sight import OcclusionScene, Shadow
 from radar_service.world.scene import Scene
@@ -84,7 +84,7 @@ class SeaCells:
         self.rows_per_scan = rows_per_scan
         self._azimuth = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
         self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
-        self._sweeps: BlockCache[int, ShadowSweeps] = BlockCache(KEPT_SCANS, scene.revision)
+        self._sweeps: ResultCache[int, ShadowSweeps] = ResultCache(KEPT_SCANS, scene.revision)
         self._open = self._open_sea()
         movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0).middle)
         if self._rests:

@@ -4,10 +4,10 @@ Each multiple k of the waves' period has a field of its own, which drifts with t
 neighbours are blended by cosine and sine. So the correlation falls to 0 within two periods, and any time can be computed
 without the times before. Own ship and antenna only sample the fields.
 
-Near the antenna, rows are lines on the map (`TextureTile`). Where rows lie farther apart than the field correlates, each has
+Near the antenna, rows are lines on the map (`PeriodicTexture`). Where rows lie farther apart than the field correlates, each has
 numbers of its own, and stands for its part of the beam.
 
-The texture is a Gaussian field on the map, read along lines: one periodic tile that all times share, each at another offset.
+The texture is a Gaussian field on the map, read along lines: one periodic field that all times share, each at another offset.
 """
 
 from collections.abc import Callable
@@ -21,15 +21,15 @@ from numpy.lib.stride_tricks import as_strided
 
 from radar_service.clutter.azimuth_rows import BLOCK
 from radar_service.clutter.texture_law import TextureGains, TextureLaw
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.random import TEXTURE, generator, normals
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.radar.parameters import START, Origin
 
 SIZE = 1024  # grid points a side, a power of 2; 256 lengths, so 3 km along the wind in sea state 3
 PER_LENGTH = 4  # grid points in a 1/e length: the nearest one lengthens the correlation by 1 %
 TILT = 0.5 * (np.sqrt(5.0) - 1.0)  # rad between grid and wind, so that no main direction repeats within a few km
-# Offset of the next field, of the tile's side: the two-dimensional golden ratio, so that no two fields of a run coincide.
+# Offset of the next field, of the field's side: the two-dimensional golden ratio, so that no two fields of a run coincide.
 OFFSET = np.array([0.7548776662466927, 0.5698402909980532])
 _DRAW = 0  # key after TEXTURE; independent rows use 1 and up
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn
@@ -37,8 +37,8 @@ CHUNK = 16  # columns that move across range together
 FIELDS = 3  # kept: those of the two neighbours, and one for slower threads
 
 
-class TextureTile:
-    """Periodic Gaussian field of unit power with the correlation of a law; field k is the tile at its own offset."""
+class PeriodicTexture:
+    """Periodic Gaussian field of unit power with the correlation of a law; field k is it at its own offset."""
 
     def __init__(self, law: TextureLaw, seed: int) -> None:
         along = np.array([np.sin(law.wind_from), np.cos(law.wind_from)]) / law.along
@@ -56,7 +56,7 @@ class TextureTile:
         slope = (outward @ self._grid_from_map.T).astype(np.float32)
         room = SIZE * np.ceil(
             np.abs(slope).max() * np.abs(distance).max(initial=0.0) / SIZE
-        )  # whole tiles: no number below 0
+        )  # whole periods: no number below 0
         first = (begin % SIZE + room).astype(np.float32)
         index = self._grid_index(first[:, 0], slope[:, 0], distance)
         index *= SIZE
@@ -117,7 +117,7 @@ class TextureRows:
         reach, count = len(self._taps) // 2, len(grid.distance)
         self._gains = TextureGains(law, grid.rows_per_scan, grid.step, count, overlap)
         self._outward = outward_units(grid.rows_per_scan)
-        self._tile = TextureTile(law, seed) if self._gains.columns else None
+        self._tile = PeriodicTexture(law, seed) if self._gains.columns else None
         outward = np.concatenate([grid.distance, grid.distance[-1] + grid.step * np.arange(1, reach + 1)])
         self._distance = np.concatenate([-outward[:reach][::-1], outward])
         self._independent = IndependentRows(law, grid, seed)
@@ -200,8 +200,8 @@ class IndependentRows:
         bearing = np.arange(rows, dtype=np.float64) * (2.0 * np.pi / rows)
         self._length = np.hypot(law.beam_averaged_length(bearing), law.cell)
         self._size = int(scipy.fft.next_fast_len(len(grid.distance) + CHUNK, real=True))
-        self._fields: BlockCache[int, _Field] = BlockCache(FIELDS)
-        self._amplitudes: BlockCache[int, Singles] = BlockCache(-(-rows // BLOCK))
+        self._fields: ResultCache[int, _Field] = ResultCache(FIELDS)
+        self._amplitudes: ResultCache[int, Singles] = ResultCache(-(-rows // BLOCK))
 
     def rows(self, lines: Lines, first: int) -> Singles:
         """Values (2 J, N) in the columns from `first` on."""

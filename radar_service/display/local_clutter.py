@@ -1,7 +1,8 @@
 """The level of clutter along a spoke, for auto sea and auto gain: a threshold of constant false alarm rate (CFAR).
 
-Each spoke is judged by its own cells. It is cut into blocks along range; each has a mean power. An order statistic of the means
-of the blocks around it is the level of a block: ships are short against them and do not raise it (Rohling 1983, OS-CFAR).
+Each spoke is judged by its own cells. It is cut into intervals along range; each has a mean power. An order statistic of the
+means of the intervals around it is the level of a interval: ships are short against them and do not raise it (Rohling 1983,
+OS-CFAR).
 """
 
 import math
@@ -16,29 +17,31 @@ from radar_service.numerics.types import Floats, Singles
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the mean of exponential power
-BLOCK = 150.0  # m, length of a block: several waves long, short against the range over which clutter changes
-NEAR_BLOCK = 0.25  # of the range: nearer blocks are shorter, as clutter falls as R^-3 and more
-MIN_CELLS = 16  # of a block
-WINDOW = 11  # blocks among which one is judged
-RANK = 8  # of their means, from 1 for the weakest, is the level: near the mean of spiky clutter too, whose blocks differ by
+INTERVAL = 150.0  # m, length of a interval: several waves long, short against the range over which clutter changes
+NEAR_INTERVAL = 0.25  # of the range: nearer intervals are shorter, as clutter falls as R^-3 and more
+MIN_CELLS = 16  # of a interval
+WINDOW = 11  # intervals among which one is judged
+RANK = (
+    8  # of their means, from 1 for the weakest, is the level: near the mean of spiky clutter too, whose intervals differ by
+)
 # 4 dB. Ships may cover the three above
-MIN_BLOCKS = 4  # of a spoke: in fewer, a target cannot be told from clutter
+MIN_INTERVALS = 4  # of a spoke: in fewer, a target cannot be told from clutter
 CEILING_FROM = 400.0  # m; nearer, clutter may still rise with range, as the beam passes above the sea
 MAX_RISE_DB = 6.0  # over the minimum level at shorter range: sea clutter falls with range, so that what rises more is land
 SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
 SEA_RANGE = 50.0  # m; from here on it falls
-NEGLIGIBLE = 0.1  # of the noise: weaker clutter counts as none, as the mean of a block errs by as much
+NEGLIGIBLE = 0.1  # of the noise: weaker clutter counts as none, as the mean of a interval errs by as much
 MAX_CLUTTER = 1e30  # of the noise, so that single precision holds it
-EMPTY = 1e-6  # of the noise: clutter of a block whose mean is that of the noise or less
+EMPTY = 1e-6  # of the noise: clutter of a interval whose mean is that of the noise or less
 
 
 class _Grid(NamedTuple):
-    """The blocks of a spoke.
+    """The intervals of a spoke.
 
     start, length: (B,) first cell and number of cells.
     falling: (B,) level of clutter that falls as R^-3 [dB].
-    near: (B,) blocks without a ceiling.
-    before, after: (N,) the blocks around each cell; share: (N,) of the one after.
+    near: (B,) intervals without a ceiling.
+    before, after: (N,) the intervals around each cell; share: (N,) of the one after.
     """
 
     start: NDArray[np.intp]
@@ -54,8 +57,8 @@ class _Grid(NamedTuple):
 def _grid(cells: int, first: float, step: float) -> _Grid:
     edges = [0]
     while edges[-1] < cells:
-        near_block = NEAR_BLOCK * (first + edges[-1] * step)
-        edges.append(edges[-1] + max(MIN_CELLS, round(min(BLOCK, near_block) / step)))
+        near_interval = NEAR_INTERVAL * (first + edges[-1] * step)
+        edges.append(edges[-1] + max(MIN_CELLS, round(min(INTERVAL, near_interval) / step)))
     if len(edges) > 2 and cells - edges[-2] < MIN_CELLS:
         del edges[-2]
     edge = np.minimum(edges, cells)
@@ -71,12 +74,12 @@ def _grid(cells: int, first: float, step: float) -> _Grid:
 
 
 def clutter_level(power: Singles, noise_power: float, first: float, step: float) -> Singles:
-    """The local mean (K, N) of sea clutter and noise over that of the noise [dB], at least 0; 0 in spokes of few blocks.
+    """The local mean (K, N) of sea clutter and noise over that of the noise [dB], at least 0; 0 in spokes of few intervals.
 
     power: (K, N) [W] of cells at first + n step [m]; noise_power: of a cell [W].
     """
     grid = _grid(power.shape[1], first, step)
-    if len(grid.start) < MIN_BLOCKS:
+    if len(grid.start) < MIN_INTERVALS:
         return np.zeros_like(power)
     mean = np.add.reduceat(power, grid.start, axis=1) / (noise_power * grid.length)
     clutter_db = (10.0 * np.log10(np.clip(mean - 1.0, EMPTY, MAX_CLUTTER))).astype(np.float32)
@@ -87,18 +90,18 @@ def clutter_level(power: Singles, noise_power: float, first: float, step: float)
     return _at_cells(np.float32(10.0) * np.log10(np.maximum(total, 1)), grid)
 
 
-def _ranked(blocks: Singles) -> Singles:
-    """The value (K, B) of RANK among the WINDOW blocks around each; at the ends, among the WINDOW outermost ones."""
-    count = blocks.shape[1]
+def _ranked(means: Singles) -> Singles:
+    """The value (K, B) of RANK among the WINDOW intervals around each; at the ends, among the WINDOW outermost ones."""
+    count = means.shape[1]
     window = min(WINDOW, count)
-    ordered = np.sort(sliding_window_view(blocks, window, axis=1), axis=2)
+    ordered = np.sort(sliding_window_view(means, window, axis=1), axis=2)
     first = np.clip(np.arange(count) - window // 2, 0, count - window)
     ranked: Singles = ordered[:, first, window * RANK // WINDOW - 1]
     return ranked
 
 
-def _at_cells(blocks: Singles, grid: _Grid) -> Singles:
-    """Values (K, N) at cells, linear between the middles of blocks (K, B)."""
-    before = blocks[:, grid.before]
-    values: Singles = before + grid.share * (blocks[:, grid.after] - before)
+def _at_cells(means: Singles, grid: _Grid) -> Singles:
+    """Values (K, N) at cells, linear between the middles of intervals (K, B)."""
+    before = means[:, grid.before]
+    values: Singles = before + grid.share * (means[:, grid.after] - before)
     return values

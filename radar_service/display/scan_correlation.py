@@ -1,8 +1,8 @@
 """Scan-to-scan correlation: how much power the scan before had around the place of each cell.
 
-An echo that stays has it there again; a sea spike has not. The scan before is kept as maxima over short blocks of range. A block
-is as long as a target moves along the beam in one scan at SPEED; a cell is compared with the block of its place and one to each
-side. Own ship's motion between the scans is taken out, so places are over ground.
+An echo that stays has it there again; a sea spike has not. The scan before is kept as maxima over short intervals of range.
+An interval is as long as a target moves along the beam in one scan at SPEED; a cell is compared with the interval of its place
+and one to each side. Own ship's motion between the scans is taken out, so places are over ground.
 """
 
 import math
@@ -16,7 +16,7 @@ from radar_service.records.spokes import SpokeBlock
 
 SPEED = 15.0  # m/s along the beam, up to which any target is kept: 29 kn; a longer gate would keep more spikes
 NO_SPOKE = -(2**62)  # before all numbers: a scan before the first spoke they are negative
-SCANS = 3  # in memory: places up to half a turn to either side of the spoke a scan ago, and the block itself
+SCANS = 3  # in memory: places up to half a turn to either side of the spoke a scan ago, and the interval itself
 
 
 class ScanMemory:
@@ -28,10 +28,10 @@ class ScanMemory:
     def __init__(self, radar: Radar, distance: Floats, step: float) -> None:
         self._azimuths, self._azimuth_step = radar.azimuths, radar.azimuth_step
         self._distance, self._near_edge = distance.astype(np.float32), float(distance[0]) - 0.5 * step
-        self._block = max(1, math.ceil(SPEED * radar.rotation_period / step))  # cells
-        self._length = self._block * step
+        self._interval = max(1, math.ceil(SPEED * radar.rotation_period / step))  # cells
+        self._length = self._interval * step
         rows = SCANS * radar.azimuths
-        self._power = np.zeros((rows, -(-len(distance) // self._block)), dtype=np.float32)
+        self._power = np.zeros((rows, -(-len(distance) // self._interval)), dtype=np.float32)
         self._position = np.zeros((rows, 2))
         self._number = np.full(rows, NO_SPOKE)  # of the spoke in each row
 
@@ -48,7 +48,7 @@ class ScanMemory:
         if np.any(moved[known]):
             power = self._over_ground(block.azimuth, number, moved)
         else:
-            power = np.repeat(self._power[row], self._block, axis=1)[:, : len(self._distance)]
+            power = np.repeat(self._power[row], self._interval, axis=1)[:, : len(self._distance)]
         power[~known] = np.inf
         return power
 
@@ -56,7 +56,7 @@ class ScanMemory:
         """Keeps the spokes of a block in place of those SCANS scans before them."""
         number = block.first + np.arange(len(block))
         row = number % len(self._number)
-        maxima = np.maximum.reduceat(block.power, np.arange(0, block.power.shape[1], self._block), axis=1)
+        maxima = np.maximum.reduceat(block.power, np.arange(0, block.power.shape[1], self._interval), axis=1)
         self._power[row], self._position[row], self._number[row] = _with_neighbours(maxima), block.position, number
 
     def _over_ground(self, azimuth: Floats, number: NDArray[np.intp], moved: Floats) -> Singles:
@@ -67,9 +67,9 @@ class ScanMemory:
         at = np.floor((np.hypot(ahead, across) - self._near_edge) / self._length).astype(np.intp)
         turned = np.rint(np.arctan2(across, ahead) / self._azimuth_step).astype(np.intp)  # in spokes, clockwise
         spoke = number[:, None] + turned
-        row, blocks = spoke % len(self._number), self._power.shape[1]
-        known = (self._number[row] == spoke) & (at >= 0) & (at < blocks)
-        power: Singles = np.where(known, self._power[row, np.clip(at, 0, blocks - 1)], np.float32(np.inf))
+        row, intervals = spoke % len(self._number), self._power.shape[1]
+        known = (self._number[row] == spoke) & (at >= 0) & (at < intervals)
+        power: Singles = np.where(known, self._power[row, np.clip(at, 0, intervals - 1)], np.float32(np.inf))
         return power
 
 

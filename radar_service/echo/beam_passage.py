@@ -24,8 +24,8 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
 from radar_service.echo.visibility import mast_speed
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
@@ -131,13 +131,15 @@ class BeamPassages:
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
-        self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * count, scene.revision)
-        self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * count, scene.revision)
+        self._nodes: ResultCache[tuple[int, int, bytes], ObservedEchoes] = ResultCache(
+            NODES_PER_BODY * count, scene.revision
+        )
+        self._schedules: ResultCache[tuple[int, int], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
-        self._alone: BlockCache[int, BodyEchoes] = BlockCache(count)  # at rest, as no mover shades them
-        self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS, scene.revision)
-        self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * count, scene.revision)
+        self._alone: ResultCache[int, BodyEchoes] = ResultCache(count)  # at rest, as no mover shades them
+        self._sectors: ResultCache[int, tuple[Floats, Floats]] = ResultCache(SLOTS, scene.revision)
+        self._crossings: ResultCache[tuple[int, int], int] = ResultCache(8 * count, scene.revision)
 
     def __len__(self) -> int:
         return len(self._aspects)

@@ -7,8 +7,8 @@ import numpy as np
 from radar_service.echo.echoes import SECOND_TIME, Echoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.second_time_around import apparent_range, max_apparent_range
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import Polar, polar_from_map
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.model import Instant
@@ -73,7 +73,7 @@ class PassingShadows:
         self._azimuth = np.arctan2(east, north)  # rising
         movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
         self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
-        self._steps: BlockCache[tuple[int, bytes], OccludedEchoes] = BlockCache(STEPS, line_of_sight.revision)
+        self._steps: ResultCache[tuple[int, bytes], OccludedEchoes] = ResultCache(STEPS, line_of_sight.revision)
 
     def at(self, step: int, time: float | None = None) -> OccludedEchoes:
         """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones.

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
@@ -61,7 +61,7 @@ class Visibility:
         self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
         self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else sway.max_tilt)
-        self._snapshots: BlockCache[tuple[int, bytes], VisibilitySnapshot] = BlockCache(SNAPSHOTS, scene.revision)
+        self._snapshots: ResultCache[tuple[int, bytes], VisibilitySnapshot] = ResultCache(SNAPSHOTS, scene.revision)
 
     def snapshot(self, number: int, half: float, time: float | None = None) -> VisibilitySnapshot:
         """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile.

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.random import FLUCTUATION, generator, name_key
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.world.body import Body
 
@@ -36,7 +36,7 @@ class Fluctuation:
         self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
         self._key = [name_key(scene, body.name, radar) for body in bodies]
         self._azimuths, self._seed = azimuths, seed
-        self._draws: BlockCache[tuple[int, int], tuple[float, ...]] = BlockCache(16 * max(1, len(bodies)))
+        self._draws: ResultCache[tuple[int, int], tuple[float, ...]] = ResultCache(16 * max(1, len(bodies)))
 
     def apply(self, weight: Singles, number: Indices, azimuth: Floats, body: Indices) -> None:
         """Multiplies weights (E, K) by the amplitude factors of their bodies.

@@ -7,8 +7,8 @@ import numpy as np
 from radar_service.engine.pipeline import contributions, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
@@ -47,10 +47,10 @@ class SourcePowers:
         self._sidelobes = RangeSidelobes(prepared.compression, 0.0)
         self._at_rest = {number: np.flatnonzero(at_rest == number) for number in np.unique(at_rest).tolist()}
         cells = prepared.scene.radar.azimuths * prepared.scene.radar.bins
-        self._fields: BlockCache[int, tuple[RestingField, Singles]] = BlockCache(max(2, RESTING_BYTES // (12 * cells)))
+        self._fields: ResultCache[int, tuple[RestingField, Singles]] = ResultCache(max(2, RESTING_BYTES // (12 * cells)))
         tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + CLUTTER_ARRAYS)
         per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
-        self._tiles: BlockCache[tuple[int, int], TilePowers] = BlockCache(
+        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(
             int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
         )
 

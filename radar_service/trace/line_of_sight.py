@@ -8,8 +8,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import Polar, distances_from_map
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.revision import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
@@ -64,7 +64,7 @@ class OcclusionScene:
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self.moving = MovingOccluders(bodies, earth_radius, without, rays, revision)
         self._bodies, self._rays, self.revision = tuple(bodies), rays, revision
-        self._own_occluders: BlockCache[int, Occluder] = BlockCache(max(1, len(bodies)))
+        self._own_occluders: ResultCache[int, Occluder] = ResultCache(max(1, len(bodies)))
         self._triangles = BodyTriangles(bodies)
 
     @property

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Crossings = Callable[[Floats, Floats, Floats], Floats]
 
 PRINTED_EPSILON = 1e-6  # the value of Moeller and Trumbore (1997); the specification prints only the symbol
-BLOCK = 2**18  # ray-triangle pairs worked on at once: about 50 MB of temporaries
+MAX_PAIRS = 2**18  # ray-triangle pairs worked on at once: about 50 MB of temporaries
 
 
 def printed_crossings(origin: Floats, direction: Floats, corners: Floats, epsilon: float = PRINTED_EPSILON) -> Floats:
@@ -109,12 +109,12 @@ class TriangleList:
     def _nearest(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.int64], Floats]:
         best = np.full(len(direction), np.inf)
         index = np.full(len(direction), -1, dtype=np.int64)
-        rows = max(1, BLOCK // max(1, min(len(self._corners), BLOCK)))
+        rows = max(1, MAX_PAIRS // max(1, min(len(self._corners), MAX_PAIRS)))
         origins = np.broadcast_to(origin, direction.shape)
         for ray in range(0, len(direction), rows):
             some = slice(ray, ray + rows)
-            for face in range(0, len(self._corners), BLOCK):
-                t = self._crossings(origins[some], direction[some], self._corners[face : face + BLOCK])
+            for face in range(0, len(self._corners), MAX_PAIRS):
+                t = self._crossings(origins[some], direction[some], self._corners[face : face + MAX_PAIRS])
                 nearest = t.argmin(axis=1)
                 distance = np.take_along_axis(t, nearest[:, None], axis=1)[:, 0]
                 closer = distance < best[some]

@@ -6,7 +6,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.revision import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
@@ -61,7 +61,7 @@ class MovingOccluders:
         spheres = [occluder.sphere for occluder in self._occluders.values()]
         self._centre: Floats = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
         self._radius: Floats = np.array([radius for _, radius in spheres])
-        self._instants: BlockCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = BlockCache(INSTANTS, revision)
+        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = ResultCache(INSTANTS, revision)
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -110,7 +110,7 @@ class MovingOccluders:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
         other = copy(self)
         other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
-        other._instants = BlockCache(INSTANTS, revision)
+        other._instants = ResultCache(INSTANTS, revision)
         return other
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:

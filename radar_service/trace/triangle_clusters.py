@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.box_tree import Boxes, curve_order
 from radar_service.world.body import Body, Mesh
@@ -40,7 +40,7 @@ class BodyTriangles:
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._meshes = [body.mesh for body in bodies]
-        self._kept: BlockCache[int, TriangleClusters] = BlockCache(max(1, len(bodies)))
+        self._kept: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
 
     def of(self, body: int) -> TriangleClusters:
         """Those of a body that has a mesh."""

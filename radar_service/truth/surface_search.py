@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.legs import reflection_points
 from radar_service.scattering.models import scattering_model
@@ -41,7 +41,7 @@ class SurfaceSearch:
 
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
         self._scene, self._line_of_sight, self._earth_radius = scene, line_of_sight, line_of_sight.earth_radius
-        self._surfaces: BlockCache[int, Surface] = BlockCache(MAX_SURFACES)
+        self._surfaces: ResultCache[int, Surface] = ResultCache(MAX_SURFACES)
         self.outermost = [np.zeros((1, 3)) if body.mesh is None else outermost(body.mesh) for body in scene.bodies]
 
     def candidates(self, body: int, antenna: Floats, time: float, reach: float) -> Iterator[Candidates]:

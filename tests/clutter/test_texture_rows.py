@@ -12,9 +12,9 @@ from radar_service.clutter.texture_rows import (
     CHUNK,
     IndependentRows,
     Lines,
+    PeriodicTexture,
     TextureGrid,
     TextureRows,
-    TextureTile,
     blended,
     outward_units,
 )
@@ -164,7 +164,7 @@ def test_blend_sums_both_halves() -> None:
 
 
 WIND = np.deg2rad(40.0)
-TILE = TextureTile(TextureLaw(24.0, 12.0, WIND, 0.0), seed=3)
+TILE = PeriodicTexture(TextureLaw(24.0, 12.0, WIND, 0.0), seed=3)
 LEVEL = 1e-4  # of the statistical test; the seed is fixed, so it either always passes or never
 
 

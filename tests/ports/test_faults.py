@@ -26,7 +26,7 @@ from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.serving import served
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
-from tests.service.held import BlockCache, held
+from tests.service.held import ResultCache, held
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
 
@@ -148,7 +148,7 @@ def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
 
 @pytest.mark.parametrize("swaps", [60, pytest.param(1000, marks=pytest.mark.study)])
 def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> None:
-    before: list[BlockCache] = []
+    before: list[ResultCache] = []
 
     async def follow(feed: Socket) -> list[str]:
         epochs: list[str] = []

@@ -19,7 +19,7 @@ from radar_service.service.fanout.client_queue import CATCH_UP_BYTES, ClientQueu
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
 from radar_service.service.radio.pacing import BATCH_SPOKES, Schedule
-from tests.service.held import BlockCache, held, resident_memory
+from tests.service.held import ResultCache, held, resident_memory
 
 ROOT = Path(__file__).parents[2]
 DAY = 24 * 3600 * 1638  # spokes of 24 rpm and 4096 azimuths: 142 million
@@ -68,9 +68,9 @@ def message(first: int, samples: bytes) -> dict[str, Any]:
     return fields | {"time": [n * PERIOD for n in number]}
 
 
-async def soak(spokes: int) -> list[BlockCache]:
+async def soak(spokes: int) -> list[ResultCache]:
     """So many spokes to readers, one that comes and goes, and one that never reads; what was held on the way."""
-    hub, schedule, view, snapshots = Hub(time.monotonic), Schedule(), View("u8"), list[BlockCache]()
+    hub, schedule, view, snapshots = Hub(time.monotonic), Schedule(), View("u8"), list[ResultCache]()
     hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
     samples, batches = bytes(BATCH_SPOKES * BINS), spokes // BATCH_SPOKES
     readers = [Reader(hub, view, checks_content=n == 0) for n in range(4)]
@@ -101,7 +101,7 @@ def test_a_day_of_spokes_through_the_hub_leaves_nothing_behind(spokes: int) -> N
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     seconds, *rest = json.loads(done.stdout)
-    snapshots = [BlockCache(*snapshot) for snapshot in rest]
+    snapshots = [ResultCache(*snapshot) for snapshot in rest]
     print(f"\n{spokes / 1e6:.1f} million spokes in {seconds:.0f} s of processor time; resident MiB:",
           [round(snapshot.memory / 2**20, 1) for snapshot in snapshots],
           "then tasks, threads, files, objects:", snapshots[-1][1:])  # fmt: skip

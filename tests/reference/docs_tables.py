@@ -174,7 +174,7 @@ INTERFACES = (
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
     "radar_service.scene_file.readers.mesh_reader:BodyFile",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
-    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing", "radar_service.service.source:Spared",
+    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing", "radar_service.service.scene_request:Spared",
     "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
     "radar_service.ports.registry:PortPackage", "radar_service.ports.port:Port",
     "radar_service.bench.trackers.tracker:Tracker", "radar_service.batch.jobs:Executor", "radar_service.batch.jobs:Kept",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-class BlockCache(NamedTuple):
+class ResultCache(NamedTuple):
     """What a process has: resident bytes, tasks, threads, open files, objects that are collected."""
 
     memory: int
@@ -18,12 +18,12 @@ class BlockCache(NamedTuple):
     objects: int
 
 
-def held() -> BlockCache:
+def held() -> ResultCache:
     """What this process has now, when what nobody uses has been collected; from within a running event loop."""
     gc.collect()
     memory = resident_memory(os.getpid())
     files = len(os.listdir("/proc/self/fd"))
-    return BlockCache(memory, len(asyncio.all_tasks()), threading.active_count(), files, len(gc.get_objects()))
+    return ResultCache(memory, len(asyncio.all_tasks()), threading.active_count(), files, len(gc.get_objects()))
 
 
 def resident_memory(process: int) -> int:

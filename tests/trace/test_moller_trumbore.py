@@ -90,7 +90,7 @@ def test_blocks_do_not_change_the_answer(crossings, monkeypatch: pytest.MonkeyPa
     vertices, faces = ball()
     rays = np.random.default_rng(3).normal(size=(50, 3))
     whole = TriangleList(vertices, faces, crossings).first_hit(np.array([2.0, 0.0, 0.0]), rays)
-    monkeypatch.setattr("radar_service.trace.moller_trumbore.BLOCK", 97)
+    monkeypatch.setattr("radar_service.trace.moller_trumbore.MAX_PAIRS", 97)
     assert np.array_equal(TriangleList(vertices, faces, crossings).first_hit(np.array([2.0, 0.0, 0.0]), rays), whole)
 
 

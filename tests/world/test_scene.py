@@ -60,7 +60,7 @@ def test_each_radar_has_its_platform_and_sees_all_other_bodies() -> None:
     ]  # fmt: skip
     assert [its.platform.body for its in (bow, pier, ferry)] == ["tug", None, "ferry"]
     assert bow.own_ship is pier.bodies[0].motion and ferry.own_ship is pier.bodies[1].motion
-    assert bow.group.bodies == pier.group.bodies and pier.body_count == 3
+    assert bow.world.bodies == pier.world.bodies and pier.body_count == 3
     np.testing.assert_array_equal(pier.antenna(99.0), [[500, 0, 15]])
     assert pier.platform.heading(np.zeros(1)) == np.pi / 2
     assert (pier.radar.rotation_period, pier.for_radar("bow").radar) == (1.25, bow.radar)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.physical_optics.blocks import Block
+from radar_service.scattering.physical_optics.body_columns import BodyColumn
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples, renumbered
 from radar_service.scattering.physical_optics.facets import cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import Surface
@@ -83,20 +83,20 @@ class BodyFacets:
         )
 
 
-def body_facets(block: Block, cell: float, edge: float) -> BodyFacets:
-    """The facets of a block, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with
+def body_facets(column: BodyColumn, cell: float, edge: float) -> BodyFacets:
+    """The facets of a column, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with
     edges of at most `edge` [m]."""
-    coarse, origin = cut_triangles(block.mesh.vertices[block.mesh.faces], SHADOW_EDGE)
+    coarse, origin = cut_triangles(column.mesh.vertices[column.mesh.faces], SHADOW_EDGE)
     count = len(coarse)
     mesh = Mesh(coarse.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     fine = cut_facets(mesh, edge)
     none = np.zeros((count, 0))
     sizes = np.full(count, cell)
     longest = np.full(count, edge * fine.enlargement)
-    surface = Surface(coarse, block.triangle[origin], np.arange(count), sizes, longest, none.astype(np.int8), none)
+    surface = Surface(coarse, column.triangle[origin], np.arange(count), sizes, longest, none.astype(np.int8), none)
     corner, points = welded(coarse)
-    samples = CornerSamples.of(points, corner, origin, block.mesh.vertices[block.mesh.faces].mean(axis=1))
-    samples = samples._replace(triangle=block.triangle[samples.triangle])
+    samples = CornerSamples.of(points, corner, origin, column.mesh.vertices[column.mesh.faces].mean(axis=1))
+    samples = samples._replace(triangle=column.triangle[samples.triangle])
     return BodyFacets(surface, *welded(fine.corners), _starts(np.bincount(fine.triangle, minlength=count)), samples)
 
 

@@ -9,7 +9,7 @@ from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Mesh
 
-MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
+MAX_FACETS = 60_000  # of one column of a body (`body_columns`): some 100 MB and 60 ms while they are evaluated
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 # Of the beam's width and of the range cell that a facet and a cell may take: what weighs them is linear in between

@@ -1,4 +1,4 @@
-"""A body prepared for physical optics. Its blocks are cut into facets once for each half octave of range."""
+"""A body prepared for physical optics. Its columns are cut into facets once for each half octave of range."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.blocks import Block, blocks
+from radar_service.scattering.physical_optics.body_columns import BodyColumn, body_columns
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
@@ -35,7 +35,7 @@ from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import power_reflectivity
 
-FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
+FACET_SETS = 4  # kept for each column: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
@@ -62,7 +62,7 @@ class OpticalBody:
     """A mesh that scatters by physical optics.
 
     mesh, planes, scene: the triangles, their planes, and their ray tests.
-    blocks: parts of the mesh that are cut by their own distance.
+    columns: parts of the mesh that are cut by their own distance.
     wave: wavelength and polarization.
     limits: what bounds facets and cells.
     bounces: surfaces in a row that a ray tube follows.
@@ -70,13 +70,13 @@ class OpticalBody:
     patch: (F,) size of the flat patch of each triangle [m].
     rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
-    facets: by block, cell and longest edge, of the upright body; those of a few half octaves are kept.
+    facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
     mesh: Mesh
     planes: Planes
-    blocks: tuple[Block, ...]
+    columns: tuple[BodyColumn, ...]
     wave: Wave
     limits: EdgeLimits
     bounces: int
@@ -85,7 +85,7 @@ class OpticalBody:
     patch: Floats
     rank: Indices
     outside: NDArray[np.int8]
-    facets: BlockCache[tuple[int, float, float], BodyFacets]
+    facets: ResultCache[tuple[int, float, float], BodyFacets]
     lean: Floats | None = None
 
     def leaning(self, lean: Floats) -> "OpticalBody":
@@ -192,18 +192,18 @@ class OpticalBody:
         return max(self.limits.at(nearest))
 
     def facets_near(self, antenna: Floats, longest: float = np.inf) -> BodyFacets:
-        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks, upright or not.
+        """The facets for an antenna (3,) in the body's frame [m], each column as its own distance asks, upright or not.
 
         longest: edge that no facet exceeds [m].
         """
-        limits = [self.limits.at(block.distance(antenna)) for block in self.blocks]
+        limits = [self.limits.at(column.distance(antenna)) for column in self.columns]
         keys = [(number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits)]
         facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
         return facets if self.lean is None else facets.rotated(self.lean)
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
-        """A block cut to this longest edge [m]."""
-        return body_facets(self.blocks[number], cell, edge)
+        """A column cut to this longest edge [m]."""
+        return body_facets(self.columns[number], cell, edge)
 
 
 def _over_nodes(
@@ -239,11 +239,11 @@ def _flattest(legs: tuple[BodyLeg, ...]) -> float:
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
-    """How many times longer than requested the largest block's facets are at `distance` [m]; 1 where they are not."""
+    """How many times longer than requested the largest column's facets are at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
     limit = edge_limits(radar, body.mesh).longest_edge(distance)
     area, largest = max(
-        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in blocks(body.mesh)),
+        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in body_columns(body.mesh)),
         key=lambda area_and_mesh: area_and_mesh[0],
     )
     if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
@@ -265,7 +265,7 @@ def ranks(patch: Floats) -> Indices:
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
     """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
-    mesh, parts = body.mesh, blocks(body.mesh)
+    mesh, parts = body.mesh, body_columns(body.mesh)
     patch = patch_sizes(mesh)
     return OpticalBody(
         mesh,
@@ -279,5 +279,5 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         patch,
         ranks(patch),
         outward_side(mesh),
-        BlockCache(FACET_SETS * len(parts)),
+        ResultCache(FACET_SETS * len(parts)),
     )

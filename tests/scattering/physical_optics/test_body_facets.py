@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.blocks import blocks
+from radar_service.scattering.physical_optics.body_columns import body_columns
 from radar_service.scattering.physical_optics.body_facets import SHADOW_EDGE, BodyFacets, body_facets, welded
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.world.shapes import box
@@ -11,7 +11,7 @@ from tests.scattering.physical_optics.test_facets import longest_edges
 
 
 def made(length: float, edge: float) -> BodyFacets:
-    parts = [body_facets(block, 3.0, edge) for block in blocks(box(length, 8.0, 8.0))]
+    parts = [body_facets(column, 3.0, edge) for column in body_columns(box(length, 8.0, 8.0))]
     return BodyFacets.joined(parts)
 
 

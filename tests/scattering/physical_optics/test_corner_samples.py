@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.blocks import blocks
+from radar_service.scattering.physical_optics.body_columns import body_columns
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.corner_samples import MAX_INSET, renumbered
 from radar_service.scattering.physical_optics.shadow_edges import sampled
@@ -15,11 +15,11 @@ Indices = NDArray[np.int64]
 
 
 def made() -> tuple[BodyFacets, Floats, Floats]:
-    """The facets of a box in several blocks, and corners and normals of its triangles."""
+    """The facets of a box in several columns, and corners and normals of its triangles."""
     body = box(70.0, 9.0, 6.0)
     corners = body.vertices[body.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facets = BodyFacets.joined([body_facets(block, 3.0, 0.8) for block in blocks(body)])
+    facets = BodyFacets.joined([body_facets(column, 3.0, 0.8) for column in body_columns(body)])
     return facets, corners, normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 

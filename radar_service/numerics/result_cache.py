@@ -10,7 +10,7 @@ Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
 
 
-class BlockCache(Generic[Key, Value]):
+class ResultCache(Generic[Key, Value]):
     """Keeps the `size` results used last, by key.
 
     Rule: a result depends on its key and the revision alone, so it does not matter which thread computes it, nor when. Results

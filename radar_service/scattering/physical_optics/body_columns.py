@@ -1,4 +1,4 @@
-"""Blocks of a large body: each is cut as finely as its own distance asks."""
+"""Columns of a large body: each is cut as finely as its own distance asks."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.facets import cut_triangles
 from radar_service.world.body import Mesh
 
-BLOCK = 32.0  # m; a body that fits into one has no other
+WIDTH = 32.0  # m; a body that fits into one has no other
 
 
-class Block(NamedTuple):
+class BodyColumn(NamedTuple):
     """A part of a mesh: its triangles, the triangle of the whole mesh that each comes from (F,), and the circle about it in plan:
     centre (2,) and radius [m]."""
 
@@ -25,20 +25,20 @@ class Block(NamedTuple):
         return float(np.hypot(*(antenna[:2] - self.centre))) - self.radius
 
 
-def blocks(mesh: Mesh) -> tuple[Block, ...]:
-    """The mesh in columns of BLOCK by BLOCK, triangles longer than that cut."""
+def body_columns(mesh: Mesh) -> tuple[BodyColumn, ...]:
+    """The mesh in columns of WIDTH by WIDTH, triangles longer than that cut."""
     corners = mesh.vertices[mesh.faces]
-    if np.ptp(corners[:, :, :2].reshape(-1, 2), axis=0).max() <= BLOCK:
-        return (_block(corners, np.arange(len(corners))),)
-    corners, triangle = cut_triangles(corners, BLOCK)
-    column = np.floor((corners.mean(axis=1) - mesh.vertices[mesh.faces].min(axis=(0, 1)))[:, :2] / BLOCK)
+    if np.ptp(corners[:, :, :2].reshape(-1, 2), axis=0).max() <= WIDTH:
+        return (_column(corners, np.arange(len(corners))),)
+    corners, triangle = cut_triangles(corners, WIDTH)
+    column = np.floor((corners.mean(axis=1) - mesh.vertices[mesh.faces].min(axis=(0, 1)))[:, :2] / WIDTH)
     _, number = np.unique(column, axis=0, return_inverse=True)
     members = [np.flatnonzero(number.reshape(-1) == n) for n in range(int(number.max()) + 1)]
-    return tuple(_block(corners[which], triangle[which]) for which in members)
+    return tuple(_column(corners[which], triangle[which]) for which in members)
 
 
-def _block(corners: Floats, triangle: Indices) -> Block:
+def _column(corners: Floats, triangle: Indices) -> BodyColumn:
     plan = corners[:, :, :2].reshape(-1, 2)
     centre = (plan.min(axis=0) + plan.max(axis=0)) / 2.0
     radius = float(np.hypot(*(plan - centre).T).max())
-    return Block(Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)), triangle, centre, radius)
+    return BodyColumn(Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)), triangle, centre, radius)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import fresnel
 
-from radar_service.scattering.physical_optics.blocks import BLOCK, blocks
+from radar_service.scattering.physical_optics.body_columns import WIDTH, body_columns
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.world.shapes import box
 from tests.scattering.physical_optics.meshes import WAVELENGTH, echoes_toward, loaded, optical, plate
@@ -20,22 +20,22 @@ Complexes = NDArray[np.complex128]
 
 def test_a_long_ship_has_several_blocks_of_all_its_surface() -> None:
     mesh = box(270.0, 30.0, 20.0)
-    made = blocks(mesh)
-    total = sum(areas(block.mesh.vertices[block.mesh.faces]).sum() for block in made)
+    made = body_columns(mesh)
+    total = sum(areas(column.mesh.vertices[column.mesh.faces]).sum() for column in made)
     assert len(made) > 8 and total == pytest.approx(areas(mesh.vertices[mesh.faces]).sum())
-    assert max(block.radius for block in made) < 1.5 * BLOCK
-    assert all(len(block.triangle) == len(block.mesh.faces) for block in made)
+    assert max(column.radius for column in made) < 1.5 * WIDTH
+    assert all(len(column.triangle) == len(column.mesh.faces) for column in made)
 
 
 def test_each_block_has_its_own_distance() -> None:
     antenna = np.array([0.0, 500.0, 20.0])
-    distances = [block.distance(antenna) for block in blocks(box(270.0, 30.0, 20.0))]
+    distances = [column.distance(antenna) for column in body_columns(box(270.0, 30.0, 20.0))]
     assert min(distances) < 370.0 and max(distances) > 580.0
 
 
 def test_a_small_body_is_one_block_as_it_is() -> None:
-    (block,) = blocks(box(20.0, 20.0, 20.0))
-    assert len(block.triangle) == len(box(20.0, 20.0, 20.0).faces) and block.distance(
+    (column,) = body_columns(box(20.0, 20.0, 20.0))
+    assert len(column.triangle) == len(box(20.0, 20.0, 20.0).faces) and column.distance(
         np.array([0.0, 100.0, 5.0])
     ) == pytest.approx(100 - 200**0.5)
 

@@ -7,7 +7,7 @@ from threading import Barrier
 
 import pytest
 
-from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.revision import Revision
 
 THREADS, KEYS = 8, 5
@@ -15,7 +15,7 @@ THREADS, KEYS = 8, 5
 
 def test_each_key_is_computed_once_by_any_number_of_threads() -> None:
     """All threads start together and ask for all keys, each from another key on."""
-    cache: BlockCache[int, object] = BlockCache(KEYS)
+    cache: ResultCache[int, object] = ResultCache(KEYS)
     computed, start = list[int](), Barrier(THREADS)
 
     def compute(key: int) -> Callable[[], object]:
@@ -36,7 +36,7 @@ def test_each_key_is_computed_once_by_any_number_of_threads() -> None:
 
 
 def test_the_results_used_last_are_kept() -> None:
-    cache: BlockCache[str, int] = BlockCache(2)
+    cache: ResultCache[str, int] = ResultCache(2)
     computed: list[str] = []
 
     def get(key: str) -> None:
@@ -48,7 +48,7 @@ def test_the_results_used_last_are_kept() -> None:
 
 
 def test_the_size_may_be_raised() -> None:
-    cache: BlockCache[int, int] = BlockCache(1)
+    cache: ResultCache[int, int] = ResultCache(1)
     for size in (3, 2):  # it never falls
         cache.grow(size)
     for key in range(5):
@@ -58,7 +58,7 @@ def test_the_size_may_be_raised() -> None:
 
 def test_another_revision_ends_all_results() -> None:
     revision = Revision()
-    cache: BlockCache[str, int] = BlockCache(4, revision)
+    cache: ResultCache[str, int] = ResultCache(4, revision)
     cache.get("a", lambda: 1)
     cache.get("b", lambda: 1)
     assert cache.get("a", lambda: 2) == 1
@@ -68,7 +68,7 @@ def test_another_revision_ends_all_results() -> None:
 
 def test_a_result_of_a_revision_that_changes_meanwhile_is_not_kept() -> None:
     revision = Revision()
-    cache: BlockCache[str, int] = BlockCache(4, revision)
+    cache: ResultCache[str, int] = ResultCache(4, revision)
 
     def compute() -> int:
         revision.change()
@@ -79,7 +79,7 @@ def test_a_result_of_a_revision_that_changes_meanwhile_is_not_kept() -> None:
 
 def test_a_pickle_holds_the_size_and_no_results() -> None:
     """A lambda among the results would stop the pickle."""
-    cache: BlockCache[str, Callable[[], int]] = BlockCache(3)
+    cache: ResultCache[str, Callable[[], int]] = ResultCache(3)
     cache.get("a", lambda: lambda: 1)
     copy = pickle.loads(pickle.dumps(cache))
     assert copy.size == 3 and len(copy) == 0 and len(cache) == 1
@@ -87,7 +87,7 @@ def test_a_pickle_holds_the_size_and_no_results() -> None:
 
 
 def test_a_failure_is_not_kept_and_blocks_nobody() -> None:
-    cache: BlockCache[str, int] = BlockCache(2)
+    cache: ResultCache[str, int] = ResultCache(2)
 
     def fail() -> int:
         raise ArithmeticError("no result")
