@@ -25,7 +25,7 @@ from .errors import FeedError
 from .film import film
 from .options import FILMS, PROGRAM, options
 from .scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
-from .scope import Scope
+from .terminal_ppi import TerminalPpi
 
 PIPE_CLOSED = 141  # 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
@@ -60,8 +60,8 @@ def _show_live(chosen: argparse.Namespace) -> str:
     """Shows the radar until the user ends it; returns the counts of spokes as a sentence."""
     status = live.Status()
     client = _client(chosen, bins=chosen.bins or live.BINS, notice=status)
-    scope = Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette, chosen.unit)
-    asyncio.run(live.show(client, scope, status))
+    ppi = TerminalPpi(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette, chosen.unit)
+    asyncio.run(live.show(client, ppi, status))
     return _counts(client)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 from .client import FeedClient
 from .errors import FeedError
-from .scope import Scope, half_blocks
+from .terminal_ppi import TerminalPpi, half_blocks
 
 if sys.platform != "win32":
     import termios
@@ -38,13 +38,13 @@ class Status:
         self.text = text
 
 
-async def show(client: FeedClient, scope: Scope, status: Status) -> None:
+async def show(client: FeedClient, ppi: TerminalPpi, status: Status) -> None:
     """Receives and draws until the user ends it. Raises FeedError when the feed ends, and OSError without a terminal."""
     if not sys.stdout.isatty():
         raise OSError("--live needs a terminal, but the output is not one; remove the redirection, or use --out FILE")
     stop = asyncio.Event()
     with _alternate_screen(), _stop_keys(stop.set):
-        tasks = [asyncio.create_task(work) for work in (_receive(client, scope), _paint(client, scope, status), _wait(stop))]
+        tasks = [asyncio.create_task(work) for work in (_receive(client, ppi), _paint(client, ppi, status), _wait(stop))]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -61,22 +61,22 @@ async def _wait(stop: asyncio.Event) -> None:
     await stop.wait()
 
 
-async def _receive(client: FeedClient, scope: Scope) -> None:
+async def _receive(client: FeedClient, ppi: TerminalPpi) -> None:
     async for message in client.messages():
         try:
-            scope.take(message)
+            ppi.take(message)
         except (LookupError, TypeError, ValueError) as fault:
             raise FeedError(f"the radar sent a {message['type']} message that cannot be used: {fault!r}") from fault
 
 
-async def _paint(client: FeedClient, scope: Scope, status: Status) -> None:
+async def _paint(client: FeedClient, ppi: TerminalPpi, status: Status) -> None:
     size = (0, 0)
     while True:
         began = time.monotonic()
         terminal = shutil.get_terminal_size()
         clear = "" if (terminal.columns, terminal.lines) == size else "\x1b[2J"
         size = (terminal.columns, terminal.lines)
-        sys.stdout.write(clear + screen(scope, status_line(client, status.text), *size))
+        sys.stdout.write(clear + screen(ppi, status_line(client, status.text), *size))
         sys.stdout.flush()
         await asyncio.sleep(max(INTERVAL, (time.monotonic() - began) / MAX_DRAWING_SHARE))
 
@@ -87,16 +87,16 @@ def status_line(client: FeedClient, notice: str) -> str:
     return f"q ends; {sequence.received} spokes received, {sequence.lost} lost; {notice}"
 
 
-def screen(scope: Scope, below: str, columns: int, lines: int) -> str:
-    """Returns the text that shows a scope and one line below it on a terminal of this size."""
+def screen(ppi: TerminalPpi, below: str, columns: int, lines: int) -> str:
+    """Returns the text that shows a PPI and one line below it on a terminal of this size."""
     if columns < MIN_TERMINAL[0] or lines < MIN_TERMINAL[1]:
         return f"\x1b[1;1H\x1b[0m{_plain(f'at least {MIN_TERMINAL[0]} x {MIN_TERMINAL[1]}', columns)}\x1b[J"
     size = min(columns, 2 * (lines - CAPTIONS))
     left = (columns - size) // 2 + 1
-    rows = half_blocks(scope.image(size))
+    rows = half_blocks(ppi.image(size))
     picture = "".join(f"\x1b[{k};{left}H{row}" for k, row in enumerate(rows, CAPTIONS))
     return (
-        f"\x1b[1;1H\x1b[0m{_plain(scope.caption, columns)}\x1b[K{picture}"
+        f"\x1b[1;1H\x1b[0m{_plain(ppi.caption, columns)}\x1b[K{picture}"
         f"\x1b[{CAPTIONS + len(rows)};1H{_plain(below, columns)}\x1b[K"
     )
 

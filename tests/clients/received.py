@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from clients.ppi import FeedClient, FeedError, ScanCollector, spokes
-from clients.ppi.scope import Scope
+from clients.ppi.terminal_ppi import TerminalPpi
 
 
 def numbers(url: str, count: int, **options: Any) -> list[int]:
@@ -40,9 +40,9 @@ def collected(messages: list[dict[str, Any]], keep: int | None = None) -> ScanCo
     return collector
 
 
-def scope_of(*messages: dict[str, Any], **options: Any) -> Scope:
-    """A scope that took these messages."""
-    made = Scope(**options)
+def ppi_of(*messages: dict[str, Any], **options: Any) -> TerminalPpi:
+    """A PPI that took these messages."""
+    made = TerminalPpi(**options)
     for message in messages:
         made.take(message)
     return made

@@ -7,14 +7,14 @@ import pytest
 from clients.ppi.__main__ import main
 from clients.ppi.live import ENTER, LEAVE, screen
 from tests.clients.fake_feed import GREETING, Script, batch, hello, running
-from tests.clients.received import scope_of
+from tests.clients.received import ppi_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="terminals of Windows are others")
 
 
 def test_text_from_a_radar_cannot_command_the_terminal() -> None:
     hostile = hello() | {"scene": {"name": "\x1b]0;mine\x07\x9b2J"}}
-    written = screen(scope_of(hostile, batch(0, 5)), "notice \x1b[2J", 60, 20)
+    written = screen(ppi_of(hostile, batch(0, 5)), "notice \x1b[2J", 60, 20)
     assert "?]0;mine??2J" in written and "notice ?[2J" in written
     assert written.count("\x1b]") == 0 and "\x07" not in written and "\x9b" not in written
 

@@ -1,19 +1,19 @@
-"""The scope draws targets at their positions, marks missing azimuths, and becomes text for a terminal."""
+"""The PPI draws targets at their positions, marks missing azimuths, and becomes text for a terminal."""
 
 import math
 
 import numpy as np
 import pytest
 
-from clients.ppi.scope import Scope, half_blocks
+from clients.ppi.terminal_ppi import TerminalPpi, half_blocks
 from radar_service.display.picture import UNSEEN
 from tests.clients.fake_feed import GREETING, TARGETS, batch, hello
-from tests.clients.received import scope_of
+from tests.clients.received import ppi_of
 
 
 @pytest.mark.parametrize("head_up", [False, True])
 def test_targets_are_at_their_bearings_and_ranges(head_up: bool) -> None:
-    size, image = 80, scope_of(GREETING, batch(0, 72, heading_deg=70.0), head_up=head_up).image(80)
+    size, image = 80, ppi_of(GREETING, batch(0, 72, heading_deg=70.0), head_up=head_up).image(80)
     lit = image.astype(int).sum(axis=2) > 300
     for bearing_deg, distance in TARGETS:
         angle, far = math.radians(bearing_deg - 70.0 * head_up), distance / 2000.0 * size / 2
@@ -25,12 +25,12 @@ def test_targets_are_at_their_bearings_and_ranges(head_up: bool) -> None:
 
 
 def test_azimuths_without_a_spoke_are_grey_and_a_new_epoch_begins_empty() -> None:
-    half = scope_of(GREETING, batch(0, 36))
+    half = ppi_of(GREETING, batch(0, 36))
     image = half.image(60)
     assert image[30, 10].tolist() == list(UNSEEN) and image[30, 50].tolist() != list(UNSEEN)
     half.take(hello("b", bins=50))
     assert (half.image(60)[25:35, 46] == UNSEEN).all()
-    assert not Scope().image(10).any() and Scope().caption == "no radar yet"
+    assert not TerminalPpi().image(10).any() and TerminalPpi().caption == "no radar yet"
 
 
 def test_half_blocks_show_two_pixels_each() -> None:
@@ -42,5 +42,5 @@ def test_half_blocks_show_two_pixels_each() -> None:
 
 
 def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
-    scope = scope_of(GREETING, batch(0, 36, heading_deg=70.0), batch(36, 36, heading_deg=math.nan), head_up=True)
-    assert "heading 070.0" in scope.caption and scope.image(40).any()
+    ppi = ppi_of(GREETING, batch(0, 36, heading_deg=70.0), batch(36, 36, heading_deg=math.nan), head_up=True)
+    assert "heading 070.0" in ppi.caption and ppi.image(40).any()

@@ -18,7 +18,7 @@ from .scans import bright_cells, empty_ppi
 Bytes = NDArray[np.uint8]
 
 
-class Scope:
+class TerminalPpi:
     """The echoes of the running epoch.
 
     range: radius of the picture [m]; None means the whole range of the radar.
