@@ -140,14 +140,14 @@ def _is_hull(model: BodyOfAKind) -> bool:
     return isinstance(model, ShapeBodyModel) and model.shape == "hull"
 
 
-def _cached(made: dict[Key, Result | SceneError], key: Key, make: Callable[[], Result]) -> Result:
+def _cached(known: dict[Key, Result | SceneError], key: Key, make: Callable[[], Result]) -> Result:
     """Returns the result of `make`, called once for each key; an error is kept too."""
-    if key not in made:
+    if key not in known:
         try:
-            made[key] = make()
+            known[key] = make()
         except SceneError as error:
-            made[key] = error
-    result = made[key]
+            known[key] = error
+    result = known[key]
     if isinstance(result, SceneError):
         raise result
     return result

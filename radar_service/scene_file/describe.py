@@ -32,14 +32,16 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     """
     lines = [f"scene       {scene.name}"]
     if len(scene.radar_ids) > 1:
-        lines += [f"radars      {its.id} {_platform_text(its.platform)}" for its in scene.radars]
+        lines += [f"radars      {radar.id} {_platform_text(radar.platform)}" for radar in scene.radars]
         lines.append(f"  all that follows is as {scene.radar_id} has it")
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
     carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
     lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{_motion_text(scene.own_ship)}"]
     if scene.errors is not None:
-        lines.append(f"errors      on purpose, of {', '.join(name for name, its in vars(scene.errors).items() if its)}")
+        lines.append(
+            f"errors      on purpose, of {', '.join(name for name, setting in vars(scene.errors).items() if setting)}"
+        )
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
     for body in scene.bodies:

@@ -24,7 +24,9 @@ def reach(radars: Sequence[Radar], platforms: Sequence[Platform | None]) -> Cove
     """
     circles = [_circle(radar, platform) for radar, platform in zip(radars, platforms, strict=True)]
     east, north, _ = circles[0]
-    return Coverage(east, north, max(math.hypot(its.east - east, its.north - north) + its.radius for its in circles))
+    return Coverage(
+        east, north, max(math.hypot(circle.east - east, circle.north - north) + circle.radius for circle in circles)
+    )
 
 
 def _circle(radar: Radar, platform: Platform | None) -> Coverage:

@@ -61,15 +61,15 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     world = World(model.name, loader.origin, first.environment, tuple(bodies))
     loader.warnings.extend(mesh_warnings(loader.bodies.findings))
     if loader.origin is not None:
-        loader.warnings.extend(distance_warnings(loader.entries, [its.platform for its in radars]))
+        loader.warnings.extend(distance_warnings(loader.entries, [installation.platform for installation in radars]))
     terrain = [k for k, body in enumerate(model.body) if isinstance(body, HeightMapBodyModel)]
-    for entry, its in zip(loader.entries, radars, strict=True):
+    for entry, installation in zip(loader.entries, radars, strict=True):
         with at_location(entry.location):
-            check_echo_power(its.radar, bodies)
-            check_antenna(its.radar, its.platform.motion)
-        remarks = validity_warnings(world, its.radar, its.platform)
+            check_echo_power(installation.radar, bodies)
+            check_antenna(installation.radar, installation.platform.motion)
+        remarks = validity_warnings(world, installation.radar, installation.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
-        loader.warnings.extend(placement_warnings(world, its.radar, its.platform, terrain))
+        loader.warnings.extend(placement_warnings(world, installation.radar, installation.platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars))
@@ -131,7 +131,7 @@ class _Loader:
         """Returns the errors of a radar: of all, of its platform's sensors and of its own, the nearest last."""
         own_ship = self.model.own_ship
         body = own_ship.body if entry.platform is None else entry.platform.body
-        of_platform = [its.errors for its in self.model.body if its.name == body]
+        of_platform = [entry.errors for entry in self.model.body if entry.name == body]
         if entry.platform is None or (body is not None and body == own_ship.body):
             of_platform.append(own_ship.errors)
         models = (self.model.errors, *of_platform, entry.model.errors)

@@ -66,8 +66,8 @@ class TurningSection(Section):
             raise ValueError(
                 f"turn_rate_deg_s: {self.turn_rate_deg_s:g}, where waypoints say which way to turn; give a rate above 0"
             )
-        for k, (one, other) in enumerate(zip(self.manoeuvre, self.manoeuvre[1:], strict=False)):
-            if other.time_s <= one.time_s:
+        for k, (before, after) in enumerate(zip(self.manoeuvre, self.manoeuvre[1:], strict=False)):
+            if after.time_s <= before.time_s:
                 raise ValueError(
-                    f"manoeuvre[{k + 1}].time_s: {other.time_s:g} is not after {one.time_s:g} of the one before; sort them"
+                    f"manoeuvre[{k + 1}].time_s: {after.time_s:g} is not after {before.time_s:g} of the one before; sort them"
                 )

@@ -119,7 +119,9 @@ def check_error_owners(
     """
     platforms = [entry.platform for entry in radar_entries(radars)]
     has_own_ship = None in platforms
-    carriers = {its.body for its in platforms if its is not None} | ({own_ship_body} if has_own_ship else set())
+    carriers = {platform.body for platform in platforms if platform is not None} | (
+        {own_ship_body} if has_own_ship else set()
+    )
     if own_ship_errs and not has_own_ship and own_ship_body not in carriers - {None}:
         raise ValueError("own_ship.errors: own ship carries no radar; remove errors, or let a radar stand on own ship")
     for name, k in bodies_with_errors.items():

@@ -53,8 +53,8 @@ def flat_copies(points: Floats, faces: Faces, edges: Edges) -> NDArray[np.int64]
     order = np.lexsort((side, line))
     across = (np.diff(line[order]) == 0) & (np.diff(side[order].astype(np.int8)) != 0)
     linked = np.flatnonzero(across & (np.bincount(line)[line[order][:-1]] == 2))
-    one, other = order[linked] // 3, order[linked + 1] // 3
-    links = coo_array((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
+    face, next_face = order[linked] // 3, order[linked + 1] // 3
+    links = coo_array((np.ones(len(face)), (face, next_face)), shape=(len(faces), len(faces)))
     count, label = connected_components(links, directed=False)
     piece = label.astype(np.int64)
     copied = _repeats_boundary(edges.number, np.repeat(piece, 3), count) & _is_flat(points, faces, piece, count)
