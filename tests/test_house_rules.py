@@ -50,7 +50,8 @@ RETIRED = {
         blanking fewest fineness swept_together TruthTeller CorrectedChain DocumentedChain knobs ledger Ledger
         leaving_out left_out idle_effects nearest_approach Ahead bearable Outlet Guard Door SceneShelf Yes twin FEW
         FINER said wanted told asked found heard hears ours doubts odd_places sight quick_gain echo_multiplier
-        pace_to_keep WITNESSES witnesses mirrored shelf glances
+        pace_to_keep WITNESSES witnesses mirrored shelf glances its made one whole EngineWorker EngineSupervisor EngineFault
+        WorldSource WorldMaker WorldEngine StationWorld WorldClock SceneOrder OrderedSource SpokeLayout BlockCache
     """,
     "radar_service/receive": "drawn deaf",
     **dict.fromkeys(("radar_service/service", "radar_service/ports"), "say again coming follow_with shaped journal mailbox"),
@@ -95,6 +96,34 @@ def test_retired_identifiers_are_found() -> None:
     source = 'def f(deaf):\n    """A word of prose is free: drawn."""\n    return twin.deaf'
     assert retired_in("radar_service/receive/mirrored.py", source) == {"deaf", "twin", "mirrored"}
     assert retired_in("radar_service/echo/beam.py", source) == {"twin"}
+
+
+def docstrings(source: str) -> Iterator[tuple[int, str]]:
+    """The docstrings of a module, its classes and functions, each with the line of what has it."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and (
+            text := ast.get_docstring(node)
+        ):
+            yield getattr(node, "lineno", 1), text
+
+
+def names_another(source: str) -> list[int]:
+    """Lines of docstrings that begin with the name of something else that has one: "As Port.sinks."."""
+    return [line for line, text in docstrings(source) if re.match(r"As (that|those|`|[A-Za-z_]*[A-Z_.])", text)]
+
+
+def test_no_docstring_names_another_one_instead_of_saying_what_there_is() -> None:
+    faults = [f"{name_of(file)}:{line}" for file in SOURCES for line in names_another(file.read_text(encoding="utf-8"))]
+    assert not faults, f"write a sentence, or mark what implements an interface with @override: {', '.join(faults)}"
+
+
+@pytest.mark.parametrize(
+    ("text", "faulty"),
+    [("As Port.sinks.", True), ("As `tiles`, each with its labels.", True), ("As that of others.", True), ("As PORTS.", True),
+     ("Assigns numbers.", False), ("As fine as needed.", False)],
+)  # fmt: skip
+def test_docstrings_that_name_another_one_are_found(text: str, faulty: bool) -> None:
+    assert names_another(f'class A:\n    def f(self):\n        """{text}"""') == [2] * faulty
 
 
 def test_names_say_what_a_thing_is() -> None:
