@@ -33,7 +33,7 @@ RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
 STOP_TIMEOUT = 20.0  # s
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
-Source = str | Path | Mapping[str, Any] | Scene
+SceneInput = str | Path | Mapping[str, Any] | Scene
 
 
 class RadarFeed(Protocol):
@@ -63,7 +63,7 @@ class RadarFeeds:
         self._ending = ExitStack()
 
     def __call__(
-        self, scene: Source, seed: int = 0, pace: float | Literal["max"] = "max",
+        self, scene: SceneInput, seed: int = 0, pace: float | Literal["max"] = "max",
         over: Literal["process", "websocket"] = "process", fidelity: str = "auto",
         labels: bool = False, powers: PowersOf = (), radar: str | None = None,
     ) -> RadarFeed:  # fmt: skip

@@ -87,18 +87,18 @@ class MovingEchoes:
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
         middle, half = self._sector(azimuths)
-        sources: list[tuple[ObservedEchoes, Indices]] = []
+        observed_echoes: list[tuple[ObservedEchoes, Indices]] = []
         if not self._at_rest:
             snapshot, around = self._around(azimuths, middle, half)
-            sources += [(snapshot, around)] if len(around) else []
+            observed_echoes += [(snapshot, around)] if len(around) else []
         passing = self.passing(azimuths)
         if passing is not None:
-            sources.append((passing, np.arange(len(passing.echoes))))
-        if not sources:
+            observed_echoes.append((passing, np.arange(len(passing.echoes))))
+        if not observed_echoes:
             return concatenated([], len(azimuths.time))
-        bodies = np.concatenate([observed.echoes.body[which] for observed, which in sources])
+        bodies = np.concatenate([observed.echoes.body[which] for observed, which in observed_echoes])
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
-        parts = [part for source in sources for part in self._parts(*source, geometry, middle, half)]
+        parts = [part for observed_part in observed_echoes for part in self._parts(*observed_part, geometry, middle, half)]
         return concatenated(parts, len(azimuths.time))
 
     def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:

@@ -67,7 +67,7 @@ def program_digest(name: str) -> str:
         return _installed("stonesoup")
     if name.startswith(SCHEMES):
         return ""
-    files = [_source(name.partition(":")[0])] if _is_callable(name) else _files(name)
+    files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
     return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
 
 
@@ -88,7 +88,7 @@ def _installed(package: str) -> str:
         return ""
 
 
-def _source(module: str) -> Path | None:
+def _file_of(module: str) -> Path | None:
     """The file of a module; None where there is none, which `tracker_for` then says."""
     _import_from_here()
     try:

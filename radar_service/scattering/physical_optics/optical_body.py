@@ -156,7 +156,7 @@ class OpticalBody:
         if not arrived:
             return
         tubes = RayTubes.joined(arrived)
-        out = tubes.launch.leg.take(tubes.source)
+        out = tubes.launch.leg.take(tubes.launched)
         for back, receive in enumerate(legs):
             weight = self._weights(tubes, out, back, len(launches) < len(legs))
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
@@ -180,7 +180,7 @@ class OpticalBody:
         By reciprocity a path is alike the other way round. Tubes from the smaller of two surfaces sample the pair best, so they
         count for both ways. By the sea both ways each order counts; `one_order`: tubes of the direct leg stand for the sea's.
         """
-        first, last = tubes.launch.rank.take(tubes.source), self.rank.take(tubes.triangle)
+        first, last = tubes.launch.rank.take(tubes.launched), self.rank.take(tubes.triangle)
         ranked = 1.0 + np.sign(last - first)
         if back == 0:
             return np.asarray(ranked)

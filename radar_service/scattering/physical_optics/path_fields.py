@@ -137,7 +137,7 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
     facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
     seen = facing[receive.reaches(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
     tubes, back = tubes.chosen(seen), back.chosen(seen)
-    share, cell = (column.take(tubes.source) for column in (tubes.launch.share, tubes.launch.cell))
+    share, cell = (column.take(tubes.launched) for column in (tubes.launch.share, tubes.launch.cell))
     surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
@@ -161,7 +161,7 @@ def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:
 
 def _behind(tubes: RayTubes, back: LegRays) -> Floats:
     """The points (M, 3) that stand for paths; wavefronts about their ends are spheres, which errs by centimetres."""
-    half, launched = (tubes.centre - tubes.begin) / 2.0, tubes.launch.direction.take(tubes.source, axis=1)
+    half, launched = (tubes.centre - tubes.begin) / 2.0, tubes.launch.direction.take(tubes.launched, axis=1)
     there = _spherical(half, launched, tubes.first_length)
     back_there = _spherical(-half, back.direction.T, back.length)
     missing = (tubes.length - tubes.first_length - there - back_there) / 2.0

@@ -47,7 +47,7 @@ class RayTubes:
     """Ray tubes (M,) where they hit a surface.
 
     launch: where they start.
-    source: (M,) index of that.
+    launched: (M,) index of that.
     corners: (3, 3, M) of the footprint, by corner and axis [m].
     centre: (3, M) of the footprint [m].
     normal: (3, M), of unit length, on the lit side.
@@ -61,7 +61,7 @@ class RayTubes:
     """
 
     launch: Launch
-    source: Indices
+    launched: Indices
     corners: Floats
     centre: Floats
     normal: Floats
@@ -74,7 +74,7 @@ class RayTubes:
     bounces: Indices
 
     def __len__(self) -> int:
-        return len(self.source)
+        return len(self.launched)
 
     @classmethod
     def joined(cls, parts: "Sequence[RayTubes]") -> "RayTubes":
@@ -160,8 +160,8 @@ def _mirrored_back(across: Floats, tubes: RayTubes) -> Floats:
 
     Each reflection mirrors the direction, and the field with its sign changed, so both tell how the tube is turned.
     """
-    first, source = tubes.launch, tubes.source
-    direction, field = first.direction.take(source, axis=1), first.field.take(source, axis=1)
+    first, launched = tubes.launch, tubes.launched
+    direction, field = first.direction.take(launched, axis=1), first.field.take(launched, axis=1)
     sign = np.where(tubes.bounces % 2, -1.0, 1.0)
     along, beside = dot(across, tubes.field) * sign, dot(across, cross(tubes.direction, tubes.field))
     return np.asarray(along * field + beside * cross(direction, field))

@@ -75,14 +75,14 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     targets = _Targets(scene, ends.mesh, plane, landing)
     hit, done, left = _hits_of_samples(tubes, scene, SAMPLED * count), [], count
     for level in range(MAX_HALVINGS + 1):
-        counts = rank[hit] >= tubes.launch.least.take(tubes.source)
+        counts = rank[hit] >= tubes.launch.least.take(tubes.launched)
         lands = counts if last else hit >= 0
         kept, number = lands[0], np.where(lands, plane[hit], -1)
         compared = number if last or level < CARRIED_HALVINGS else np.where(counts, number, -1)
         edges = _squared_edges(tubes.corners)
         longest = edges.max(axis=0, initial=0.0)
         mixed = (compared[1:] != compared[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
-        mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.source) ** 2)
+        mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.launched) ** 2)
         if level == MAX_HALVINGS:
             left = 0
         if level >= CUT_LEVEL:
@@ -195,7 +195,7 @@ def _cut_at_edges(
 
 def _counting(hit: Indices, tubes: RayTubes, targets: _Targets) -> Indices:
     """Planes (..., M) that rays of tubes hit, -1 where these do not count."""
-    return np.where(targets.rank[hit] >= tubes.launch.least.take(tubes.source), targets.plane[hit], -1)
+    return np.where(targets.rank[hit] >= tubes.launch.least.take(tubes.launched), targets.plane[hit], -1)
 
 
 def _crossings(tubes: RayTubes, corners: Floats, hit: Indices, tip: Indices, targets: _Targets) -> Floats:

@@ -51,7 +51,7 @@ def test_tubes_count_where_they_end_on_a_larger_surface(tmp_path: Path) -> None:
     surface = body.lit_facets((leg,), -np.inf).surface
     tubes = launched_tubes(surface, [leg], "h", body.planes, body.rank, [False])
     (arrived,) = hits(tubes, body.planes, body.scene, 2, ends)
-    assert (body.rank[arrived.triangle] >= arrived.launch.rank[arrived.source]).all()
+    assert (body.rank[arrived.triangle] >= arrived.launch.rank[arrived.launched]).all()
     once = tube_fields(arrived, leg, body.wave)[1].amplitude.sum()
     ((_, both),) = bounced(body, here, 2)
     assert abs(2.0 * once / both.amplitude.sum() - 1) < 0.03
