@@ -254,11 +254,11 @@ def _motion_text(motion: Motion) -> str:
         return f"{position}, {heading}, at rest"
     course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
     arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:-1, 2]))
-    legs = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
-    legs += f" and {arcs} arcs" if arcs else ""
+    segments = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
+    segments += f" and {arcs} arcs" if arcs else ""
     loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
     turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
-    return f"{position}, {heading}, {course}{legs}{turn}{loop}{_steering_text(motion)}"
+    return f"{position}, {heading}, {course}{segments}{turn}{loop}{_steering_text(motion)}"
 
 
 def _steering_text(motion: Motion) -> str:

@@ -14,7 +14,7 @@ from radar_service.scene_file.validation_messages import error_from_problems, pl
 from radar_service.strict_json import DuplicateKeyError, parsed
 from radar_service.world.error import SceneError
 
-Source = str | Path | Mapping[str, Any]
+SceneInput = str | Path | Mapping[str, Any]
 
 MAX_SCENE_BYTES = 10 * 2**20
 MAX_BRACKETS = 1_000  # open at once: both parsers recurse
@@ -29,15 +29,15 @@ def packaged_folder(name: str) -> Path:
     return inside if inside.is_dir() else PACKAGE.parent / name
 
 
-def model_and_folder(source: Source, folder: Path | None) -> tuple[SceneModel, Path | None]:
-    """Returns the validated model of `source` and the folder of its files. Raises SceneError."""
-    if isinstance(source, Mapping):
-        return validated(source), Path(folder) if folder is not None else None
-    if not isinstance(source, str | Path):
+def model_and_folder(scene_input: SceneInput, folder: Path | None) -> tuple[SceneModel, Path | None]:
+    """Returns the validated model of `scene_input` and the folder of its files. Raises SceneError."""
+    if isinstance(scene_input, Mapping):
+        return validated(scene_input), Path(folder) if folder is not None else None
+    if not isinstance(scene_input, str | Path):
         raise SceneError(
-            f"scene: a {type(source).__name__} is not a scene; give the path of a .toml or .json file, or a mapping"
+            f"scene: a {type(scene_input).__name__} is not a scene; give the path of a .toml or .json file, or a mapping"
         )
-    path = scene_path(source)
+    path = scene_path(scene_input)
     return validated(_parse(path)), Path(folder) if folder is not None else path.parent
 
 
@@ -58,34 +58,34 @@ def packaged_scenes() -> list[str]:
     return sorted(file.stem for file in packaged_folder("scenes").glob("*.toml"))
 
 
-def scene_path(source: str | Path) -> Path:
+def scene_path(name: str | Path) -> Path:
     """Returns the file of a path or of a packaged scene's name. Raises SceneError with the packaged names."""
-    if not str(source).strip():
+    if not str(name).strip():
         raise SceneError(f'scene: "" names no scene; give a .toml or .json file, or one of {", ".join(packaged_scenes())}')
-    path = Path(source)
+    path = Path(name)
     try:
         if path.is_dir():
-            raise SceneError(f"{_printable(source)}: this is a folder; name a .toml or .json file in it")
+            raise SceneError(f"{_printable(name)}: this is a folder; name a .toml or .json file in it")
         if path.is_file():
             return path
-        packaged = _packaged_path(str(source))
+        packaged = _packaged_path(str(name))
         if packaged is not None and packaged.is_file():
             return packaged
     except (OSError, ValueError) as error:
         if isinstance(error, SceneError):
             raise
         raise SceneError(
-            f"{_printable(source)}: the path cannot be used ({error}); give the path of a .toml or .json file"
+            f"{_printable(name)}: the path cannot be used ({error}); give the path of a .toml or .json file"
         ) from None
     names = ", ".join(packaged_scenes()) or "none"
     raise SceneError(
-        f"{_printable(source)}: neither a file nor a packaged scene has this name; packaged scenes are {names}: correct "
+        f"{_printable(name)}: neither a file nor a packaged scene has this name; packaged scenes are {names}: correct "
         "the path"
     )
 
 
-def _printable(source: str | Path) -> str:
-    return str(source)[:300].encode("unicode_escape").decode()
+def _printable(name: str | Path) -> str:
+    return str(name)[:300].encode("unicode_escape").decode()
 
 
 def _packaged_path(name: str) -> Path | None:

@@ -16,7 +16,7 @@ from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warni
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene_file.convert import environment_from_model, interferer_from_model, radar_from_model
-from radar_service.scene_file.document import Source, model_and_folder
+from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.installations import at_location, distance_warnings, located, reach
@@ -36,7 +36,7 @@ from radar_service.world.scene import Scene, World
 Made = TypeVar("Made")
 
 
-def load_scene(source: Source, *, folder: Path | None = None, mesh_reader: MeshReader = IN_PROCESS) -> Scene:
+def load_scene(source: SceneInput, *, folder: Path | None = None, mesh_reader: MeshReader = IN_PROCESS) -> Scene:
     """Returns the scene in a TOML or JSON file, or in a mapping of the same form.
 
     source: a path, the name of a packaged scene ("harbour" and "scenes/harbour.toml" work in any folder), or a mapping.
@@ -46,9 +46,9 @@ def load_scene(source: Source, *, folder: Path | None = None, mesh_reader: MeshR
     return scene_from_model(*model_and_folder(source, folder), mesh_reader)
 
 
-def model_from(source: Source) -> SceneModel:
+def model_from(scene_input: SceneInput) -> SceneModel:
     """Returns the validated model of a scene file or mapping, without reading its other files. Raises SceneError."""
-    return model_and_folder(source, None)[0]
+    return model_and_folder(scene_input, None)[0]
 
 
 def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshReader = IN_PROCESS) -> Scene:

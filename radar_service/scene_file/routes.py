@@ -14,7 +14,7 @@ from radar_service.scene_file.model.sway import AMPLITUDES, SwaySection
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.world.motion import Motion, leg_headings
+from radar_service.world.motion import Motion, segment_headings
 from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
@@ -122,20 +122,20 @@ def motion_from_waypoints(
     speeds = [waypoint.speed_kn * KNOT for waypoint in waypoints]
     if loop:
         stops, speeds = [*stops, (start[0], start[1], start[2])], [*speeds, speeds[-1]]
-    times, positions, leg_speeds = [0.0], [start], []
+    times, positions, segment_speeds = [0.0], [start], []
     for stop, speed in zip(stops, speeds, strict=True):
         position = np.array(stop)
         duration = float(np.linalg.norm(position - positions[-1])) / speed
         if times[-1] + duration > times[-1]:
             times.append(times[-1] + duration)
             positions.append(position)
-            leg_speeds.append(speed)
-    if (radius is not None or turn_rate is not None) and leg_speeds:
-        radii = np.array(leg_speeds) / turn_rate if turn_rate is not None else np.full(len(leg_speeds), radius)
+            segment_speeds.append(speed)
+    if (radius is not None or turn_rate is not None) and segment_speeds:
+        radii = np.array(segment_speeds) / turn_rate if turn_rate is not None else np.full(len(segment_speeds), radius)
         key = f"{location}.{'turn_radius_m' if turn_rate is None else 'turn_rate_deg_s'}"
-        return _rounded_motion(round_corners(np.array(positions), leg_speeds, radii, loop, key), heading_deg, loop)
+        return _rounded_motion(round_corners(np.array(positions), segment_speeds, radii, loop, key), heading_deg, loop)
     knots = np.array(positions)
-    heading = leg_headings(knots, heading_deg)
+    heading = segment_headings(knots, heading_deg)
     period = times[-1] if loop and times[-1] > 0.0 else None
     return Motion(np.array(times), knots, heading, period=period)
 

@@ -24,8 +24,8 @@ MAX_VALUES = 5_000_000
 Schema = dict[str, Any]
 
 
-def plain_data(source: Any) -> Any:
-    """Returns `source` as dicts with text keys, tuples and scalars, without numpy types. Raises SceneError if too large."""
+def plain_data(value: Any) -> Any:
+    """Returns `value` as dicts with text keys, tuples and scalars, without numpy types. Raises SceneError if too large."""
     remaining = [MAX_VALUES]
 
     def plain(value: Any, depth: int) -> Any:
@@ -44,7 +44,7 @@ def plain_data(source: Any) -> Any:
             return tuple(plain(item, depth + 1) for item in value)
         return value
 
-    return plain(source, 0)
+    return plain(value, 0)
 
 
 def error_from_problems(problems: Iterable[str]) -> SceneError:

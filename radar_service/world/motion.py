@@ -176,7 +176,7 @@ def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
     return Pose(position, velocity, heading, sway.rotation(heading, time) if sway.tilts else None)
 
 
-def leg_headings(position: Floats, heading_deg: float | None) -> Floats:
+def segment_headings(position: Floats, heading_deg: float | None) -> Floats:
     """Returns the heading (M,) [rad] on the segment that begins at each knot of position (M, 3) [m]: the course of the segment.
 
     A segment without movement keeps the course before it, or the first course. heading_deg: constant heading, None for the

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.constants import KNOT
-from radar_service.world.motion import Motion, Pose, leg_headings
+from radar_service.world.motion import Motion, Pose, segment_headings
 from radar_service.world.sway import Sway
 from tests.scenes import point, scene
 
@@ -45,7 +45,7 @@ def test_a_motion_is_even_where_a_straight_line_over_time_fits_it() -> None:
 def test_corners_lie_between_legs_and_laps() -> None:
     """A loop of 10, 10 and 20 s; before the start a lap ends. At rest and on one leg there are none."""
     knots = np.array([(0.0, 0, 0), (0, 10, 0), (10, 10, 0), (0, 0, 0)])
-    loop = Motion(np.array([0.0, 10.0, 20.0, 40.0]), knots, leg_headings(knots, None), period=40.0)
+    loop = Motion(np.array([0.0, 10.0, 20.0, 40.0]), knots, segment_headings(knots, None), period=40.0)
     times = np.array([-1.0, 0.0, 5.0, 10.0, 15.0, 19.9, 20.1, 39.0, 40.0, 41.0, 55.0, 79.9, 80.0])
     assert np.flatnonzero(loop.corners(times)).tolist() == [0, 2, 5, 7, 9, 10, 11]
     once = replace(loop, period=None)
@@ -58,6 +58,6 @@ def test_corners_lie_between_legs_and_laps() -> None:
 def test_corners_are_where_the_pose_jumps_to_the_last_digit() -> None:
     """Laps of 0.1 s, which no time holds exactly: each jump of the heading has a corner, and no other step."""
     knots = np.array([(0.0, 0, 0), (0, 1, 0), (0, 0, 0)])
-    loop = Motion(np.array([0.0, 0.05, 0.1]), knots, leg_headings(knots, None), period=0.1)
+    loop = Motion(np.array([0.0, 0.05, 0.1]), knots, segment_headings(knots, None), period=0.1)
     times = np.arange(4000) * 0.05 / 7.0 + 1e5
     np.testing.assert_array_equal(loop.corners(times), np.diff(loop.pose(times).heading) != 0.0)

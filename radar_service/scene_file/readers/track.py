@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
-from radar_service.world.motion import Motion, leg_headings
+from radar_service.world.motion import Motion, segment_headings
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def motion_from_track(content: bytes, location: str, heading_deg: float | None, 
         )
     if "heading_deg" in columns:
         return Motion(time, position, np.deg2rad(columns["heading_deg"]), turning=True)
-    return Motion(time, position, leg_headings(position, heading_deg))
+    return Motion(time, position, segment_headings(position, heading_deg))
 
 
 def _columns(content: bytes, location: str) -> tuple[dict[str, Floats], list[int]]:
