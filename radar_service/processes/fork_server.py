@@ -61,7 +61,7 @@ class ForkServer:
         self._lock = threading.Lock()
         self._server: subprocess.Popen[bytes] | None = None
         self._closed = False
-        self._orders: socket.socket | None = None
+        self._requests: socket.socket | None = None
 
     def start(self) -> None:
         """Starts the server process, so that the first child does not wait for its imports."""
@@ -97,10 +97,10 @@ class ForkServer:
     def _fork(self, ends: list[int]) -> int:
         with self._lock:
             for last in (False, True):
-                orders = self._running_server()
+                requests = self._running_server()
                 try:
-                    socket.send_fds(orders, [b"1"], ends)
-                    if len(answer := orders.recv(PROCESS.size)) == PROCESS.size:
+                    socket.send_fds(requests, [b"1"], ends)
+                    if len(answer := requests.recv(PROCESS.size)) == PROCESS.size:
                         return int(PROCESS.unpack(answer)[0])
                     raise OSError("the process that starts others has died")
                 except OSError:
@@ -110,24 +110,24 @@ class ForkServer:
         raise AssertionError
 
     def _running_server(self) -> socket.socket:
-        if self._server is None or self._orders is None or self._server.poll() is not None:
+        if self._server is None or self._requests is None or self._server.poll() is not None:
             self._end()
             if self._closed:
                 raise OSError("the process that starts others was ended")
-            self._server, self._orders = _started(self._modules)
-        return self._orders
+            self._server, self._requests = _started(self._modules)
+        return self._requests
 
     def _end(self) -> None:
-        server, orders, self._server, self._orders = self._server, self._orders, None, None
-        if orders is not None:
-            orders.close()
+        server, requests, self._server, self._requests = self._server, self._requests, None, None
+        if requests is not None:
+            requests.close()
         if server is not None:
             server.kill()
             server.wait()
 
 
 def _started(modules: tuple[Sequence[str], Sequence[str]]) -> tuple["subprocess.Popen[bytes]", socket.socket]:
-    """Returns a new server process and the socket for orders to it."""
+    """Returns a new server process and the socket for requests to it."""
     near, far = socket.socketpair()
     near.settimeout(ANSWER_TIMEOUT)
     with far, contextlib.ExitStack() as on_failure:

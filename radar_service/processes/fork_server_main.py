@@ -1,6 +1,6 @@
-"""The process that starts others: python -m radar_service.processes.fork_server_main MODULES, orders on its input.
+"""The process that starts others: python -m radar_service.processes.fork_server_main MODULES, requests on its input.
 
-An order is one byte with the ends of two channels. The server forks, and answers with the number of the new process. The
+A request is one byte with the ends of two channels. The server forks, and answers with the number of the new process. The
 child reads the function and its arguments from its channel, runs it and ends.
 """
 
@@ -24,25 +24,25 @@ SUBREAPER = 36  # PR_SET_CHILD_SUBREAPER of linux/prctl.h
 IDLE_SECONDS = 2.0  # a start is over by then
 
 
-def serve(orders: socket.socket, first: Sequence[str], others: Sequence[str]) -> None:
-    """Forks a child for each order, until the service is gone. Imports the other modules when there is nothing to do."""
+def serve(requests: socket.socket, first: Sequence[str], others: Sequence[str]) -> None:
+    """Forks a child for each request, until the service is gone. Imports the other modules when there is nothing to do."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # children that have ended leave no zombies
     adopt_orphans()
     share(first)
     while True:
-        if others and not select.select([orders], [], [], IDLE_SECONDS)[0]:
+        if others and not select.select([requests], [], [], IDLE_SECONDS)[0]:
             share(others)
             others = ()
-        order, ends, _, _ = socket.recv_fds(orders, 1, ENDS)
-        if not order:
+        request, ends, _, _ = socket.recv_fds(requests, 1, ENDS)
+        if not request:
             return
         process = os.fork()
         if not process:
-            orders.close()
+            requests.close()
             run(*(Channel(socket.socket(fileno=end)) for end in ends))
         for end in ends:
             os.close(end)
-        orders.send(PROCESS.pack(process))
+        requests.send(PROCESS.pack(process))
 
 
 def adopt_orphans() -> None:
@@ -76,6 +76,6 @@ def run(control: Channel, data: Channel) -> None:
 
 
 if __name__ == "__main__":
-    orders_from_service = socket.socket(fileno=os.dup(0))
+    requests_from_service = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    serve(orders_from_service, *json.loads(sys.argv[1]))
+    serve(requests_from_service, *json.loads(sys.argv[1]))

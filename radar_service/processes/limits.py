@@ -21,7 +21,10 @@ Result = TypeVar("Result")
 SET_UP_NICENESS = 10  # a tenth of the processor time that the feed gets where both want it
 MIN_MEMORY = 2 * 2**30  # bytes
 SESSION = Path("/proc/self/autogroup")
-SESSION_TRIES, SESSION_PAUSE = 20, 0.05  # the kernel takes ten such orders a second from all unprivileged processes together
+SESSION_TRIES, SESSION_PAUSE = (
+    20,
+    0.05,
+)  # the kernel takes ten such requests a second from all unprivileged processes together
 
 if sys.platform != "win32":
     import resource
