@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -140,9 +141,15 @@ def modules(*packages: str) -> dict[str, Path]:
 HOUSE = modules("radar_service", "clients", "scenes")
 
 
-def imports(module: str, source: str, is_package: bool) -> Iterator[str]:
-    """Full names of what a module imports, wherever in it; `from package import module` names the module."""
-    for node in ast.walk(ast.parse(source)):
+def imports(module: str, source: str, is_package: bool, with_types: bool = True) -> Iterator[str]:
+    """Full names of what a module imports, wherever in it; `from package import module` names the module. with_types: also what
+    it imports for its types alone."""
+    tree = ast.parse(source)
+    if not with_types:
+        tree.body = [
+            node for node in tree.body if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
+        ]
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -232,6 +239,18 @@ def test_each_room_may_use_only_those_before_it() -> None:
     assert sorted(order) == sorted({room(module) for module in HOUSE if within(module, "radar_service")} - {"__main__"})
     for name, below in BELOW.items():
         assert all(order.index(other) < order.index(name) for other in below), name
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    graph = {
+        module: {
+            name
+            for name in imports(module, file.read_text(encoding="utf-8"), file.name == "__init__.py", with_types=False)
+            if name in HOUSE and name != module
+        }
+        for module, file in HOUSE.items()
+    }
+    TopologicalSorter(graph).prepare()  # raises CycleError, which names one
 
 
 def test_imports_are_found_in_every_form() -> None:

@@ -6,20 +6,22 @@ has no complex numbers: there `field` is `field_real` and `field_imag`. Times ar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from radar_service.scans.scan import Scan, powered, powers_of
 from radar_service.terminal.extras import MissingExtra
 
 if TYPE_CHECKING:
     import xarray
 
-Export = Callable[[Path, Sequence[Scan], Mapping[str, Any]], None]
+    from radar_service.scans.scan import Scan
+
+Export = Callable[[Path, "Sequence[Scan]", Mapping[str, Any]], None]
 RAY, CELL = ("azimuth",), ("azimuth", "range")
 DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units, long_name
     "azimuth": (RAY, "rad", "boresight, clockwise from true north"),
@@ -105,12 +107,6 @@ def _dataset(
     return dataset
 
 
-def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
-    """Returns the scans of a dataset that the functions above made, also after a file."""
-    each = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
-    return [_scan(each.isel(scan=k)) for k in range(each.sizes["scan"])]
-
-
 def exporter(path: Path) -> Export:
     """Returns what writes scans to a path that ends in .zarr (a folder) or .nc (netCDF 3): a function of path, scans, attributes.
 
@@ -157,25 +153,13 @@ def _split(dataset: xarray.Dataset) -> xarray.Dataset:
     return dataset.drop_vars("field").assign(parts)
 
 
-def _scan(dataset: xarray.Dataset) -> Scan:
-    if "field" in dataset:
-        field = dataset["field"].values
-    else:
-        field = (dataset["field_real"].values + np.complex64(1j) * dataset["field_imag"].values).astype(np.complex64)
-    single: dict[str, Any] = {
-        name: dataset[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")
-    }
-    position = np.stack([dataset["east"].values, dataset["north"].values], axis=-1)
-    step, power = float(dataset.attrs["range_step_m"]), np.asarray(dataset["power"].values, dtype=np.float32)
-    labels = np.asarray(dataset["labels"].values, dtype=np.uint32) if "labels" in dataset else None
-    return Scan(
-        number=int(dataset["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
-        powers=_stored_powers(dataset) if "powers" in dataset else None, **single,
-    )  # fmt: skip
+def powered(scans: Iterable[Scan]) -> list[int]:
+    """The numbers of the sources (P,) that any of the scans has the power of, rising."""
+    return sorted({number for scan in scans for number in scan.powers or ()})
 
 
-def _stored_powers(dataset: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
-    return {
-        int(number): np.asarray(dataset["powers"].sel(power_source=number).values)
-        for number in dataset["power_source"].values
-    }
+def powers_of(scan: Scan, numbers: Sequence[int]) -> NDArray[np.float32]:
+    """The power (P, A, N) of the sources of these numbers [W]. A source that the scan does not have has no power."""
+    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
+    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
+    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)

@@ -16,6 +16,7 @@ from radar_service.display.ppi import scan_convert
 from radar_service.display.units import UNITS, Unit
 from radar_service.records.cell_sources import Labels, Powers
 from radar_service.records.spokes import SpokeBlock, joined
+from radar_service.scans.dataset import powered, powers_of, scan_to_xarray
 from radar_service.scans.file import read_arrays, write_arrays
 
 if TYPE_CHECKING:
@@ -57,8 +58,6 @@ class Scan:
 
         names: of the sources, as `Simulator.label_names`.
         """
-        from radar_service.scans.dataset import scan_to_xarray  # here: it needs an extra
-
         return scan_to_xarray(self, names=names)
 
     def plot(
@@ -157,18 +156,6 @@ def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any]
     write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
 
 
-def powered(scans: Iterable[Scan]) -> list[int]:
-    """The numbers of the sources (P,) that any of the scans has the power of, rising."""
-    return sorted({number for scan in scans for number in scan.powers or ()})
-
-
-def powers_of(scan: Scan, numbers: Sequence[int]) -> NDArray[np.float32]:
-    """The power (P, A, N) of the sources of these numbers [W]. A source that the scan does not have has no power."""
-    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
-    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
-    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)
-
-
 def load_scan(path: str | Path, index: int = 0) -> Scan:
     """Read one scan of a .npz file that `Scan.save`, `radar-service scan` or the client wrote.
 
@@ -190,3 +177,33 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
         arrays["field"][index] if "field" in arrays else nothing, power, arrays["labels"][index] if "labels" in arrays else None,
         dict(zip(arrays["power_sources"].tolist(), arrays["powers"][index], strict=True)) if "powers" in arrays else None,
     )  # fmt: skip
+
+
+def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
+    """Returns the scans of a dataset that `scans_to_xarray` or `scan_to_xarray` made, also after a file."""
+    each = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
+    return [_scan(each.isel(scan=k)) for k in range(each.sizes["scan"])]
+
+
+def _scan(dataset: xarray.Dataset) -> Scan:
+    if "field" in dataset:
+        field = dataset["field"].values
+    else:
+        field = (dataset["field_real"].values + np.complex64(1j) * dataset["field_imag"].values).astype(np.complex64)
+    single: dict[str, Any] = {
+        name: dataset[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")
+    }
+    position = np.stack([dataset["east"].values, dataset["north"].values], axis=-1)
+    step, power = float(dataset.attrs["range_step_m"]), np.asarray(dataset["power"].values, dtype=np.float32)
+    labels = np.asarray(dataset["labels"].values, dtype=np.uint32) if "labels" in dataset else None
+    return Scan(
+        number=int(dataset["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
+        powers=_stored_powers(dataset) if "powers" in dataset else None, **single,
+    )  # fmt: skip
+
+
+def _stored_powers(dataset: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
+    return {
+        int(number): np.asarray(dataset["powers"].sel(power_source=number).values)
+        for number in dataset["power_source"].values
+    }

@@ -10,8 +10,8 @@ import xarray as xr
 
 import radar_service as rs
 from radar_service.__main__ import main
-from radar_service.scans.dataset import exporter, scans_from_xarray, scans_to_xarray
-from radar_service.scans.scan import Scan
+from radar_service.scans.dataset import exporter, scans_to_xarray
+from radar_service.scans.scan import Scan, scans_from_xarray
 from radar_service.terminal.extras import install_command
 from tests.scenes import ONE_TARGET
 
