@@ -103,9 +103,9 @@ class TriangleScene:
         self.__dict__.update(state)
         self._build_large()
 
-    def of_vertices(self, vertices: Floats) -> "TriangleScene":
-        """The same faces over other vertices (V, 3) [m]; rays are counted together."""
-        return TriangleScene(vertices, self._faces, self._count)
+    def rotated(self, rotation: Floats) -> "RotatedScene":
+        """The same triangles rotated about the origin by a matrix (3, 3)."""
+        return RotatedScene(self, rotation)
 
     def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
@@ -153,3 +153,16 @@ class TriangleScene:
         self._count.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)
+
+
+class RotatedScene:
+    """Triangles rotated about the origin. Rays are turned back, so that what they hit does not depend on how rotated vertices are
+    rounded, and no tree is built."""
+
+    def __init__(self, scene: TriangleScene, rotation: Floats) -> None:
+        self.radius = scene.radius
+        self._scene, self._rotation = scene, rotation
+
+    def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
+        """As of a `TriangleScene`, of rays in the rotated frame."""
+        return self._scene.first_hit(origin @ self._rotation, direction @ self._rotation)

@@ -61,7 +61,7 @@ class PathCentres(NamedTuple):
 class OpticalBody:
     """A mesh that scatters by physical optics.
 
-    mesh, planes, scene: the triangles, their planes, and their ray tests.
+    mesh, planes: the triangles and their planes. scene: the ray tests of the upright body.
     columns: parts of the mesh that are cut by their own distance.
     wave: wavelength and polarization.
     limits: what bounds facets and cells.
@@ -91,8 +91,7 @@ class OpticalBody:
     def leaning(self, lean: Floats) -> "OpticalBody":
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
         mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
-        scene = self.scene.of_vertices(mesh.vertices)
-        return replace(self, mesh=mesh, planes=self.planes.rotated(lean), scene=scene, lean=lean)
+        return replace(self, mesh=mesh, planes=self.planes.rotated(lean), lean=lean)
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
         """The centres of each path of one leg, or of two: the direct one and the one by the sea.
@@ -152,7 +151,8 @@ class OpticalBody:
         tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
         smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
         ends = Ends(self.mesh, np.asarray(reached.any(axis=0)), self.rank, smallest)
-        arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
+        scene = self.scene if self.lean is None else self.scene.rotated(self.lean)
+        arrived = list(hits(tubes, self.planes, scene, self.bounces, ends))
         if not arrived:
             return
         tubes = RayTubes.joined(arrived)

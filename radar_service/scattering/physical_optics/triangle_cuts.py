@@ -4,6 +4,8 @@ import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
 
+AT_LEVEL = 1e-6  # m: what is nearer to the level lies on it, however a rotated body is rounded
+
 
 def above_water(corners: Floats, level: float) -> tuple[Floats, Indices]:
     """The parts of triangles (M, 3, 3) that rise above `level` [m], and the triangle that each comes from (N,).
@@ -11,6 +13,7 @@ def above_water(corners: Floats, level: float) -> tuple[Floats, Indices]:
     Triangles that lie above as a whole come first, as they are. Others are cut exactly along the level.
     """
     height = corners[:, :, 2] - level
+    height[np.abs(height) < AT_LEVEL] = 0.0
     if not (height < 0.0).any():
         return corners, np.arange(len(corners))
     return cut(corners, height)[0]

@@ -13,10 +13,10 @@ import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
-from radar_service.scattering.physical_optics.facets import areas, line_through
+from radar_service.scattering.physical_optics.facets import ALIKE, areas, first_largest, line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, cross, dot, halved, moved
-from radar_service.trace.embree import TriangleScene
+from radar_service.trace.embree import RotatedScene, TriangleScene
 from radar_service.world.body import Mesh
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
@@ -30,8 +30,12 @@ ASIDE = 0.05  # of the way from the edge to the corners: where rays on both side
 MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, those of large area first
 SAMPLED = 4  # times as many have rays at their corners too: of large tubes, a sixth to a half hit different planes
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
+TINY = 1e-30  # m^2, an area that no tube has
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
 STEEP = 0.1  # cosine below which rays start nearer to the surface than OFFSET
+
+
+Rays = TriangleScene | RotatedScene
 
 
 class Ends(NamedTuple):
@@ -48,13 +52,13 @@ class _Targets(NamedTuple):
     """What rays are traced against: the mesh and its tree; of its triangles, and last of nothing (F + 1,), the number of the
     plane, and the rank by which a tube counts there."""
 
-    scene: TriangleScene
+    scene: Rays
     mesh: Mesh
     plane: Indices
     rank: Indices
 
 
-def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, ends: Ends) -> Iterator[RayTubes]:
+def hits(tubes: RayTubes, planes: Planes, scene: Rays, bounces: int, ends: Ends) -> Iterator[RayTubes]:
     """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
     for bounce in range(2, bounces + 1):
         count = MAX_DIVIDED[min(bounce - 2, 1)]
@@ -64,7 +68,7 @@ def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, en
         yield tubes
 
 
-def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends, last: bool, count: int) -> RayTubes:
+def _reflected(tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: bool, count: int) -> RayTubes:
     """The tubes that hit another surface of the body after reflection at this one, divided where parts of one hit different
     planes; last: without those that do not count there."""
     direction, field = specular_reflection(tubes.direction.T, tubes.field.T, tubes.normal.T)
@@ -97,7 +101,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
         done.append(replace(tubes.chosen(hitting), triangle=hit[0, hitting]))
         if not len(divided):
             break
-        tubes, hit = _divided(tubes.chosen(divided), hit[:, divided], edges[:, divided].argmax(axis=0), scene)
+        tubes, hit = _divided(tubes.chosen(divided), hit[:, divided], first_largest(edges[:, divided]), scene)
     return _projected(RayTubes.joined(done), planes)
 
 
@@ -105,10 +109,11 @@ def largest(which: Indices, size: Floats, count: int) -> Indices:
     """Of tubes `which`, the `count` largest ones by `size` (M,)."""
     if len(which) <= count:
         return which
-    return np.sort(which[np.argsort(-size[which], kind="stable")[:count]])
+    rank = np.round(np.log(np.maximum(size[which], TINY)) / ALIKE)
+    return np.sort(which[np.argsort(-rank, kind="stable")[:count]])
 
 
-def _hits_of_samples(tubes: RayTubes, scene: TriangleScene, count: int) -> Indices:
+def _hits_of_samples(tubes: RayTubes, scene: Rays, count: int) -> Indices:
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none. Only the `count` largest tubes
     have rays at their corners; others are taken to hit what their centres hit."""
     large = largest(np.arange(len(tubes)), areas(tubes.corners.transpose(2, 0, 1)), count)
@@ -120,13 +125,13 @@ def _hits_of_samples(tubes: RayTubes, scene: TriangleScene, count: int) -> Indic
     return hit
 
 
-def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
+def _first_hits(begin: Floats, direction: Floats, scene: Rays) -> Indices:
     """The triangles (N, M) that rays hit from points (N, 3, M) in directions (N, 3, M)."""
     rays = (vectors.transpose(0, 2, 1).reshape(-1, 3) for vectors in (begin, direction))
     return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
 
 
-def lift(tubes: RayTubes, scene: TriangleScene) -> Floats:
+def lift(tubes: RayTubes, scene: Rays) -> Floats:
     """How far along the reflected rays (3, M) they start, off the surface [m]; so they stay on their lines."""
     steep = np.maximum(dot(tubes.normal, tubes.direction), STEEP)
     return np.asarray((OFFSET + OFFSET_RELATIVE * scene.radius) / steep * tubes.direction)
@@ -138,7 +143,7 @@ def _squared_edges(corners: Floats) -> Floats:
     return np.asarray(x * x + y * y + z * z)
 
 
-def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene) -> tuple[RayTubes, Indices]:
+def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: Rays) -> tuple[RayTubes, Indices]:
     """Both halves (2 M,) of each tube, and what their rays (4, 2 M) hit. Corners that they have from the whole tube are not
     traced again."""
     turn = (edge + np.arange(3)[:, None]) % 3
