@@ -6,7 +6,15 @@ from numpy.typing import NDArray
 
 from radar_service.plan.plan import plan_for
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves, line_through
+from radar_service.scattering.physical_optics.facets import (
+    MAX_BEND,
+    EdgeLimits,
+    bend_edge,
+    cut_facets,
+    first_largest,
+    halves,
+    line_through,
+)
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.world.shapes import box, sphere
 from tests.scenes import scene
@@ -84,3 +92,15 @@ def test_a_line_is_extended_to_the_whole_triangle() -> None:
     p, q = np.random.default_rng(2).uniform(0.1, 0.9, size=(2, 100))
     crossing = (np.stack([p * (1.0 - third / q), q * (1.0 - third / p)]) - third) / (1.0 - inset)
     np.testing.assert_allclose(line_through(crossing, inset), [p, q], rtol=1e-12)
+
+
+def test_of_edges_that_are_equal_but_for_rounding_the_first_is_cut() -> None:
+    """A triangle with two equal legs, turned by angles that round them differently, is halved alike."""
+    np.testing.assert_array_equal(first_largest(np.array([[1.0, 2.0 - 1e-12, 3.0], [1.0 + 1e-12, 2.0, 1.0]])), [0, 0, 0])
+    np.testing.assert_array_equal(first_largest(np.array([[1.0, 2.0], [1.0 + 1e-5, 1.9]])), [1, 0])
+    triangle = np.array([[[0.0, 0.0, 0.0], [2.0, 3.0, 0.0], [4.0, 0.0, 0.0]]])
+    parts = []
+    for angle in np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, 50):
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        parts.append(halves(halves(triangle @ turn.T)) @ turn)
+    assert max(float(np.abs(part - parts[0]).max()) for part in parts) < 1e-12

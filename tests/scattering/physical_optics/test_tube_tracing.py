@@ -38,6 +38,8 @@ def test_the_largest_tubes_are_divided_first(tmp_path: Path, monkeypatch: pytest
     assert len(arrived[1]) < len(arrived[0])
     assert arrived[1].sum() == pytest.approx(arrived[0].sum(), rel=0.2)
     np.testing.assert_array_equal(tube_tracing.largest(np.array([1, 2, 4]), np.array([9.0, 3.0, 1.0, 9.0, 2.0]), 2), [1, 4])
+    almost = np.array([2.0, 2.0 + 1e-12, 2.0 - 1e-12, 1.0])  # equal but for rounding: in their order
+    np.testing.assert_array_equal(tube_tracing.largest(np.arange(4), almost, 2), [0, 1])
 
 
 def test_tubes_count_where_they_end_on_a_larger_surface(tmp_path: Path) -> None:
