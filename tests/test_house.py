@@ -1,7 +1,9 @@
 """The house keeps its order: imports point one way, and each heavy library has one home (docs/code-map.md)."""
 
 import ast
+import itertools
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -83,6 +85,9 @@ HOMES = {
 }
 
 
+parsed = cache(ast.parse)  # several rules look at each file
+
+
 def within(module: str, *homes: str) -> bool:
     """Whether a module is one of `homes` or lies inside one."""
     return any(module == home or module.startswith(f"{home}.") for home in homes)
@@ -144,12 +149,10 @@ HOUSE = modules("radar_service", "clients", "scenes")
 def imports(module: str, source: str, is_package: bool, with_types: bool = True) -> Iterator[str]:
     """Full names of what a module imports, wherever in it; `from package import module` names the module. with_types: also what
     it imports for its types alone."""
-    tree = ast.parse(source)
+    body = parsed(source).body
     if not with_types:
-        tree.body = [
-            node for node in tree.body if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
-        ]
-    for node in ast.walk(tree):
+        body = [part for part in body if not (isinstance(part, ast.If) and "TYPE_CHECKING" in ast.unparse(part.test))]
+    for node in itertools.chain.from_iterable(map(ast.walk, body)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

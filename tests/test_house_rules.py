@@ -10,6 +10,8 @@ from statistics import median
 
 import pytest
 
+from tests.test_house import parsed
+
 ROOT = Path(__file__).parents[1]
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
@@ -80,7 +82,7 @@ def retired_in(name: str, source: str) -> set[str]:
     retired = {word for folder, words in RETIRED.items() if name.startswith(folder) for word in words.split()}
     in_name = retired & {*Path(name).with_suffix("").parts}
     suspected = retired & {*re.findall(r"\w+", source)}
-    return in_name | (suspected & {*identifiers(ast.parse(source))} if suspected else set())
+    return in_name | (suspected & {*identifiers(parsed(source))} if suspected else set())
 
 
 def test_no_retired_identifier_returns() -> None:
@@ -100,7 +102,7 @@ def test_retired_identifiers_are_found() -> None:
 
 def docstrings(source: str) -> Iterator[tuple[int, str]]:
     """The docstrings of a module, its classes and functions, each with the line of what has it."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed(source)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and (
             text := ast.get_docstring(node)
         ):
@@ -174,7 +176,7 @@ def test_functions_are_short() -> None:
     functions = [
         node
         for file in SOURCES
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for node in ast.walk(parsed(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     ]
     assert median(map(body_lines, functions)) < MAX_MEDIAN
@@ -185,7 +187,7 @@ def private_reaches(source: str) -> Iterator[str]:
     with one underscore there are none."""
     if not re.search(r"\b_[^\W_]", source):
         return
-    tree = ast.parse(source)
+    tree = parsed(source)
     own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
     for node in ast.walk(tree):
         match node:
