@@ -56,7 +56,13 @@ class Kept(Protocol):
 
 
 class JobsFailed(Exception):
-    """Jobs failed. The text says how many, and what the first one said."""
+    """Jobs failed. The text says how many, and what the first one said; its error is the cause."""
+
+    @property
+    def is_fault(self) -> bool:
+        """Whether the first error is Python's own, as a KeyError is: its text explains nothing, and its traceback is needed."""
+        error = self.__cause__
+        return type(error).__module__ == "builtins" and not isinstance(error, OSError | ImportError)
 
 
 Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]

@@ -45,11 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where detection is not as predicted.
 
-    Raises UsageError, SceneError and OSError.
+    Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
     try:
         return _detection(options)
     except (ScenarioError, JobsFailed) as error:
+        if isinstance(error, JobsFailed) and error.is_fault:
+            raise
         raise UsageError(str(error)) from None
 
 

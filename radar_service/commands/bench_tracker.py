@@ -35,11 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where a limit that decides is missed.
 
-    Raises UsageError, SceneError and OSError.
+    Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
     try:
         return _bench(options)
     except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
+        if isinstance(error, JobsFailed) and error.is_fault:
+            raise
         raise UsageError(str(error)) from None
 
 

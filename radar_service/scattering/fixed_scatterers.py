@@ -109,22 +109,6 @@ class FixedScatterers(ScatteringModel, ABC):
         """Nothing is cached that depends on an instant."""
         return
 
-    @staticmethod
-    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
-        """None: each scatterer is an echo, whatever the aspect."""
-        return 0.0
-
-    @staticmethod
-    @override
-    def shape_sag(shape: str, wavelength: float) -> float | None:
-        """A rough surface is as smooth as its shape has it."""
-        return None
-
-    @staticmethod
-    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """None: scatterers lie on triangles of any size."""
-        return []
-
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
         """Positions (E, 3) [m] and normals (E, 3) on the map at time 0; those of bodies at rest hold at all times."""

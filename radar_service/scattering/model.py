@@ -196,17 +196,17 @@ class ScatteringModel(Protocol):
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
         """Size [m] over which phases are summed into one echo of a body whose nearest part is so far away [m]; 0 where echoes do
         not depend on aspect."""
-        ...
+        return 0.0
 
     @staticmethod
     def shape_sag(shape: str, wavelength: float) -> float | None:
         """How far facets of a built-in shape may be off its curves at a wavelength [m]; None: as far as `world.shapes` has it."""
-        ...
+        return None
 
     @staticmethod
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
         """What `check` says of the body's mesh at its `nearest` distance [m]: whether it is fine enough for this model."""
-        ...
+        return []
 
 
 class AspectModel(ScatteringModel, Protocol):

@@ -196,22 +196,6 @@ class RaySampledSurfaces(ScatteringModel):
         """Unknown, as at the start."""
         return RunError()
 
-    @staticmethod
-    def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
-        """None: each hit is an echo."""
-        return 0.0
-
-    @staticmethod
-    @override
-    def shape_sag(shape: str, wavelength: float) -> float | None:
-        """It is that of fixed scatterers."""
-        return None
-
-    @staticmethod
-    def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """None: rays hit triangles of any size."""
-        return []
-
 
 def _closer_hits(
     target: RayTarget, pose: BodyPose, antenna: Floats, directions: Floats, nearest: Floats

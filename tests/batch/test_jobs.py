@@ -68,6 +68,22 @@ def test_the_only_job_fails_with_its_own_words() -> None:
         run(squared, jobs(-5))
 
 
+class Refused(Exception):
+    """An error with a sentence of its own."""
+
+
+@pytest.mark.parametrize(
+    ("error", "is_fault"), [(KeyError("x"), True), (ValueError("y"), True), (Refused("z"), False), (OSError("disk"), False)]
+)
+def test_an_error_of_python_itself_is_a_fault_whose_traceback_is_needed(error: Exception, is_fault: bool) -> None:
+    def failing() -> None:
+        raise error
+
+    with pytest.raises(JobsFailed) as failed:
+        run(failing, [Job("one", ())])
+    assert failed.value.is_fault is is_fault and failed.value.__cause__ is error
+
+
 @pytest.mark.parametrize("elsewhere", [False, True])
 def test_where_nothing_works_the_rest_is_not_tried(elsewhere: bool) -> None:
     tried, go = list[int](), threading.Event()

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.scenario import scenarios
 from radar_service.commands.command_line import parser
 from tests.bench.test_bench import FILE
@@ -60,3 +61,14 @@ def test_defaults_and_values() -> None:
 def test_wrong_values_are_refused(wrong: list[str]) -> None:
     with pytest.raises(SystemExit):
         parser().parse_args(["bench-tracker", *wrong])
+
+
+def test_a_fault_of_a_tracker_in_python_is_not_one_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`'x'` would be all that a KeyError says: its traceback names the line."""
+    (tmp_path / "faulty.py").write_text("class T:\n    def update(self, scan):\n        return {}['x']\n")
+    (tmp_path / "small.toml").write_text(FILE.format(scans=2))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(JobsFailed) as failed:
+        main(["bench-tracker", "small.toml", "--seeds", "1", "--jobs", "1", "--tracker", "faulty:T", "-o", "out"])
+    assert isinstance(failed.value.__cause__, KeyError)
