@@ -24,6 +24,10 @@ PREFERENCES = {  # nothing is fetched but the page
     "datareporting.policy.dataSubmissionEnabled": False, "extensions.update.enabled": False,
     "network.captive-portal-service.enabled": False, "network.connectivity-service.enabled": False,
     "services.settings.server": "data:,#remote-settings-dummy/v1", "toolkit.telemetry.enabled": False,
+    # One page in one process, drawn 15 times a second: three seconds of processor time less.
+    "browser.aboutwelcome.enabled": False, "browser.newtab.preload": False, "browser.newtabpage.enabled": False,
+    "browser.startup.page": 0, "dom.ipc.processPrelaunch.enabled": False, "fission.autostart": False,
+    "layout.frame_rate": 15,
 }  # fmt: skip
 
 

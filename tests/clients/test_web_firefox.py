@@ -10,7 +10,7 @@ from tests.clients.fake_radar import FakeRadar, Served
 from tests.clients.firefox import FIREFOX, Firefox
 from tests.clients.screen import DRAWN, PIXELS, blobs, expected, off_by
 
-FRAMES = 30  # looks, two frames each: a second at 60 Hz
+FRAMES = 30  # looks, two frames each: four seconds at 15 Hz
 
 pytestmark = [
     pytest.mark.browser,

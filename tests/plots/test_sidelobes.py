@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.numerics.types import Flags
+from radar_service.numerics.types import Flags, Floats
 from radar_service.plots.detections import Detections
 from radar_service.plots.sidelobes import SidelobeGate, azimuth_envelope, distances, range_envelope
 from radar_service.radar.parameters import Radar
@@ -79,14 +79,15 @@ def test_the_gate_is_that_of_all_pairs(settings: Radar) -> None:
     every = Detections(spoke, cell, power, zero, zero, zero, zero, zero)
     plot = np.repeat(np.where(np.arange(400) < 300, np.arange(400), -1), 3)
     peak = np.arange(300) * 3 + power.reshape(400, 3)[:300].argmax(axis=1)
-    expected = [explained(settings, every, int(one), plot == number) for number, one in enumerate(peak)]
+    envelopes = azimuth_envelope(settings), range_envelope(settings)
+    expected = [explained(settings, envelopes, every, int(one), plot == number) for number, one in enumerate(peak)]
     result = SidelobeGate(settings, 3.0).sidelobes(every, peak, plot)
     assert result.tolist() == expected and 15 < result.sum() < 270
 
 
-def explained(radar: Radar, every: Detections, peak: int, own: Flags) -> bool:
-    """One plot against all detections."""
-    margin, azimuth, along = 10**0.3, azimuth_envelope(radar), range_envelope(radar)
+def explained(radar: Radar, envelopes: tuple[Floats, Floats], every: Detections, peak: int, own: Flags) -> bool:
+    """One plot against all detections; envelopes: over azimuth and range."""
+    margin, (azimuth, along) = 10**0.3, envelopes
     apart = np.abs(every.spoke - every.spoke[peak])
     across = np.minimum(apart % radar.azimuths, -apart % radar.azimuths)
     cells = np.clip(np.abs(every.cell - every.cell[peak]), 1, len(along) - 1) - 1

@@ -95,7 +95,8 @@ EMPTY = json.dumps({"type": "tracks", "scan": 0, "tracks": []})
 def test_what_goes_wrong_is_said(handler: Handler, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websocket_tracker, "MAX_LINE", 1000)
     with server(handler) as url:
-        tracker = WebsocketTracker(url, {"seed": 0}, timeout=0.2 if handler is silent else 20.0)
+        tracker = WebsocketTracker(url, {"seed": 0}, timeout=20.0)
+        tracker.timeout = 0.2 if handler is silent else 20.0  # connected at leisure
         with pytest.raises(TrackerError, match=words):
             for scan in range(3):
                 tracker.update(given(scan, ()))
@@ -115,9 +116,10 @@ def test_a_server_that_reads_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) 
         gone.set()
 
     with server(deaf) as url:
-        tracker = WebsocketTracker(url, {"seed": 0}, timeout=0.5)
+        tracker = WebsocketTracker(url, {"seed": 0}, timeout=20.0)
         for _ in range(16):
             tracker.send({"plots": "x"})  # a queue of frames that nobody takes: the other end stops reading its socket
+        tracker.timeout = 0.5  # connected at leisure
         with pytest.raises(TrackerError, match="read no plots for 0.5 s"):
             for _ in range(100):
                 tracker.send({"plots": "x" * 2_000_000})
