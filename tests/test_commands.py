@@ -79,11 +79,11 @@ def differing(one: bytes, other: bytes, scans: int = 3) -> list[int]:
 @pytest.mark.parametrize("fidelity", ["fast", "documented"])
 def test_a_run_with_commands_replays_to_the_same_bytes(fidelity: str) -> None:
     made = steerable_everything()
-    plain = power(rs.Simulator(made, fidelity, 3))
+    plain = power(rs.Simulator(made, fidelity, 3), 1)
     live = rs.Simulator(made, fidelity, 3)
     steered = power(live, orders=ORDERS)
     first = live.commands[0].spoke
-    assert first == 32 and differing(plain, steered)[0] >= first  # 20 lies in the block that ends with 31
+    assert first == 32 and differing(plain, steered[: len(plain)], 1)[0] >= first  # 20 lies in the block that ends with 31
     recorded = json.loads(json.dumps([command.as_dict() for command in live.commands]))
     replayed = rs.Simulator(made, fidelity, 3, commands=recorded)
     assert power(replayed) == steered
@@ -246,7 +246,7 @@ def test_commands_from_another_thread_lose_no_spoke() -> None:
         started.set()
         numbers.append(spoke.number)
         live.append(spoke.power)
-    assert ended.wait(10.0)
+    assert ended.wait(60)
     thread.join()
     assert numbers == list(range(6 * AZIMUTHS)) and len(sim.commands) == 50
     replayed = [spoke.power for spoke in rs.Simulator(made, "fast", commands=sim.commands).spokes(6)]

@@ -40,7 +40,7 @@ def test_a_run_whose_folder_is_far_above_its_budget_fails(tmp_path: Path) -> Non
     result = subprocess.run(command, cwd=tmp_path, env=tree, capture_output=True, text=True, timeout=120)
     lines = result.stdout.splitlines()
     row = next(line.split() for line in lines if line.startswith("busy "))
-    assert 0.3 <= float(row[1]) < 1.2 and row[2] == "0.1"  # 0.3 s, and what pytest does about a test on a busy machine
+    assert 0.3 <= float(row[1]) < 3.0 and row[2] == "0.1"  # 0.3 s, and what pytest does about a test on a busy machine
     assert f"busy took {row[1]} s" in result.stdout and "1 passed" in result.stdout
     assert any(line.startswith(COLLECTION) and float(line.split()[1]) > 0.0 for line in lines)  # of the worker
     assert result.returncode == 1

@@ -42,7 +42,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     yield start
     for service in services:
         service.terminate()
-        service.communicate(timeout=20)
+        service.communicate(timeout=60)
 
 
 def disc(picture: NDArray[np.float64]) -> float:

@@ -147,7 +147,7 @@ def service(one_target: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
-            assert line.startswith("radar on the air: open http://127.0.0.1:"), process.communicate(timeout=10)
+            assert line.startswith("radar on the air: open http://127.0.0.1:"), process.communicate(timeout=60)
             yield process, line.split("open http://")[1].strip().rstrip("/")
         finally:
             process.kill()
@@ -177,7 +177,7 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
         assert "text/html" in http.get("/").headers["content-type"]
         loaded = http.put("/api/radars/1/scene", json={"scene": ONE_TARGET}, timeout=20).json()
         assert loaded["plan"]["counts"]["resting_echoes"] == 1 and loaded["plan"]["choices"][-1]["modelled"]
-    hello, *spokes = asyncio.run(asyncio.wait_for(whole_scan(0), 20))
+    hello, *spokes = asyncio.run(asyncio.wait_for(whole_scan(0), 60))
     power = np.zeros((60, hello["encoding"]["bins"]))
     for message in spokes:
         assert message["epoch"] == hello["epoch"]
@@ -187,11 +187,11 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     simulated = rs.Simulator(rs.load_scene(ONE_TARGET)).scan()  # the target does not move: every scan is the first one
     np.testing.assert_array_equal(power, simulated.power)
 
-    bye, code = asyncio.run(asyncio.wait_for(until_bye(), 20))
+    bye, code = asyncio.run(asyncio.wait_for(until_bye(), 60))
     assert hello["fidelity"] == "auto" and hello["plan"]["choices"] and not hello["truth"]
     assert hello["arithmetic"] == hello["plan"]["arithmetic"] == arithmetic()
     assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
-    _, errors = process.communicate(timeout=10)
+    _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
 
 
@@ -216,10 +216,10 @@ def test_a_log_that_nobody_reads_stops_nothing(one_target: Path) -> None:
 
             with httpx.Client(base_url=f"http://{address}", timeout=10) as http:
                 assert http.patch("/api/radars/0/controls", headers={"origin": "http://else"}).status_code == 403
-                asyncio.run(asyncio.wait_for(listen(), 20))
+                asyncio.run(asyncio.wait_for(listen(), 60))
                 assert http.get("/api/health").status_code == 200
             process.send_signal(signal.SIGTERM)
-            assert process.wait(15) == 0
+            assert process.wait(60) == 0
         finally:
             process.kill()
             os.close(reading)

@@ -15,7 +15,7 @@ from PIL import Image
 from websockets.sync.client import ClientConnection, connect
 
 CHROMIUM = Path("/usr/bin/chromium")
-PATIENCE = 20.0  # s for any one answer; two busy cores draw WebGL in software
+PATIENCE = 60.0  # s for any one answer; two busy cores draw WebGL in software
 FLAGS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",

@@ -185,7 +185,7 @@ class FakeRadar:
 
     def tell(self, kind: str, radar: str = "0", **values: Any) -> None:
         """Tell every client of a change of a radar, from the test's thread; waits for the first client."""
-        assert self.followed.wait(10.0)
+        assert self.followed.wait(60)
         change = {"radar": radar, "kind": kind, "values": values, "time": 0.0}
         self._run(lambda client: [client.send_json(change)], self.followers)
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-PATIENCE = 20.0  # s, for what should take about one
+PATIENCE = 60.0  # s, for what should take about one
 TOKEN = re.compile(r"\x1b\[([?0-9;]*)([A-Za-z])|([^\x1b])", re.S)
 HOME = b"\x1b[1;1H"  # where every picture of the live view begins
 ON_TERMINAL = """

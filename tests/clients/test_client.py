@@ -102,7 +102,7 @@ def test_client_does_not_repeat_a_refused_request() -> None:
 def test_leaving_the_loop_closes_the_connection() -> None:
     with running(Script([GREETING, batch(0, 5)], wait=True)) as feed:
         assert numbers(feed.url, 2) == [0, 1]
-        assert feed.left.wait(10)
+        assert feed.left.wait(60)
 
 
 def test_client_stops_reconnecting_after_its_patience() -> None:

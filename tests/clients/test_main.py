@@ -137,9 +137,9 @@ def test_interrupting_the_command_is_clean(tmp_path: Path) -> None:
     with running(Script([GREETING, batch(0, 5)], wait=True)) as feed:
         command = [sys.executable, "-c", INTERRUPTIBLE, feed.url, "--out", str(tmp_path / "a.png")]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2])
-        assert feed.greeted.wait(20)
+        assert feed.greeted.wait(60)
         os.kill(process.pid, signal.SIGINT)
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted" in err and "Traceback" not in err
     assert not (tmp_path / "a.png").exists()

@@ -172,7 +172,7 @@ def test_poses_that_others_send_make_the_page_ask_nothing(radar: FakeRadar, open
 
 def test_the_page_follows_changes_again_after_a_break(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
-    assert radar.followed.wait(10.0)
+    assert radar.followed.wait(60)
     radar.followed.clear()
     radar.drop_followers()
     radar.controls |= {"gain": 78}

@@ -44,7 +44,7 @@ def listened(command: list[str], count: int) -> list[dict[str, Any]]:
         return asyncio.run(asyncio.wait_for(_listen(address, count), 60))
     finally:
         service.terminate()
-        service.communicate(timeout=20)
+        service.communicate(timeout=60)
         assert service.returncode in (0, -15)
 
 

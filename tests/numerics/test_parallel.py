@@ -21,7 +21,7 @@ from radar_service.simulation import engine_set_up
 from tests.scenes import point, scene
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 30.0  # s after which a test that waits for another thread fails
+PATIENCE = 60.0  # s after which a test that waits for another thread fails
 Numbers = dict[str, int]
 
 

@@ -11,7 +11,7 @@ from fastapi import FastAPI
 from radar_service import wire
 from radar_service.service.radio.station import Station
 
-PATIENCE = 10.0  # s, for what should take milliseconds
+PATIENCE = 60.0  # s, for what should take milliseconds
 
 
 class Closed(Exception):
@@ -84,6 +84,11 @@ class Socket:
     def ended(self) -> bool:
         """Whether the server's side has ended."""
         return self._task.done()
+
+    @property
+    def holds_message(self) -> bool:
+        """Whether a message waits to be received."""
+        return not self._outbound.empty()
 
     async def leave(self) -> None:
         """Disconnect, and see the server's side end."""

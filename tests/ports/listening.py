@@ -45,7 +45,7 @@ class Ear:
 
     def until(self, condition: Callable[[list[dict[str, Any]]], bool]) -> None:
         with self._changed:
-            assert self._changed.wait_for(lambda: condition(self.heard), 10.0), self.heard[-5:]
+            assert self._changed.wait_for(lambda: condition(self.heard), 60.0), self.heard[-5:]
 
     def close(self) -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as last:

@@ -56,7 +56,7 @@ def served(
     gc.freeze()  # as the service does: a search through all that the tests have left takes 0.2 s
     thread.start()
     try:
-        assert begun.wait(20)
+        assert begun.wait(60)
         yield str(host), int(port)
     finally:
         server.should_exit = True
@@ -66,8 +66,8 @@ def served(
 
 
 def dialled(address: tuple[str, int]) -> socket.socket:
-    """A connection that gives up waiting after ten seconds."""
-    return socket.create_connection(address, timeout=10)
+    """A connection that gives up waiting after a minute."""
+    return socket.create_connection(address, timeout=60)
 
 
 def answer(connection: socket.socket) -> bytes:

@@ -220,7 +220,7 @@ class Slow(FakeEngine):
         self.answers = threading.Event()
 
     def truth(self, t: float) -> Truth:
-        assert self.answers.wait(20)
+        assert self.answers.wait(60)
         return super().truth(t)
 
 
@@ -260,7 +260,7 @@ def play(only: Station, act: Callable[[Server, list[Account]], Awaitable[None]],
             reads.set()
             await asyncio.gather(*following)
 
-    asyncio.run(asyncio.wait_for(body(), 30))
+    asyncio.run(asyncio.wait_for(body(), 60))
     return accounts
 
 

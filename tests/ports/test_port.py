@@ -24,7 +24,7 @@ def test_a_port_that_overrides_nothing_does_nothing() -> None:
         async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
             assert (await (await server.feed()).spokes(5))[0]["first"] == 0
 
-    asyncio.run(asyncio.wait_for(whole(), 30))
+    asyncio.run(asyncio.wait_for(whole(), 60))
     bare.close()
     thread = host.threads[bare]
     assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)

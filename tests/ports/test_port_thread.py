@@ -14,7 +14,7 @@ from tests.service.fake import FakeEngine, scene
 from tests.service.radio.recording import RecordingSink
 
 ENGINE = FakeEngine(scene())
-SOON = 10.0  # s
+SOON = 60.0  # s
 
 
 def info(name: str) -> RadarInfo:

@@ -26,6 +26,11 @@ from tests.processes.test_fork_server import is_gone, until
 from tests.service.fake import AZIMUTHS, FakeEngine, power_of, scene
 
 
+@pytest.fixture(autouse=True)
+def starts_at_leisure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process_port, "START_SECONDS", 60.0)  # that a busy machine may take to import
+
+
 class FarSink(ToySink):
     """Says of each batch what its spokes are, too."""
 

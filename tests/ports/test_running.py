@@ -69,7 +69,7 @@ def test_uploads_swaps_and_kills_and_an_end_without_remains(service: tuple[subpr
         assert health["fault"] is None and health["restarts"] == 1
     remains = children(process.pid)
     process.terminate()
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     until(lambda: all(is_gone(child) for child in remains))
 
 
@@ -102,7 +102,7 @@ def test_two_radars_of_one_world(tmp_path: Path) -> None:
             assert [radar["simulated_s"] for radar in http.get("api/health").json()["radars"]] == [0.0, 0.0]
     finally:
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=60)
 
 
 async def first_spoke(address: str) -> tuple[Any, Any]:
@@ -125,7 +125,7 @@ def test_nothing_outlives_a_killed_service(service: tuple[subprocess.Popen[str],
     remains = children(process.pid)
     assert len(remains) == 3  # what starts others, a world, and its spare
     process.kill()
-    process.wait(20)
+    process.wait(60)
     until(lambda: all(is_gone(child) for child in remains))
 
 
@@ -143,7 +143,7 @@ def test_a_stop_answers_the_request_that_waits_for_a_scene(service: tuple[subpro
     with httpx.Client(base_url=url, timeout=30) as http:
         until(lambda: http.get("api/jobs/mine").status_code == 200)
     process.terminate()
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     swapping.join(20)
     assert (answers[0].status_code, answers[0].json()["detail"]) == (409, ["scene: the job was cancelled"])
     until(lambda: all(is_gone(child) for child in remains))
@@ -155,5 +155,5 @@ def test_a_stop_while_the_first_scene_is_prepared(tmp_path: Path) -> None:
     until(lambda: len(children(process.pid)) == 2)  # what starts others, and a world
     remains = children(process.pid)
     process.terminate()
-    assert process.communicate(timeout=20) == ("", "") and process.returncode == 0
+    assert process.communicate(timeout=60) == ("", "") and process.returncode == 0
     until(lambda: all(is_gone(child) for child in remains))

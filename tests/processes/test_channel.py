@@ -12,7 +12,7 @@ import pytest
 from radar_service.processes.channel import Channel
 from tests.descriptors import descriptors_left, open_descriptors
 
-SOON = 10.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 
 
 @pytest.fixture

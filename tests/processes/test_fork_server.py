@@ -17,7 +17,7 @@ from tests.descriptors import descriptors_left, open_descriptors
 from tests.processes import tasks
 
 ROOT = Path(__file__).parents[2]
-SOON = 10.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 CHILDREN = 200
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from radar_service.processes.fork_server import ForkServer
 from tests.processes import tasks
 
-SOON = 10.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 
 
 def test_a_child_ignores_what_ends_the_service(fork_server: ForkServer) -> None:

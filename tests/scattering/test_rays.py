@@ -242,20 +242,21 @@ def patch_energies(knots: float, sampler: Any, seeds: range) -> np.ndarray[Any, 
 
 
 @pytest.mark.parametrize(
-    ("sampler", "knots"),
+    ("sampler", "knots", "count"),
     [
-        ("rays", 0.0),
-        pytest.param("sobol", 0.0, marks=pytest.mark.study),
-        pytest.param("stratified", 12.0, marks=pytest.mark.study),
+        ("rays", 0.0, 12),
+        pytest.param("rays", 0.0, 24, marks=pytest.mark.study),
+        pytest.param("sobol", 0.0, 24, marks=pytest.mark.study),
+        pytest.param("stratified", 12.0, 24, marks=pytest.mark.study),
     ],
 )
-def test_both_estimators_agree_patch_by_patch(sampler: str, knots: float) -> None:
-    """Mean power of every patch that counts, over 24 seeds each: Welch's t of each patch as a normal deviate, their squares
+def test_both_estimators_agree_patch_by_patch(sampler: str, knots: float, count: int) -> None:
+    """Mean power of every patch that counts, over so many seeds each: Welch's t of each patch as a normal deviate, their squares
     summed against chi-square at LEVEL over the tests here, and the mean over the patches likewise.
 
-    The error of the whole is computed too, and is below 0.3 dB: the test would see an error of 1.3 dB (4.4 sigma).
+    The error of the whole is computed too, and is below 0.3 dB for 24 seeds: the test would see an error of 1.3 dB (4.4 sigma),
+    and of 1.9 dB with half of them.
     """
-    count = 24
     mine = patch_energies(knots, "scatterers", range(count))
     theirs = patch_energies(knots, sampler, range(1000, 1000 + count))
     counts = mine.mean(axis=0) > 1e-3 * mine.mean(axis=0).max()
@@ -268,7 +269,7 @@ def test_both_estimators_agree_patch_by_patch(sampler: str, knots: float) -> Non
     wholes = [(energies[:, counts] / alike).mean(axis=1) for energies in (mine, theirs)]
     assert stats.ttest_ind(*wholes, equal_var=False).pvalue > LEVEL / tests
     spread = [np.std(whole) / np.mean(whole) / np.sqrt(count) for whole in wholes]
-    assert 4.34 * np.hypot(*spread) < 0.3  # dB; it scatters by a seventh itself, over 24 seeds
+    assert 4.34 * np.hypot(*spread) < 0.3 * np.sqrt(24 / count)  # dB; it scatters by a seventh itself, over 24 seeds
 
 
 def test_rays_that_meet_what_is_one_sided_from_behind_have_no_echo() -> None:

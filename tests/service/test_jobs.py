@@ -21,7 +21,7 @@ def play(test: Callable[[JobQueue], Awaitable[None]], workers: int = 1, waiting:
         finally:
             queue.close()
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 class Gate:
@@ -34,7 +34,7 @@ class Gate:
         job.ends_with(self.open.set)
         job.stage("in the middle")
         self.began.set()
-        assert self.open.wait(20)
+        assert self.open.wait(60)
         return "result"
 
     async def begun(self) -> None:
@@ -110,7 +110,7 @@ def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> No
     class Slow(Gate):
         def __call__(self, job: Job) -> str:
             super().__call__(job)
-            assert ended.wait(20)
+            assert ended.wait(60)
             return "too late"
 
     async def test(queue: JobQueue) -> None:

@@ -107,13 +107,10 @@ SHIP = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material"
 POINT = {"shape": "point", "rcs_dbsm": 40}
 
 
+@pytest.mark.bench
 @pytest.mark.parametrize(
     ("body", "environment"),
-    [
-        (SHIP, {"noise": True, "sea_state": 3}),
-        pytest.param(POINT, {"noise": True}, marks=pytest.mark.bench),
-        pytest.param(POINT, {}, marks=pytest.mark.bench),
-    ],
+    [(SHIP, {"noise": True, "sea_state": 3}), (POINT, {"noise": True}), (POINT, {})],
     ids=["ships at sea", "points whose range sidelobes stand out of the noise", "points without noise"],
 )
 def test_labels_cost_at_most_half_a_run(body: dict[str, Any], environment: dict[str, Any]) -> None:

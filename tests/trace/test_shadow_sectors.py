@@ -39,3 +39,11 @@ def test_without_points_or_bodies_there_is_nothing() -> None:
     none = np.zeros(0)
     assert not list(points_behind(shadow_sectors(np.zeros((1, 3)), np.ones(1), ANTENNA), none, none))
     assert not list(points_behind(shadow_sectors(np.zeros((0, 3)), none, ANTENNA), np.ones(3), np.ones(3)))
+
+
+def test_a_body_beyond_the_points_of_its_sector_has_none_behind_it() -> None:
+    """The point 100 m off to the north lies before it, the one farther off beside it."""
+    sectors = shadow_sectors(ANTENNA + [[0.0, 1000.0, 0.0]], np.full(1, 50.0), ANTENNA)
+    azimuth, distance = np.array([0.0, 0.5]), np.array([100.0, 4000.0])
+    assert not list(points_behind(sectors, azimuth, distance))
+    assert list(points_behind(sectors, azimuth, distance[::-1]))[0][1].tolist() == [0]

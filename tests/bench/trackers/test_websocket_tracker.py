@@ -125,7 +125,7 @@ def test_a_server_that_reads_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) 
                 tracker.send({"plots": "x" * 2_000_000})
         tracker.close()
         may_end.set()
-        assert gone.wait(20.0) and was_told == [True]
+        assert gone.wait(60) and was_told == [True]
 
 
 def test_an_address_without_a_tracker_is_refused() -> None:

@@ -38,7 +38,7 @@ def play(test: Callable[[Server], Awaitable[None]], *stations: Station) -> None:
         async with running(create_app(stations)) as server:
             await test(server)
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 async def step(server: Server, spokes: int) -> None:
@@ -481,7 +481,7 @@ def test_stopping_says_bye() -> None:
             await stopping
             assert "stopping" in (await (await server.feed()).receive())["reason"]
 
-    asyncio.run(asyncio.wait_for(whole(), 20))
+    asyncio.run(asyncio.wait_for(whole(), 60))
 
 
 class Clock:
@@ -549,4 +549,4 @@ def test_alone_it_serves_spokes_and_nothing_else() -> None:
             assert (await (await server.feed()).spokes(5))[0]["first"] == 0
             assert (await server.http.get("/api/radars")).status_code == 404
 
-    asyncio.run(asyncio.wait_for(whole(), 30))
+    asyncio.run(asyncio.wait_for(whole(), 60))

@@ -34,7 +34,7 @@ def test_a_request_that_waits_for_a_job_is_told_that_it_was_cancelled(method: st
             await requests.end()
             return await request
 
-    answer = asyncio.run(asyncio.wait_for(test(), 20))
+    answer = asyncio.run(asyncio.wait_for(test(), 60))
     assert (answer.status_code, answer.json()["detail"][0].split(": ")[1]) == (409, "the job was cancelled")
 
 
@@ -56,7 +56,7 @@ def test_a_request_that_nothing_ends_is_told_that_the_server_stops(monkeypatch: 
             await requests.end()
             return await request
 
-    answer = asyncio.run(asyncio.wait_for(test(), 20))
+    answer = asyncio.run(asyncio.wait_for(test(), 60))
     assert answer.status_code == 503 and answer.json()["detail"] == ["the server is stopping; try again when it runs"]
 
 
@@ -75,7 +75,7 @@ def test_an_answer_that_has_begun_is_not_begun_again() -> None:
         await asyncio.sleep(0)
         await send({"type": "http.response.body"})
 
-    asyncio.run(asyncio.wait_for(requests.follow(app, {"type": "http"}, receive, send), 20))
+    asyncio.run(asyncio.wait_for(requests.follow(app, {"type": "http"}, receive, send), 60))
     assert sent == ["http.response.start", "http.response.body"]
 
 
@@ -89,4 +89,4 @@ def test_a_timeout_of_the_application_is_its_own() -> None:
             with pytest.raises(TimeoutError, match="of the scene"):
                 await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
 
-    asyncio.run(asyncio.wait_for(test(), 20))
+    asyncio.run(asyncio.wait_for(test(), 60))

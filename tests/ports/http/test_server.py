@@ -84,7 +84,7 @@ def test_stopping_says_bye_to_all_and_takes_nobody_any_more() -> None:
 
     with contextlib.ExitStack() as end:
         address = end.enter_context(radar())
-        parted = asyncio.run(asyncio.wait_for(all_of(address, end), 20))
+        parted = asyncio.run(asyncio.wait_for(all_of(address, end), 60))
     assert {code for _, code in parted if _} == {1001}
     assert all(reason == "the server is stopping" and code == 1001 for reason, code in parted)
     with pytest.raises(ConnectionRefusedError):

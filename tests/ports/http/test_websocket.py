@@ -49,7 +49,7 @@ def test_what_is_written_as_frames_arrives_as_messages(bins: int, monkeypatch: p
                     assert (wire.samples(message) == expected).all()
 
     with served(create_app([only]), [only]) as (host, port):
-        asyncio.run(asyncio.wait_for(listen(f"ws://{host}:{port}/api/radars/0/feed?encoding=f32"), 20))
+        asyncio.run(asyncio.wait_for(listen(f"ws://{host}:{port}/api/radars/0/feed?encoding=f32"), 60))
     assert len(written) >= 9 and max(written) > 4 * bins  # a hello and 40 spokes in fives
 
 
@@ -78,7 +78,7 @@ def test_malformed_and_oversized_frames_end_their_connection_only(name: str) -> 
                 first = message["first"]
 
     with radar() as address:
-        asyncio.run(asyncio.wait_for(other(address), 20))
+        asyncio.run(asyncio.wait_for(other(address), 60))
 
 
 FLOOD_BYTES = 2 * 2**20  # parsing 350,000 empty frames takes seconds
@@ -115,7 +115,7 @@ def test_a_client_that_floods_is_cut_and_silences_nobody(name: str) -> None:
             await flooding
 
     with radar(turns=(turns := Turns())) as address:
-        asyncio.run(asyncio.wait_for(listen(address), 30))
+        asyncio.run(asyncio.wait_for(listen(address), 60))
     assert 0.0 < turns.longest < LONGEST_TURN
 
 
@@ -145,7 +145,7 @@ def test_a_client_within_its_budget_stays() -> None:
                 assert wire.unpack(bytes(await feed.recv()))["type"] in ("hello", "spokes")
 
     with radar() as address:
-        asyncio.run(asyncio.wait_for(talk(address), 20))
+        asyncio.run(asyncio.wait_for(talk(address), 60))
 
 
 @contextlib.contextmanager
@@ -196,7 +196,7 @@ def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
     with connection(monkeypatch) as (_, protocol, lost):
         on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
-        assert lost.wait(10)
+        assert lost.wait(60)
 
 
 def test_a_client_that_answers_no_pings_gets_bye_and_a_close_code(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -215,10 +215,10 @@ def test_a_connection_that_has_gone_is_not_cut(monkeypatch: pytest.MonkeyPatch, 
             protocol, lambda: protocol.transport.write(b"x" * 2**20), protocol.keepalive_timeout, protocol.transport.close
         )
         answer(client)
-        assert lost.wait(10)
+        assert lost.wait(60)
         later = threading.Event()
         on_loop(protocol, lambda: protocol.loop.call_later(0.3, later.set))
-        assert later.wait(10)
+        assert later.wait(60)
     assert not [record for record in caplog.records if record.name == "asyncio"]
 
 
@@ -275,5 +275,5 @@ def test_a_client_that_sends_poses_may_send_more() -> None:
             return [json.loads(await socket.recv())["type"] for _ in range(FRAMES_AT_ONCE + 50)]
 
     with served(create_app([only]), [only]) as (host, port):
-        answers = asyncio.run(asyncio.wait_for(send(f"ws://{host}:{port}/api/radars/0/poses"), 20))
+        answers = asyncio.run(asyncio.wait_for(send(f"ws://{host}:{port}/api/radars/0/poses"), 60))
     assert answers.count("pose") >= POSES_AT_ONCE and set(answers) <= {"pose", "refused"}

@@ -55,4 +55,4 @@ def test_metrics_count_what_the_clients_saw() -> None:
         async with running(create_app([only])) as server:
             await test(server)
 
-    asyncio.run(asyncio.wait_for(whole(), 20))
+    asyncio.run(asyncio.wait_for(whole(), 60))

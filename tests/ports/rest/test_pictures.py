@@ -22,7 +22,7 @@ def play(fork_server: ForkServer, test: object, pauses: list[float] | None = Non
         finally:
             drawing.close()
 
-    asyncio.run(asyncio.wait_for(body(), 30))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def test_equal_pictures_are_drawn_once(fork_server: ForkServer) -> None:

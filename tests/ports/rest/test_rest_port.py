@@ -27,5 +27,5 @@ def test_alone_it_serves_all_but_the_feed(tmp_path: Path) -> None:
             with pytest.raises((Closed, AssertionError)):
                 await server.feed()
 
-    asyncio.run(asyncio.wait_for(whole(), 30))
+    asyncio.run(asyncio.wait_for(whole(), 60))
     assert not home.exists()

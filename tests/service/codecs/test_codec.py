@@ -108,7 +108,7 @@ def play(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             server.stations = [only]
             await test(server)
 
-    asyncio.run(asyncio.wait_for(whole(), 20))
+    asyncio.run(asyncio.wait_for(whole(), 60))
     assert "" not in received  # a message that the protocol does not have is not sent
     return received
 
@@ -128,4 +128,4 @@ def test_its_feed_needs_the_token_too(monkeypatch: pytest.MonkeyPatch) -> None:
                 await server.open("/numbers/0")
             await server.open("/numbers/0", authorization="Bearer " + "reading-" * 3)
 
-    asyncio.run(asyncio.wait_for(whole(), 20))
+    asyncio.run(asyncio.wait_for(whole(), 60))

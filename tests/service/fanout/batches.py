@@ -13,7 +13,7 @@ U8 = View("u8")
 
 
 def run(test: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(test, 10))
+    asyncio.run(asyncio.wait_for(test, 60))
 
 
 def spokes(first: int, count: int, epoch: str = "e", size: int = 1) -> bytes:

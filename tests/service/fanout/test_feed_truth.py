@@ -29,7 +29,7 @@ class Engine(FakeEngine):
 
     def truth(self, t: float) -> Truth:
         self.asked += 1
-        assert self.answers.wait(10)
+        assert self.answers.wait(60)
         if t in self.fails:
             raise RuntimeError("the wheel came off")
         return super().truth(t)

@@ -5,7 +5,7 @@ from typing import Any
 
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 
-SOON = 10.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 
 
 class RecordingSink:

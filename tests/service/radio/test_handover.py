@@ -38,7 +38,7 @@ def play(test: Callable[[Station, RecordingSink], Awaitable[None]], settings: Se
             await station.stop()
         return sink
 
-    return asyncio.run(asyncio.wait_for(body(), 30))
+    return asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def goes_on(sink: RecordingSink, epoch: int, period: float) -> None:
@@ -125,7 +125,7 @@ class Late:
 
     def __call__(self, order: SceneRequest, progress: Progress) -> FakeEngine:
         self.asked.set()
-        assert self.ready.wait(10)
+        assert self.ready.wait(60)
         self.made.append(factory(turns=self._turns)(order, progress))
         return self.made[-1]
 
@@ -243,7 +243,7 @@ def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() ->
         await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
         await station.stop()
 
-    asyncio.run(asyncio.wait_for(body(), 30))
+    asyncio.run(asyncio.wait_for(body(), 60))
     assert sink.epochs[1].scene_request.rpm == 48 and "close" not in sink.names()
 
 
@@ -308,7 +308,7 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
     class Slow(InProcess):
         def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
             agreed.set()
-            assert ready.wait(10)
+            assert ready.wait(60)
             return super().blocks(scans, size)
 
     def make(order: SceneRequest, progress: Progress) -> InProcess:
@@ -331,7 +331,7 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > 128 + 130)
         await station.stop()
 
-    asyncio.run(asyncio.wait_for(body(), 30))
+    asyncio.run(asyncio.wait_for(body(), 60))
     alone = Simulator(load_scene(STEERED), "fast", commands=commands[:1])
     parts = [[batch.block for batch in sink.batches if batch.epoch is epoch] for epoch in sink.epochs]
     scans = parts[1][0].scan

@@ -17,7 +17,7 @@ from radar_service.world.commands import CommandError
 from radar_service.world.rotation import scene_at_rpm
 from tests.service.fake import FakeEngine, commanded, scene, steerable_scene
 
-SOON = 10.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 
 
 def started(engine: FakeEngine, azimuths: int = 12) -> SpokeWorker:

@@ -37,7 +37,7 @@ def play(test: Callable[[Preparations], Awaitable[None]]) -> None:
             preparations.close()
         assert all(engine.closed for engine in made)
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 async def only(preparations: Preparations, order: SceneRequest) -> SpokeWorker:

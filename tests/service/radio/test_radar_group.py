@@ -41,7 +41,7 @@ def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **opt
                     station.leave(client)
                 await station.stop()
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 async def until(condition: Callable[[], bool]) -> None:

@@ -20,7 +20,7 @@ from tests.service.fake import scene
 
 STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
 PERIOD = 2.5 / 60  # s of a spoke
-SOON = 20.0  # s, for what should take a second
+SOON = 60.0  # s, for what should take a second
 
 
 def test_the_simulator_is_an_engine_of_a_scene() -> None:

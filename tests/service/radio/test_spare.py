@@ -13,7 +13,7 @@ from radar_service.processes.fork_server import Child, ForkServer
 from radar_service.service.radio.spare import RUN, NewSpare, Spares, TakeOver
 from tests.processes.test_fork_server import is_gone, until
 
-SOON = 20.0  # s, for what should take milliseconds
+SOON = 60.0  # s, for what should take milliseconds
 
 
 def counting(control: Channel, data: Channel) -> None:

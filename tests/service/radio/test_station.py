@@ -36,7 +36,7 @@ def play(test: Callable[[Station], Awaitable[None]], **options: Any) -> None:
                 station.leave(client)
             await station.stop()
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def test_a_further_sink_receives_what_the_feed_receives() -> None:
@@ -156,7 +156,7 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
 
     def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         name = scene_in(order).name
-        assert go[name].wait(20)
+        assert go[name].wait(60)
         made[name] = factory()(order, progress)
         return made[name]
 
@@ -174,7 +174,7 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
         assert pending is made["second"] and made["first"].closed
         await station.stop()
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def test_the_first_spoke_waits_for_as_many_clients() -> None:

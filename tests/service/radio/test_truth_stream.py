@@ -61,7 +61,7 @@ def play(test: Callable[[Played], Awaitable[None]], engine: FakeEngine | None = 
         with ThreadPoolExecutor(1) as pool:
             await test(Played(engine or FakeEngine(scene()), pool))
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def kinds(lines: list[dict[str, Any]]) -> list[tuple[str, float]]:

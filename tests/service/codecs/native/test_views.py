@@ -134,4 +134,4 @@ def test_a_filtered_feed_covers_every_number_and_resumes_without_gap_or_repeat()
             again = await server.feed(f"{query.replace('&mode=lossless', '')}&since={hello['epoch']}:{number}")
             assert (await again.until("spokes"))["first"] == number
 
-    asyncio.run(asyncio.wait_for(whole(), 20))
+    asyncio.run(asyncio.wait_for(whole(), 60))
