@@ -1,8 +1,10 @@
 """What tests of ports listen with: a UDP socket, and a service with ports beside REST and the feed."""
 
 import asyncio
+import contextlib
 import json
 import socket
+import sys
 import threading
 from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
@@ -22,6 +24,7 @@ from tests.service.fake import FakeEngine, factory, steerable_scene
 
 FLAT_OUT = Settings(pace=Pace("run", float("inf")))
 PAUSED = Settings(pace=Pace("pause"))
+SO_RCVBUFFORCE = 33  # of Linux
 
 
 class Ear:
@@ -30,6 +33,9 @@ class Ear:
     def __init__(self) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**22)
+        if sys.platform == "linux":
+            with contextlib.suppress(PermissionError):  # beyond what the system allows to all, 208 KiB as a rule
+                self._socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, 2**22)
         self._socket.bind(("127.0.0.1", 0))
         self.port = self._socket.getsockname()[1]
         self.heard: list[dict[str, Any]] = []

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.ports import port_thread, process_port
+from radar_service.ports import port_host, port_thread, process_port
 from radar_service.ports.port import Port
 from radar_service.ports.process_port import PortError, ProcessPort, work
 from radar_service.ports.recorder.service_recorder import RecorderPort
@@ -29,6 +29,13 @@ from tests.service.fake import AZIMUTHS, FakeEngine, power_of, scene
 @pytest.fixture(autouse=True)
 def starts_at_leisure(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process_port, "START_SECONDS", 60.0)  # that a busy machine may take to import
+
+
+@pytest.fixture
+def stops_at_leisure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process does all that was sent to it, however busy the machine is."""
+    monkeypatch.setattr(port_host, "STOP_SECONDS", 60.0)
+    monkeypatch.setattr(process_port, "STOP_SECONDS", 60.0)
 
 
 class FarSink(ToySink):
@@ -161,6 +168,7 @@ def test_spokes_changes_and_times_reach_another_process(ear: Ear) -> None:
         assert words["noise"] == known.noise_power and words["before"] is (words["of"] > 0)
 
 
+@pytest.mark.usefixtures("stops_at_leisure")
 def test_what_was_handed_on_is_done_before_the_end(ear: Ear) -> None:
     async def test(server: Server) -> None:
         await (await server.feed("?mode=lossless")).spokes(10 * AZIMUTHS)
@@ -219,6 +227,7 @@ def test_one_that_blocks_is_left_behind_in_time(settings: Settings, ear: Ear, mo
     until(lambda: is_gone(ear.heard[0]["process"]))
 
 
+@pytest.mark.usefixtures("stops_at_leisure")
 def test_what_fails_there_is_counted_here(ear: Ear, caplog: pytest.LogCaptureFixture) -> None:
     port = ProcessPort(Raising, ear.port)
     with caplog.at_level("ERROR", "radar_service"):
@@ -229,6 +238,7 @@ def test_what_fails_there_is_counted_here(ear: Ear, caplog: pytest.LogCaptureFix
     assert "RuntimeError: a fault far away" in str([getattr(record, "fields", "") for record in caplog.records])
 
 
+@pytest.mark.usefixtures("stops_at_leisure")
 def test_texts_of_faults_stop_nothing(ear: Ear) -> None:
     port = ProcessPort(Texts, ear.port)
     host = play(port, flat_out(40), FLAT_OUT, wait_for=1)
@@ -237,6 +247,7 @@ def test_texts_of_faults_stop_nothing(ear: Ear) -> None:
     assert_accounted(ear.heard)
 
 
+@pytest.mark.usefixtures("stops_at_leisure")
 def test_a_sink_that_raises_takes_nothing_from_another_one(ear: Ear) -> None:
     play(ProcessPort(TwoSinks, ear.port), flat_out(20), FLAT_OUT, wait_for=1)
     assert_accounted(ear.heard)
