@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 
 Rows = NDArray[Any]

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
-from radar_service.scene_file.checks.mesh_axes import axis_findings
-from radar_service.scene_file.checks.mesh_findings import Findings
+from radar_service.scene_file.checks.mesh_findings import Findings, axis_findings
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (

@@ -8,9 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import KNOT
-from radar_service.scene_file.model.manoeuvre import ManoeuvreModel
-from radar_service.scene_file.model.moving import MovingSection, SteerableModel, WaypointModel
-from radar_service.scene_file.model.sway import AMPLITUDES, SwaySection
+from radar_service.scene_file.model.moving import (
+    AMPLITUDES,
+    ManoeuvreModel,
+    MovingSection,
+    SteerableModel,
+    SwaySection,
+    WaypointModel,
+)
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.random import name_key
-from radar_service.numerics.revision import STEADY, Revision
-from radar_service.radar.parameters import FIRST_ID, Radar, horizon
+from radar_service.numerics.result_cache import STEADY, Revision
+from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horizon, max_rpm
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
 from radar_service.world.environment import Environment, Interferer
@@ -201,3 +201,22 @@ def known_radar(radar_id: str | None, ids: Sequence[str]) -> str:
             f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {", ".join(ids)}: give one of them'
         )
     return radar_id
+
+
+def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
+    """Returns the scene with another rotation rate of its radar, from an origin on.
+
+    Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
+    """
+    radar = scene.radar
+    if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
+        raise SceneError(
+            f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
+            f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
+        )
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
+
+
+def scene_at_origin(scene: Scene, origin: Origin) -> Scene:
+    """Returns the scene with another origin of the rotation of its radar."""
+    return replace(scene, radar=replace(scene.radar, origin=origin))

@@ -15,7 +15,7 @@ from radar_service.ports.rest import schemas
 from radar_service.ports.rest.scene_store import Conflict
 from radar_service.ports.rest.schemas import problem_lines
 from radar_service.processes.call import ProcessFault
-from radar_service.processes.processor_time import MachineBusyError
+from radar_service.processes.limits import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError

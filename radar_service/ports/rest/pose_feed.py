@@ -10,8 +10,7 @@ from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service import wire
-from radar_service.ports.http.conversation import until_first_ends
-from radar_service.ports.http.json_socket import accepted, say_bye, server_end, until_server_ends
+from radar_service.ports.http.conversation import accepted, say_bye, server_end, until_first_ends, until_server_ends
 from radar_service.ports.http.websocket import widen_budget
 from radar_service.ports.roles import needs
 from radar_service.service.poses import PoseReader
