@@ -26,6 +26,7 @@ from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.scene_routes import JobName, not_found
 from radar_service.ports.rest.scene_store import SceneStore, without_folder
 from radar_service.ports.roles import needs
+from radar_service.records.truth import Truth
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.blind import told_plan
@@ -77,13 +78,12 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
     @needs("read")
     async def get_truth(
         radar: str, t: Annotated[float | None, Query(ge=0, le=1e9, allow_inf_nan=False, description="s, default now")] = None
-    ) -> schemas.TruthState:
+    ) -> Truth:
         """Returns the true state of own ship and of every body."""
         station = station_of(stations, radar)
         if not station.allow_truth:
             raise HTTPException(403, ["truth: this server does not give it; start it with --truth"])
-        state_at = await station.truth(t)
-        return schemas.TruthState.model_validate(state_at.as_dict())
+        return await station.truth(t)
 
 
 def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:

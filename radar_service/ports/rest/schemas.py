@@ -244,34 +244,6 @@ class ReadyState(BaseModel):
     problems: list[str] = []
 
 
-class BodyState(BaseModel):
-    """True state of a body, SI and radians; see records.BodyTruth."""
-
-    name: str
-    position: tuple[float, float, float]
-    velocity: tuple[float, float, float]
-    heading: float
-    course: float
-    speed: float
-    range: float
-    azimuth: float
-    elevation: float
-    visible: bool
-    reason: str
-    latitude_deg: float | None
-    longitude_deg: float | None
-    mmsi: int | None
-    extent: float
-
-
-class TruthState(BaseModel):
-    """The true state of everything at `time` [s of simulation]."""
-
-    time: float
-    own_ship: BodyState
-    bodies: list[BodyState]
-
-
 class Ticket(BaseModel):
     """A one-time text that opens one websocket (its parameter `ticket`), within `seconds`."""
 
