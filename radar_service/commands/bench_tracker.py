@@ -3,7 +3,6 @@
 import argparse
 import json
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 
 from radar_service.batch.jobs import JobsFailed, Outcome, processes
@@ -12,7 +11,7 @@ from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.shared_options import add_jobs
-from radar_service.terminal.arguments import UsageError, whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
 
@@ -20,9 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
-    parser.add_argument(
-        "--seeds", default=3, type=partial(whole_number, minimum=1, maximum=100_000), metavar="N", help="default 3"
-    )
+    add_whole_number(parser, "--seeds", 3, 1, 100_000, metavar="N", help="default 3")
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",

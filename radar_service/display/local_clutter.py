@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats, Singles
+from radar_service.numerics.types import Flags, Floats, Singles
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the mean of exponential power
@@ -47,7 +47,7 @@ class _Grid(NamedTuple):
     start: NDArray[np.intp]
     length: Floats
     falling: Singles
-    near: NDArray[np.bool_]
+    near: Flags
     before: NDArray[np.intp]
     after: NDArray[np.intp]
     share: Singles

@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.random import name_key
 from radar_service.numerics.result_cache import STEADY, Revision
+from radar_service.numerics.types import Flags, Floats
 from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horizon, max_rpm
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
@@ -23,8 +23,6 @@ from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
 from radar_service.world.platform import Installation, Platform
 from radar_service.world.steered_motion import SteeredMotion
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -185,7 +183,7 @@ class Scene:
         antenna = self.radar.height + (0.0 if self.own_ship.sway is None else self.own_ship.sway.max_heave)
         return float(horizon(height, antenna, effective_earth_radius(self.environment.earth_factor)))
 
-    def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
+    def blind(self, time: Floats, boresight: Floats) -> Flags:
         """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""
         if not self.radar.blind_sectors:
             return np.zeros(np.broadcast_shapes(time.shape, boresight.shape), dtype=np.bool_)
