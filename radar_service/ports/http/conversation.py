@@ -8,7 +8,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.ports.http.websocket import on_end, write_last
+from radar_service.ports.http.websocket import framed
 from radar_service.service.fanout.client_queue import GRACE
 from radar_service.service.radio.station import Station
 
@@ -66,7 +66,8 @@ def server_end(socket: WebSocket) -> "asyncio.Future[tuple[int, str]]":
         if not end.done():
             end.set_result((code, reason))
 
-    on_end(socket.scope, note)
+    if websocket := framed(socket.scope):
+        websocket.on_end(note)
     return end
 
 
@@ -77,7 +78,8 @@ async def until_server_ends(end: "asyncio.Future[tuple[int, str]]") -> None:
 
 async def say_bye(socket: WebSocket, code: int, reason: str) -> None:
     """Sends the reason as the last message and closes, where the client takes that in time."""
-    write_last(socket.scope)
+    if websocket := framed(socket.scope):
+        websocket.write_last()
     with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
         async with asyncio.timeout(GRACE):
             await socket.send_text(json.dumps({"type": "bye", "reason": reason}))

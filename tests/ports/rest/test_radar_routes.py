@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import io
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -371,7 +372,8 @@ def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.M
         assert len(written) == len(carried)
 
     monkeypatch.setattr(ConnectionErrors, "carry", carry)
-    monkeypatch.setattr("radar_service.ports.feed.feed_socket.frame_writer", lambda scope: write)
+    websocket = SimpleNamespace(write_frame=write, on_end=lambda end: None, write_last=lambda: None)
+    monkeypatch.setattr("radar_service.ports.feed.feed_socket.framed", lambda scope: websocket)
     play(test, only := station())
 
 
