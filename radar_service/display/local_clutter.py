@@ -96,12 +96,10 @@ def _ranked(means: Singles) -> Singles:
     window = min(WINDOW, count)
     ordered = np.sort(sliding_window_view(means, window, axis=1), axis=2)
     first = np.clip(np.arange(count) - window // 2, 0, count - window)
-    ranked: Singles = ordered[:, first, window * RANK // WINDOW - 1]
-    return ranked
+    return ordered[:, first, window * RANK // WINDOW - 1]
 
 
 def _at_cells(means: Singles, grid: _Grid) -> Singles:
     """Values (K, N) at cells, linear between the middles of intervals (K, B)."""
     before = means[:, grid.before]
-    values: Singles = before + grid.share * (means[:, grid.after] - before)
-    return values
+    return before + grid.share * (means[:, grid.after] - before)

@@ -36,8 +36,7 @@ def printed_crossings(origin: Floats, direction: Floats, corners: Floats, epsilo
     v = f * np.einsum("mk,mfk->mf", direction, np.broadcast_to(q, h.shape))  # line 15
     t = f * np.einsum("fk,mfk->mf", e2, np.broadcast_to(q, h.shape))  # line 19
     inside = (u >= 0.0) & (u <= 1.0) & (v >= 0.0) & (u + v <= 1.0)  # lines 11, 16
-    hit: Floats = np.where(inside & ~parallel & (t > epsilon), t, np.inf)  # line 20
-    return hit
+    return np.where(inside & ~parallel & (t > epsilon), t, np.inf)  # line 20
 
 
 def watertight_crossings(origin: Floats, direction: Floats, corners: Floats) -> Floats:
@@ -63,8 +62,7 @@ def _watertight(moved: Floats, direction: Floats) -> Floats:
     same_side = ((u >= 0) & (v >= 0) & (w >= 0)) | ((u <= 0) & (v <= 0) & (w <= 0))
     area = u + v + w
     t = np.divide(u * along[0] + v * along[1] + w * along[2], area, out=np.full_like(area, -1.0), where=area != 0)
-    hit: Floats = np.where(same_side & (t > 0.0), t, np.inf)
-    return hit
+    return np.where(same_side & (t > 0.0), t, np.inf)
 
 
 def _sheared(moved: Floats, direction: Floats) -> tuple[Floats, Floats, Floats]:
