@@ -50,8 +50,15 @@ class RestPort(Port):
         service.cancel_jobs.append(pictures.close)
         self._changes = changes = ChangeFeed(stations, service.refused)
         reader = BodyReader(service.fork_server, jobs)
+        api = APIRouter(prefix="/api", responses=PROTECTED)
+        api.include_router(scene_routes(stations, self.store, reader))
+        api.include_router(radar_routes(stations, self.store, reader, pictures))
+        api.include_router(command_routes(stations))
+        api.include_router(job_routes(jobs))
+        api.include_router(health_routes(stations, vitals))
+        api.include_router(ticket_routes(service.tickets))
         return (
-            api(stations, self.store, service.tickets, jobs, reader, pictures, vitals),
+            api,
             truth_routes(stations, service.refused),
             pose_routes(stations, service.refused),
             changes.routes(),
@@ -154,24 +161,11 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
     return router
 
 
-def api(
-    stations: Mapping[str, Station],
-    store: SceneStore,
-    tickets: Tickets,
-    jobs: JobQueue,
-    reader: BodyReader,
-    pictures: Pictures,
-    vitals: Vitals,
-) -> APIRouter:
-    """Returns all routes under /api."""
-    router = APIRouter(prefix="/api", responses=PROTECTED)
-    router.include_router(scene_routes(stations, store, reader))
-    router.include_router(radar_routes(stations, store, reader, pictures))
-    router.include_router(command_routes(stations))
-    router.include_router(job_routes(jobs))
-    router.include_router(health_routes(stations, vitals))
+def ticket_routes(tickets: Tickets) -> APIRouter:
+    """Returns the route of tickets."""
+    router = APIRouter(tags=["access"])
 
-    @router.post("/tickets", status_code=201, tags=["access"])
+    @router.post("/tickets", status_code=201)
     @needs("read")
     async def issue_ticket(request: Request) -> schemas.Ticket:
         """Returns a ticket for one websocket, for its parameter `ticket`: browsers send no token with a websocket."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
-from radar_service.errors.reporter import ReadingsHistory
+from radar_service.errors.history import ReadingsHistory
 from radar_service.numerics.types import Singles
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import OwnShipTruth

@@ -7,8 +7,7 @@ import numpy as np
 
 from radar_service.numerics.types import Floats
 from radar_service.records.fidelity import PRESETS
-from radar_service.study.chart.canonical_targets import CanonicalTarget, canonical_targets
-from radar_service.study.chart.plates import plates
+from radar_service.study.chart.canonical_targets import CanonicalTarget, canonical_targets, plates
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread
 from radar_service.study.chart.turntables import Turntables, random_turns, turntables

@@ -16,9 +16,8 @@ from radar_service.radar.patterns import Sinc2
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.study.chart.canonical_targets import DISTANCE, CanonicalTarget
+from radar_service.study.chart.canonical_targets import ANTENNA_HEIGHT, DISTANCE, CanonicalTarget
 from radar_service.study.chart.frozen_scene import all_scatterers
-from radar_service.study.chart.plates import ANTENNA_HEIGHT
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import material_from_name

@@ -9,8 +9,8 @@ from radar_service.echo.passage_nodes import MAX_PHASE
 from radar_service.numerics.frames import wrap_angle
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ALL_PATHS, BOTH_WAYS, DIRECT, ONE_WAY, BodyEchoes
+from radar_service.study.chart.canonical_targets import ANTENNA_HEIGHT, RATE
 from radar_service.study.chart.frozen_scene import frozen
-from radar_service.study.chart.plates import ANTENNA_HEIGHT, RATE
 from radar_service.study.chart.scattering_panel import all_targets
 from radar_service.study.chart.turntables import coherent_cross_sections, random_turns, turntables
 from radar_service.world.poses import BodyPoses
