@@ -1,10 +1,10 @@
 """The command `bench-detection`: detection by range against the radar equation, and its report."""
 
 import argparse
-from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, Outcome, processes
+from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import ScenarioError, load_scenario
@@ -43,12 +43,9 @@ def run(options: argparse.Namespace) -> int:
 def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
+    shown = partial(progress, unit="parts", name=lambda part: part.job.name)
     with processes(options.jobs) as executor:
-        study = detection_study(scenario, options.scans, options.ranges, executor, _progress, options.seed)
+        study = detection_study(scenario, options.scans, options.ranges, executor, shown, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
     return 1 if any(target["word"] == "fail" for series in study["series"] for target in series["targets"]) else 0
-
-
-def _progress(parts: Iterable[Outcome], count: int) -> Iterable[Outcome]:
-    return progress(parts, count, "parts", lambda part: part.job.name)

@@ -2,10 +2,10 @@
 
 import argparse
 import json
-from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, Outcome, processes
+from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.bench import bench
 from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
@@ -52,14 +52,11 @@ def _bench(options: argparse.Namespace) -> int:
         return 0
     if not options.scenarios or options.out is None:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
+    shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
     with processes(options.jobs) as executor:
-        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, _progress)
+        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, shown)
     write_report(report, runs, options.out)
     print(verdict_table(report) + str(options.out / "report.html"))
     failed = any(verdict["word"] == "fail" for scenario in report["scenarios"] for verdict in scenario["verdicts"])
     return 1 if failed else 0
-
-
-def _progress(runs: Iterable[Outcome], count: int) -> Iterable[Outcome]:
-    return progress(runs, count, "runs", lambda run: run.job.name)
