@@ -156,7 +156,7 @@ MAX_NAME = 100  # characters of a file's name: a job may be named after a comman
 
 
 class ResultFolder:
-    """A `Kept`. Results are JSON objects."""
+    """A `Kept`: JSON objects as files of a folder, so that a command that was stopped goes on where it was."""
 
     def __init__(self, folder: Path) -> None:
         """folder: is made where it is absent. Raises OSError."""

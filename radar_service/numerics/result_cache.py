@@ -6,7 +6,10 @@ from typing import Any, Generic, TypeVar
 
 
 class Revision:
-    """The number of a state that changes. Whoever changes it says so by `change`; who keeps results compares the number."""
+    """The number of a state on which kept results depend besides their keys: the motions under command.
+
+    Whoever changes the state says so by `change`; who keeps results compares the number.
+    """
 
     def __init__(self) -> None:
         self.number = 0

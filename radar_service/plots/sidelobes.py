@@ -114,7 +114,8 @@ Does = Callable[[Indices, Indices], Flags]  # queries (P,), a detection for each
 
 
 class DetectionTree:
-    """Detections, searched by queries that concern strong and near ones."""
+    """Detections, searched by queries that concern strong and near ones, most of which are skipped: boxes about neighbours, boxes
+    about boxes, and the strongest of each."""
 
     def __init__(self, detections: Detections) -> None:
         order = np.lexsort((detections.cell, detections.spoke // STRIPE))

@@ -4,6 +4,9 @@ Linux shares processors among threads by their niceness, or, where it groups the
 sessions by the niceness of each: that of threads then acts within their session only. So both are set.
 
 A thread that wakes up may still wait for milliseconds until one of lower priority makes room. So set-up leaves a processor free.
+
+What strangers send is read within a limit of processor time, so that an answer does not depend on what else the machine does.
+Wall-clock time is a backstop alone.
 """
 
 import contextlib

@@ -34,6 +34,9 @@ EVERY = slice(None)
 class Strongest:
     """The strongest source so far in the cells of some azimuths.
 
+    Floats that are not negative are ordered as their bits are. So a cell is one integer: the bits of the power, with the number
+    of the source in place of the last ones. The maximum of two such integers is that of the stronger source.
+
     Powers are compared to a part in 2**(23 - n), n being the bits of the highest source number: 0.002 dB with 3800 bodies.
 
     cells: (K, bins) powers, each with the number of its source in its last bits.

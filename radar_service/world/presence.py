@@ -1,4 +1,4 @@
-"""When bodies are in the scene: changes at given times, and fading that repeats."""
+"""When bodies are in the scene: changes at given times or by commands while the radar runs, and fading that repeats."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace

@@ -1,7 +1,9 @@
-"""Targets with a known cross-section in the far field of free space: the test of scattering models.
+"""Targets with a known cross-section, the test of scattering models: in the far field of free space, and plates where that is not
+enough: over the sea, behind a screen, near by and turning.
 
-The formulas are those of physical optics and geometrical optics, which a scattering model should reach. They share nothing
-with the engine, which cuts meshes into facets and follows rays from facet to facet.
+The formulas are those of physical optics and geometrical optics, which a scattering model should reach. Those of plates are
+closed forms and one quadrature. They share nothing with the engine, which cuts meshes into facets and follows rays from facet to
+facet, but the permittivity of sea water.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The third panel: cross-sections of canonical targets by each scattering model, at random turns on turntables about an antenna at rest."""
+"""The third panel: cross-sections of canonical targets on turntables by each scattering model, at random turns."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
