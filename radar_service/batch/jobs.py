@@ -19,6 +19,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.terminal.output_files import make_folder
 
 GIVE_UP = 3  # failures before the first success after which nothing else is tried
+MAX_NAME = 100  # characters of a file's name: a job may be named after a command that is longer than file systems take
 
 
 class Executor(Protocol):
@@ -150,9 +151,6 @@ def limited(function: Callable[..., Any], *arguments: Any) -> Any:
     """Returns function(*arguments), with BLAS held to one thread."""
     with BLAS_LIMIT.held():
         return function(*arguments)
-
-
-MAX_NAME = 100  # characters of a file's name: a job may be named after a command that is longer than file systems take
 
 
 class ResultFolder:

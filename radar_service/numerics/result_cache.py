@@ -4,6 +4,9 @@ from collections.abc import Callable, Hashable
 from threading import Lock
 from typing import Any, Generic, TypeVar
 
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
+
 
 class Revision:
     """The number of a state on which kept results depend besides their keys: the motions under command.
@@ -20,10 +23,6 @@ class Revision:
 
 
 STEADY = Revision()  # of what never changes
-
-
-Key = TypeVar("Key", bound=Hashable)
-Value = TypeVar("Value")
 
 
 class ResultCache(Generic[Key, Value]):

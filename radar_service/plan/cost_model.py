@@ -30,6 +30,12 @@ from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBo
 from radar_service.receive.detection import square_law
 from radar_service.scattering.model import BodyEchoes
 
+MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed
+STRETCHES = 16  # that make a scan
+MIN_TILES = 4  # timed even where they take longer
+SCAN = 1  # the first scan has costs that occur once
+MICROSECONDS = 1e6  # per second
+
 
 @dataclass(frozen=True)
 class SetUp:
@@ -96,13 +102,6 @@ def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
     """Computes moving echoes and shadows of a visibility step; both are cached."""
     prepared.shadows.at(step)
     return prepared.moving.snapshot(step).echoes
-
-
-MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed
-STRETCHES = 16  # that make a scan
-MIN_TILES = 4  # timed even where they take longer
-SCAN = 1  # the first scan has costs that occur once
-MICROSECONDS = 1e6  # per second
 
 
 @dataclass

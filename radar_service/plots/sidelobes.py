@@ -14,6 +14,9 @@ from radar_service.records.fidelity import PRESETS
 MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
 
 NOISE_PEAK = 2.5  # times the mean noise amplitude: noise adds that much to a sidelobe in one cell of 500
+FANOUT = 8  # detections in a box, and boxes in a larger one
+STRIPE = 256  # spokes whose detections are sorted by range together: sidelobes reach farther in azimuth than in range
+TOGETHER = 2048  # queries that search at once, which bounds the memory
 
 
 class SidelobeGate:
@@ -93,11 +96,6 @@ def range_envelope(radar: Radar) -> Floats:
 
 def _envelope(power: Floats) -> Floats:
     return np.asarray(np.maximum.accumulate(power[::-1])[::-1])
-
-
-FANOUT = 8  # detections in a box, and boxes in a larger one
-STRIPE = 256  # spokes whose detections are sorted by range together: sidelobes reach farther in azimuth than in range
-TOGETHER = 2048  # queries that search at once, which bounds the memory
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,12 @@ SESSION_TRIES, SESSION_PAUSE = (
     0.05,
 )  # the kernel takes ten such requests a second from all unprivileged processes together
 
-if sys.platform != "win32":
+if sys.platform != "win32":  # Windows has no such limits; only the backstop applies
     import resource
+
+MAX_PROCESSOR_TIME = 10.0  # s per file or body, from the beginning of its parsing
+BACKSTOP = 120.0  # s of wall clock, with the start of the process that parses
+BUSY = "the machine is busy: it gave too little processor time in {:g} s; try again later"
 
 
 def child_environment() -> dict[str, str]:
@@ -132,14 +136,6 @@ def at_low_priority(work: Callable[[], Result]) -> Result:
     if errors:
         raise errors[0]
     return results[0]
-
-
-MAX_PROCESSOR_TIME = 10.0  # s per file or body, from the beginning of its parsing
-BACKSTOP = 120.0  # s of wall clock, with the start of the process that parses
-BUSY = "the machine is busy: it gave too little processor time in {:g} s; try again later"
-
-if sys.platform != "win32":  # Windows has no such limit; only the backstop applies
-    import resource
 
 
 class MachineBusyError(Exception):

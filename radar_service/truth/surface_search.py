@@ -39,6 +39,10 @@ ROWS = np.array(
     [TOP, 0.9, 0.7, 0.5, 0.3, 0.1, 0.001]
 )  # of columns in the middle of openings; those at their sides have the top alone
 SIDE = 0.01  # of an opening, from its side: edges are straight in between, so what shows above another shows at one side
+Candidates = tuple[
+    Floats, Callable[[Indices], Flags]
+]  # points (W, 3) on the map [m], and which of them, by index, are visible
+MAX_SURFACES = 512  # whose points are kept: 200 KB each at most
 
 
 class View(NamedTuple):
@@ -170,12 +174,6 @@ def _last_of_each(group: Indices, value: Floats) -> Indices:
     """The index of the greatest value in each group (N,) that there is."""
     order = np.lexsort((value, group))
     return np.asarray(order[np.append(np.diff(group[order]) != 0, True)])
-
-
-Candidates = tuple[
-    Floats, Callable[[Indices], Flags]
-]  # points (W, 3) on the map [m], and which of them, by index, are visible
-MAX_SURFACES = 512  # whose points are kept: 200 KB each at most
 
 
 class SurfaceSearch:

@@ -11,6 +11,7 @@ from typing_extensions import override
 from radar_service.numerics.types import Flags, Floats, Indices
 
 ROUNDING = 1e-9  # s: a spoke counts as at an instant that it misses by rounding; spokes are some 1e-4 s apart
+MAX_CHANGES = 1024  # remembered, of each body
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,6 @@ class Presences:
         states = np.array([self._each[b].at(time) for b in self.changing.tolist()], dtype=np.bool_)
         edges = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0)) + 1 if len(states) else np.zeros(0, np.int64)
         yield from zip([0, *edges.tolist()], [*edges.tolist(), len(time)], strict=True)
-
-
-MAX_CHANGES = 1024  # remembered, of each body
 
 
 class _Track:

@@ -21,6 +21,12 @@ from radar_service.service.jobs import JobQueue
 from radar_service.strict_json import DuplicateKeyError, parsed
 
 Refusal = tuple[int, list[str]]  # status, and the lines of `detail`
+MAX_JSON_BYTES = 10 * 2**20  # as much as the file of a scene may have
+SMALL = 64 * 2**10  # bytes: some 2 ms to read
+BODY, SCENE = "body.json", "scene.json"
+Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
+Parsed = tuple[dict[str, Any], Refusal | None]  # fields, or status and lines of a refusal
+Parse = Callable[[Path, Any], Parsed]
 
 
 def parsed_body(content: bytes) -> tuple[Any, Refusal | None]:
@@ -53,15 +59,6 @@ class _StrictRequest(Request):
         if refusal:
             raise HTTPException(*refusal)
         return content
-
-
-MAX_JSON_BYTES = 10 * 2**20  # as much as the file of a scene may have
-SMALL = 64 * 2**10  # bytes: some 2 ms to read
-BODY, SCENE = "body.json", "scene.json"
-
-Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
-Parsed = tuple[dict[str, Any], Refusal | None]  # fields, or status and lines of a refusal
-Parse = Callable[[Path, Any], Parsed]
 
 
 class BodyReader:

@@ -45,6 +45,9 @@ UPLOAD_BODY: dict[str, Any] = {
         },
     },
 }  # fmt: skip
+JobName = Annotated[
+    str | None, Query(alias="job", pattern=r"^[A-Za-z0-9_-]{1,64}$", description="a name for it in /api/jobs")
+]
 
 
 async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneRequest]:
@@ -117,11 +120,6 @@ def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
     for name, part in files.items():
         with (folder / name).open("wb") as file:
             shutil.copyfileobj(part.file, file)
-
-
-JobName = Annotated[
-    str | None, Query(alias="job", pattern=r"^[A-Za-z0-9_-]{1,64}$", description="a name for it in /api/jobs")
-]
 
 
 def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader) -> APIRouter:

@@ -22,6 +22,17 @@ from radar_service.scene_file.model.moving import MovingSection, SwaySection, Tu
 
 MAX_UNITS = 1000  # of a schedule
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
+SHAPE_SIZES: dict[str, tuple[str, ...]] = {
+    "point": (),
+    "sphere": ("radius_m",),
+    "plate": ("width_m", "height_m"),
+    "box": ("length_m", "width_m", "height_m"),
+    "cylinder": ("radius_m", "height_m"),
+    "dihedral": ("width_m", "height_m"),
+    "trihedral": ("edge_m",),
+    "hull": ("length_m", "beam_m", "height_m"),
+}
+SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
 
 
 class FadingModel(Section):
@@ -47,18 +58,6 @@ class FadingModel(Section):
             return [unit < self.present for unit in range(self.of)]
         return [unit * self.present % self.of < self.present for unit in range(self.of)]
 
-
-SHAPE_SIZES: dict[str, tuple[str, ...]] = {
-    "point": (),
-    "sphere": ("radius_m",),
-    "plate": ("width_m", "height_m"),
-    "box": ("length_m", "width_m", "height_m"),
-    "cylinder": ("radius_m", "height_m"),
-    "dihedral": ("width_m", "height_m"),
-    "trihedral": ("edge_m",),
-    "hull": ("length_m", "beam_m", "height_m"),
-}
-SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
 
 if TYPE_CHECKING:
     ScatteringName = str

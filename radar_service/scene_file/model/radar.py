@@ -12,6 +12,17 @@ from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene_file.model.errors import RadarErrorsModel
 from radar_service.scene_file.model.fields import Bearing, Flag, Number, Section, Whole
 
+MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
+MAX_BINS = 65_536  # 64 NM at 0.9 m
+MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
+MAX_GRID = 2**27  # cells of the grid of a scan, 24 bytes each: 3 GB
+MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
+EDGELESS = ("hann", "blackman", "blackman-harris", "nuttall")  # windows that end at zero, to 6e-5 of their middle
+MAX_NONLINEAR_PRODUCT = 20_000  # bandwidth x pulse: the spectrum then has 1.3 million samples
+MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
+RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
+MIN_TABLE_STEP_DEG = 1e-6  # between rows of a pattern's table: the slope of its curve stays finite
+
 
 class WaveformModel(Section):
     """A pulse and the filter that compresses it."""
@@ -53,18 +64,6 @@ class PulseModel(WaveformModel):
 
 WAVEFORM_KEYS = tuple(WaveformModel.model_fields)
 
-
-MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
-MAX_BINS = 65_536  # 64 NM at 0.9 m
-MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
-MAX_GRID = 2**27  # cells of the grid of a scan, 24 bytes each: 3 GB
-MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
-EDGELESS = ("hann", "blackman", "blackman-harris", "nuttall")  # windows that end at zero, to 6e-5 of their middle
-MAX_NONLINEAR_PRODUCT = 20_000  # bandwidth x pulse: the spectrum then has 1.3 million samples
-MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
-RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
-
-MIN_TABLE_STEP_DEG = 1e-6  # between rows of a pattern's table: the slope of its curve stays finite
 
 if TYPE_CHECKING:
     PatternName = str

@@ -24,6 +24,15 @@ SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where e
 RADIUS = 4.0  # wavelengths
 CORNER_TURN = np.deg2rad(15.0)  # largest turn of a corner, either way
 DISTANCE = 1000.0  # m from the antenna, far beyond twice SIDE^2 wavelengths
+LONG = 100.0  # wavelengths: 3.2 m at X band, three lobes of multipath at 1 km
+NEAR, NEAREST = 3000.0, 50.0  # wavelengths, and m: a long plate's near field reaches to 20 000 wavelengths
+NEAR_TURN = np.deg2rad(2.5)  # off the normal, either way
+ANTENNA_HEIGHT = 15.0  # m over the sea
+HIDDEN = 0.4  # of the width of the plate behind a screen
+SCREEN_AT = 0.5  # of the distance
+SCREEN = 10.0  # width and height of the screen over those of the plate
+RATE = np.deg2rad(3.0)  # rad/s of the turning plate
+HEIGHTS = 400  # of the quadrature, by Gauss and Legendre
 
 
 @dataclass(frozen=True)
@@ -100,17 +109,6 @@ def trihedral_aperture(turn: float) -> float:
 def lowered(mesh: Mesh, height: float) -> Mesh:
     """Returns the mesh with its origin raised by `height` [m]."""
     return Mesh(mesh.vertices - (0.0, 0.0, height), mesh.faces)
-
-
-LONG = 100.0  # wavelengths: 3.2 m at X band, three lobes of multipath at 1 km
-NEAR, NEAREST = 3000.0, 50.0  # wavelengths, and m: a long plate's near field reaches to 20 000 wavelengths
-NEAR_TURN = np.deg2rad(2.5)  # off the normal, either way
-ANTENNA_HEIGHT = 15.0  # m over the sea
-HIDDEN = 0.4  # of the width of the plate behind a screen
-SCREEN_AT = 0.5  # of the distance
-SCREEN = 10.0  # width and height of the screen over those of the plate
-RATE = np.deg2rad(3.0)  # rad/s of the turning plate
-HEIGHTS = 400  # of the quadrature, by Gauss and Legendre
 
 
 def plates(wavelength: float, polarization: str) -> list[CanonicalTarget]:

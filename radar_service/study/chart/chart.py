@@ -33,6 +33,7 @@ Result = TypeVar("Result")
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target
 MIN_POWER = 1e-300  # W
+HERE = Path(__file__)
 
 
 @dataclass(frozen=True)
@@ -213,9 +214,6 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
 def _machine_text(data: dict[str, Any]) -> str:
     revision = data["commit"]
     return f"{data['machine']['processor']}, {revision if revision.startswith('version') else f'commit {revision[:10]}'}"
-
-
-HERE = Path(__file__)
 
 
 def machine() -> dict[str, str | int]:

@@ -22,6 +22,15 @@ MERGE = 0.9  # points closer than this many text heights in both directions shar
 RINGS = (0.9, 1.5, 2.4, 3.6, 5.0, 7.0, 9.0, 12.0)  # distances of a label from its point [text heights]
 DIRECTIONS = 16
 LEADER = 2.0  # a label farther than this [text heights] has a leader line
+MARKERS = ("o", "s", "^", "D", "v", "h", "p", "X")
+FRONT = "#c4c4c4"
+HEAD, ABOVE, BELOW = 0.5, 0.72, 0.48  # inches: title of the figure; above and below the axes of each panel
+LEFT, RIGHT, NOTES = 0.68, 5.7, 5.85  # inches: the axes, and the column of legend and summary
+TALL, SHORT = 3.7, 2.4  # inches: height of axes with many points, and with few
+MAX_SHORT = 8  # points on short axes
+LETTERS = 39  # of a line of the summary
+MARK = 7.0  # points: size of a mark
+BAND = 3.0  # factor between the ends of the band of points without error, on a logarithmic axis
 
 
 @dataclass(frozen=True)
@@ -99,17 +108,6 @@ def overlap(box: Box, other: Box) -> float:
     """Returns the common area of two boxes."""
     width, height = min(box[2], other[2]) - max(box[0], other[0]), min(box[3], other[3]) - max(box[1], other[1])
     return max(0.0, width) * max(0.0, height)
-
-
-MARKERS = ("o", "s", "^", "D", "v", "h", "p", "X")
-FRONT = "#c4c4c4"
-HEAD, ABOVE, BELOW = 0.5, 0.72, 0.48  # inches: title of the figure; above and below the axes of each panel
-LEFT, RIGHT, NOTES = 0.68, 5.7, 5.85  # inches: the axes, and the column of legend and summary
-TALL, SHORT = 3.7, 2.4  # inches: height of axes with many points, and with few
-MAX_SHORT = 8  # points on short axes
-LETTERS = 39  # of a line of the summary
-MARK = 7.0  # points: size of a mark
-BAND = 3.0  # factor between the ends of the band of points without error, on a logarithmic axis
 
 
 @dataclass(frozen=True)

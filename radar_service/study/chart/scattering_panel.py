@@ -29,6 +29,8 @@ from radar_service.world.scene import Scene
 
 STEADY = 20.0  # s before and after an observation in which a target turns at its own rate, a quarter of a scan at most
 MAX_RANGE = 2.0 * DISTANCE
+BOUNCES = (1, 2, 3)
+MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics
 
 
 def random_turns(targets: Sequence[CanonicalTarget], draws: int, seed: int) -> Floats:
@@ -177,10 +179,6 @@ def coherent_cross_sections(scene: Scene, distance: Floats, position: Floats, ec
     echo = echoes.amplitude * factor * (own / polar.range) ** 2 * two_way_phase(length - own, radar.wavelength)
     total = np.bincount(echoes.body, echo.real, count) + 1j * np.bincount(echoes.body, echo.imag, count)
     return np.asarray(np.abs(total) ** 2)
-
-
-BOUNCES = (1, 2, 3)
-MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics
 
 
 @dataclass(frozen=True)

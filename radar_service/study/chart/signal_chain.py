@@ -36,6 +36,14 @@ from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS
 
 Run = Callable[[Echoes, Indices], Profiles]
 BLOCK = 16  # azimuths computed together, as in the engine
+BALANCED = PRESETS["balanced"]
+CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}
+WIDTHS = (2, 4, 6, 8)  # range bins of the kernel
+RATES = (1.0, 1.25, 2.0, 4.0)  # sampling rate over bandwidth
+EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side of boresight, beside those of the presets
+Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
+Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
+INTEGER_DELAY = "integer-delay chirps"
 
 
 @dataclass(frozen=True)
@@ -65,13 +73,6 @@ class Method:
     def sample_range(self) -> Floats:
         """Ranges (N,) [m] of the samples."""
         return np.asarray((np.arange(self.radar.bins) + self.first) * self.radar.range_step, dtype=np.float64)
-
-
-BALANCED = PRESETS["balanced"]
-CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}
-WIDTHS = (2, 4, 6, 8)  # range bins of the kernel
-RATES = (1.0, 1.25, 2.0, 4.0)  # sampling rate over bandwidth
-EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side of boresight, beside those of the presets
 
 
 class NearestBin(Kernel):
@@ -211,11 +212,6 @@ def single_precision(run: Run, wavelength: float) -> Run:
         return run(Echoes(single, echoes.azimuth, echoes.amplitude * phase), spokes)
 
     return rounded
-
-
-Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
-Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
-INTEGER_DELAY = "integer-delay chirps"
 
 
 def chirp_sums(radar: Radar) -> list[Method]:

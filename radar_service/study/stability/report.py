@@ -29,6 +29,11 @@ INTRODUCTION = (
     "method passes the limit."
 )
 
+HEIGHT, LEGEND_ROW = 3.0, 0.2  # inches
+COLUMNS = 3  # of the legend
+DASHES = ("-", "--", ":", "-.", (0, (1, 3)), (0, (8, 3)))
+MAX_TICKS = 9
+
 
 def write_report(folder: Path, findings: Sequence[Finding]) -> None:
     """Writes stability.html and stability.json to `folder`, which it creates if necessary. Raises OSError."""
@@ -82,12 +87,6 @@ def _expected_text(finding: Finding) -> str:
 def _image(finding: Finding) -> str:
     data = b64encode(svg_text(finding_figure(finding)).encode()).decode()
     return f"<img alt='{escape(f'{finding.name}: {finding.setup}', quote=True)}' src='data:image/svg+xml;base64,{data}'>"
-
-
-HEIGHT, LEGEND_ROW = 3.0, 0.2  # inches
-COLUMNS = 3  # of the legend
-DASHES = ("-", "--", ":", "-.", (0, (1, 3)), (0, (8, 3)))
-MAX_TICKS = 9
 
 
 def finding_figure(finding: Finding) -> Figure:
