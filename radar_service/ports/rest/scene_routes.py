@@ -1,4 +1,4 @@
-"""REST: the scenes of the server."""
+"""REST: the scenes of the server, and the bodies of uploads: JSON, or a form with its files."""
 
 import asyncio
 import contextlib
