@@ -30,12 +30,15 @@ __all__ = [
 ]  # fmt: skip
 
 MODULES = {
-    "BodyTruth": "records.truth", "Crossing": "records.truth", "Fidelity": "records.fidelity", "Scan": "scans.scan",
-    "Scene": "world.scene", "SceneError": "world.error", "Simulator": "simulator", "Snapshot": "records.truth",
-    "Spoke": "records.spokes", "SpokeBlock": "records.spokes", "Truth": "records.truth", "load_scan": "scans.scan",
-    "load_scene": "scene_file.load",
-}  # fmt: skip
-
+    "records.fidelity": ("Fidelity",),
+    "records.spokes": ("Spoke", "SpokeBlock"),
+    "records.truth": ("BodyTruth", "Crossing", "Snapshot", "Truth"),
+    "scans.scan": ("Scan", "load_scan"),
+    "scene_file.load": ("load_scene",),
+    "simulator": ("Simulator",),
+    "world.error": ("SceneError",),
+    "world.scene": ("Scene",),
+}
 
 _public, _names = lazily(__name__, MODULES)
 

@@ -31,8 +31,7 @@ from radar_service.truth.truth_file import header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.outline import outline_of
-from radar_service.world.rotation import scene_at_origin, scene_at_rpm
-from radar_service.world.scene import Scene
+from radar_service.world.scene import Scene, scene_at_origin, scene_at_rpm
 from radar_service.world.steering import Steering
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import pytest
 import radar_service as rs
 from radar_service.radar.parameters import Origin
 from radar_service.world.commands import Command
-from radar_service.world.rotation import scene_at_rpm
+from radar_service.world.scene import scene_at_rpm
 from tests.scenes import everything, point, scene
 
 KNOT = 1852 / 3600  # m/s

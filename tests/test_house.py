@@ -193,7 +193,7 @@ def test_the_whole_house_is_checked() -> None:
         ("radar_service.ports.app", "radar_service", "nothing above"),
         ("radar_service.service.fanout.hub", "radar_service.ports.app", "nothing above"),
         ("radar_service.service.spokes", "radar_service.service.fanout.hub", "no part above"),
-        ("radar_service.ports.http.server", "radar_service.ports.rest.api", "no part above"),
+        ("radar_service.ports.http.server", "radar_service.ports.rest.rest_port", "no part above"),
         ("radar_service.records.spokes", "radar_service.world.scene", "nothing above"),
         ("radar_service.simulator", "radar_service.service.fanout.hub", "nothing above"),
         ("radar_service.simulator", "radar_service.__main__", "nothing above"),

@@ -23,17 +23,15 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/commands": "chart check plan schema simulator_options stability",
     "radar_service/display": "last_scan",
     "radar_service/errors": "history",
-    "radar_service/numerics": "constants kaiser_bessel revision types",
-    "radar_service/plan": "items remarks",
+    "radar_service/numerics": "constants kaiser_bessel types",
+    "radar_service/plan": "items",
     "radar_service/plots": "picture",
-    "radar_service/ports/http": "conversation",
-    "radar_service/processes": "processor_time stop_signals",
+    "radar_service/processes": "stop_signals",
     "radar_service/recording": "error mcap_library",
-    "radar_service/scene_file/checks": "mesh_axes",
-    "radar_service/scene_file/model": "environment fields presence sway",
+    "radar_service/scene_file/model": "fields",
     "radar_service/service": "blind settings token_bucket",
     "radar_service/terminal": "extras output_files",
-    "radar_service/world": "environment error rotation",
+    "radar_service/world": "environment error",
 }
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")

@@ -30,18 +30,10 @@ __all__ = [
 __getattr__, __dir__ = lazily(
     __name__,
     {
-        "Bias": "scores.bias",
-        "PlotReader": "trackers.stone_soup_readers",
-        "Scenario": "scenario",
-        "ScenarioError": "scenario",
-        "TrackState": "trackers.tracker",
-        "Tracker": "trackers.tracker",
-        "TrackerInput": "trackers.tracker",
-        "TruthReader": "trackers.stone_soup_readers",
-        "Tuning": "trackers.stone_soup",
-        "bias_cause": "scores.bias",
-        "load_scenario": "scenario",
-        "reference_tracks": "trackers.stone_soup",
-        "scenarios": "scenario",
+        "scenario": ("Scenario", "ScenarioError", "load_scenario", "scenarios"),
+        "scores.bias": ("Bias", "bias_cause"),
+        "trackers.stone_soup": ("Tuning", "reference_tracks"),
+        "trackers.stone_soup_readers": ("PlotReader", "TruthReader"),
+        "trackers.tracker": ("TrackState", "Tracker", "TrackerInput"),
     },
 )

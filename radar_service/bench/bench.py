@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.batch.jobs import Executor, Job, Progress
+from radar_service.batch.jobs import Executor, Job, Progress, ResultFolder
 from radar_service.batch.jobs import run as run_jobs
-from radar_service.batch.result_folder import ResultFolder
 from radar_service.bench.ppi_picture import ppi_of
 from radar_service.bench.run import run
 from radar_service.bench.scenario import Scenario

@@ -17,6 +17,7 @@ from radar_service.numerics.types import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MIN_HALF_WIDTH = 100.0  # m, of the map
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
@@ -39,10 +40,14 @@ def write_report(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[
 def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     """Returns the page."""
     sections = "".join(_section(scenario, runs[scenario["name"]][0]) for scenario in report["scenarios"])
-    title = f"Test bench: {html.escape(report['tracker'])}"
+    return page_of(f"Test bench: {html.escape(report['tracker'])}", sections)
+
+
+def page_of(title: str, content: str) -> str:
+    """Returns a page; title and content are HTML."""
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
-        f"<h1>{title}</h1>{sections}</html>\n"
+        f"<h1>{title}</h1>{content}</html>\n"
     )
 
 
@@ -142,6 +147,11 @@ def _figure(run: Mapping[str, Any]) -> str:
     _zoom(chart, of_interest, own[-1])
     chart.legend(fontsize="small")
     errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
+    return png_text(figure)
+
+
+def png_text(figure: "Figure") -> str:
+    """Returns a figure as a PNG in base 64."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100)
     return base64.b64encode(buffer.getvalue()).decode()

@@ -76,18 +76,13 @@ def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[
     """
     snapshot = simulator.snapshot(scan)
     bodies = [body for body in snapshot.bodies if body.body in targets]
-    measured = any(body.length for body in bodies) and _measures_power(simulator)
+    measured = any(body.length for body in bodies) and simulator.fidelity.name != "documented"
     latest: Mapping[str, Crossing] = {
         crossing.body: crossing for crossing in simulator.crossings(scan, radiometric=measured)
     }
     return tuple(
         _crossed(crossing) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship) for body in bodies
     )
-
-
-def _measures_power(simulator: Simulator) -> bool:
-    """Whether the simulator has radiometric truth."""
-    return simulator.fidelity.name != "documented"
 
 
 def _crossed(crossing: Crossing) -> TargetTruth:

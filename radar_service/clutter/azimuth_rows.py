@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 
 Rows = NDArray[Any]
@@ -118,8 +117,7 @@ class BeamWeights:
 
 def weight_rows(weights: Singles, rows: Rows) -> Singles:
     """Rows (J, N), real or complex, summed with weights (K, J): (K, N), or (K, 2 N) with interleaved real and imaginary parts."""
-    summed: Singles = weights @ rows.view(np.float32)
-    return summed
+    return weights @ rows.view(np.float32)
 
 
 def beam_weights(azimuth: Floats, rows_per_scan: int, gain: Gain, extent: float) -> tuple[int, int, Floats]:

@@ -120,16 +120,12 @@ def prepare_sea(
     return Sea(
         mean,
         cells,
-        BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1),
+        BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_stretched_gain, radar, 1.0), extent, order=1),
         AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK, scene.own_revision),
         BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
         TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
         column_bins,
     )
-
-
-def _two_way_gain(radar: Radar, offset: Floats) -> Floats:
-    return radar.azimuth_gain(offset) ** 2
 
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:

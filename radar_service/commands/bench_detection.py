@@ -1,16 +1,15 @@
 """The command `bench-detection`: detection by range against the radar equation, and its report."""
 
 import argparse
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, Outcome, processes
+from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import ScenarioError, load_scenario
 from radar_service.commands.shared_options import add_jobs
-from radar_service.terminal.arguments import UsageError, whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
 
@@ -21,23 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario", nargs="?", default="msc192-table2", metavar="SCENARIO",
         help="whose targets are points: a name of bench-tracker --list, or a .toml file (default msc192-table2)",
     )  # fmt: skip
-    parser.add_argument(
-        "--scans",
-        default=100,
-        type=partial(whole_number, minimum=40, maximum=100_000),
-        metavar="N",
-        help="of each range (default 100)",
-    )
-    parser.add_argument(
-        "--ranges",
-        default=16,
-        type=partial(whole_number, minimum=2, maximum=200),
-        metavar="N",
-        help="of each target (default 16)",
-    )
-    parser.add_argument(
-        "--seed", default=0, type=partial(whole_number, minimum=0, maximum=2**32), metavar="N", help="default 0"
-    )
+    add_whole_number(parser, "--scans", 100, 40, 100_000, metavar="N", help="of each range (default 100)")
+    add_whole_number(parser, "--ranges", 16, 2, 200, metavar="N", help="of each target (default 16)")
+    add_whole_number(parser, "--seed", 0, 0, 2**32, metavar="N", help="default 0")
     add_jobs(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for detection.json and detection.html")
 
@@ -58,12 +43,9 @@ def run(options: argparse.Namespace) -> int:
 def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
+    shown = partial(progress, unit="parts", name=lambda part: part.job.name)
     with processes(options.jobs) as executor:
-        study = detection_study(scenario, options.scans, options.ranges, executor, _progress, options.seed)
+        study = detection_study(scenario, options.scans, options.ranges, executor, shown, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
     return 1 if any(target["word"] == "fail" for series in study["series"] for target in series["targets"]) else 0
-
-
-def _progress(parts: Iterable[Outcome], count: int) -> Iterable[Outcome]:
-    return progress(parts, count, "parts", lambda part: part.job.name)

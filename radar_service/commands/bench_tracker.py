@@ -2,17 +2,16 @@
 
 import argparse
 import json
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, Outcome, processes
+from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.bench import bench
 from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.shared_options import add_jobs
-from radar_service.terminal.arguments import UsageError, whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
 
@@ -20,9 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
-    parser.add_argument(
-        "--seeds", default=3, type=partial(whole_number, minimum=1, maximum=100_000), metavar="N", help="default 3"
-    )
+    add_whole_number(parser, "--seeds", 3, 1, 100_000, metavar="N", help="default 3")
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",
@@ -55,14 +52,11 @@ def _bench(options: argparse.Namespace) -> int:
         return 0
     if not options.scenarios or options.out is None:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
+    shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
     with processes(options.jobs) as executor:
-        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, _progress)
+        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, shown)
     write_report(report, runs, options.out)
     print(verdict_table(report) + str(options.out / "report.html"))
     failed = any(verdict["word"] == "fail" for scenario in report["scenarios"] for verdict in scenario["verdicts"])
     return 1 if failed else 0
-
-
-def _progress(runs: Iterable[Outcome], count: int) -> Iterable[Outcome]:
-    return progress(runs, count, "runs", lambda run: run.job.name)

@@ -1,14 +1,13 @@
 """The command `chart`: measures all methods on a scene, with progress bars on a terminal."""
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 from radar_service.commands.shared_options import add_scene
 from radar_service.scene_file.load import load_scene
 from radar_service.study.chart import chart
 from radar_service.study.chart.summary import summary_text
-from radar_service.terminal.arguments import whole_number
+from radar_service.terminal.arguments import add_whole_number
 from radar_service.terminal.output_files import make_folder
 
 
@@ -16,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     add_scene(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for chart.svg, .png, .json and summary.txt")
-    parser.add_argument("--seed", default=0, type=partial(whole_number, minimum=0, maximum=2**63 - 1), help="default 0")
+    add_whole_number(parser, "--seed", 0, 0, 2**63 - 1, help="default 0")
     parser.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
 
 

@@ -3,8 +3,8 @@
 import argparse
 
 from radar_service.commands.shared_options import add_radar, add_scene
+from radar_service.plan.body_errors import body_remarks
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.remarks import body_remarks
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.scene_file.describe import describe, overview
 from radar_service.scene_file.load import load_scene

@@ -16,7 +16,7 @@ from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, file_ending, whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.terminal.progress import progress
 
@@ -28,19 +28,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_simulation(parser)
     add_radar(parser)
     add_scene(parser)
-    parser.add_argument(
-        "--scans", default=10, type=partial(whole_number, minimum=1, maximum=10_000), help="revolutions (default 10)"
-    )
+    add_whole_number(parser, "--scans", 10, 1, 10_000, help="revolutions (default 10)")
     parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
     parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
     for name, default, text in (("guard", 100.0, "beside a cell, not averaged"), ("window", 300.0, "averaged on each side")):
         parser.add_argument(
             f"--{name}-m", default=default, type=_length, metavar="M", help=f"length {text} (default {default:g})"
         )
-    parser.add_argument(
-        "--max-plots", default=10_000, type=partial(whole_number, minimum=1, maximum=10_000), metavar="N",
-        help="the strongest of a scan (default 10000)",
-    )  # fmt: skip
+    strongest = "the strongest of a scan (default 10000)"
+    add_whole_number(parser, "--max-plots", 10_000, 1, 10_000, metavar="N", help=strongest)
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
     parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
     add_unit(parser, "--png")

@@ -19,7 +19,7 @@ from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, file_ending, whole_number
+from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.world.commands import CommandLog
 
@@ -37,9 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".mcap"), required=True, help="file.mcap to write")
     add_overwrite(parser)
-    parser.add_argument(
-        "--scans", default=1, type=partial(whole_number, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
-    )
+    add_whole_number(parser, "--scans", 1, 1, 1_000_000, help="revolutions (default 1)")
     parser.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
     add_sources(parser, "record", " too")
 

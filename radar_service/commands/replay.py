@@ -3,7 +3,6 @@
 import argparse
 import contextlib
 import errno
-from functools import partial
 from pathlib import Path
 
 from radar_service.commands.serve import access_for
@@ -12,7 +11,7 @@ from radar_service.ports.registry import REPLAY_PORTS, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
-from radar_service.terminal.arguments import whole_number
+from radar_service.terminal.arguments import add_whole_number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,10 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--from", dest="start", default=0.0, type=seconds, metavar="S", help="simulated time to begin at [s] (default 0)"
     )
-    parser.add_argument(
-        "--epoch", default=0, type=partial(whole_number, minimum=0, maximum=1_000_000), metavar="N",
-        help="which epoch of the recording, counted from 0 (default 0)",
-    )  # fmt: skip
+    which = "which epoch of the recording, counted from 0 (default 0)"
+    add_whole_number(parser, "--epoch", 0, 0, 1_000_000, metavar="N", help=which)
 
 
 def run(options: argparse.Namespace) -> int:

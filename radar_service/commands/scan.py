@@ -22,7 +22,7 @@ from radar_service.scans.file import SUFFIX
 from radar_service.scans.scan import Scan, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, file_ending, whole_number
+from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.truth.truth_file import TruthFile
 
@@ -41,9 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_unit(parser, "--png")
     add_overwrite(parser)
-    parser.add_argument(
-        "--scans", default=1, type=partial(whole_number, minimum=1, maximum=10_000), help="revolutions (default 1)"
-    )
+    add_whole_number(parser, "--scans", 1, 1, 10_000, help="revolutions (default 1)")
     parser.add_argument(
         "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
     )

@@ -3,12 +3,11 @@
 import argparse
 import os
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import UsageError, pace, thread_count, whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number, pace, thread_count
 
 DEFAULT_SCENE = "harbour"
 SCENE_HELP = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
@@ -27,9 +26,7 @@ def add_exactness(to: "argparse._ActionsContainer") -> None:
     precision = to.add_mutually_exclusive_group()
     precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
     precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
-    to.add_argument(
-        "--seed", default=0, type=partial(whole_number, minimum=0, maximum=2**63 - 1), metavar="N", help="default 0"
-    )
+    add_whole_number(to, "--seed", 0, 0, 2**63 - 1, metavar="N", help="default 0")
 
 
 def add_threads(to: "argparse._ActionsContainer") -> None:
@@ -52,10 +49,8 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """Adds the number of processes."""
-    parser.add_argument(
-        "--jobs", default=max(1, (os.cpu_count() or 2) - 1), type=partial(whole_number, minimum=1, maximum=256), metavar="N",
-        help="processes at once (default: all cores but one)",
-    )  # fmt: skip
+    jobs = max(1, (os.cpu_count() or 2) - 1)
+    add_whole_number(parser, "--jobs", jobs, 1, 256, metavar="N", help="processes at once (default: all cores but one)")
 
 
 def check_sources(options: argparse.Namespace, *names: str) -> None:
@@ -82,21 +77,13 @@ def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
         help="parse the files of every scene, not only of uploads, in a limited process",
     )
     where.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
-    where.add_argument(
-        "--port",
-        default=8000,
-        type=partial(whole_number, minimum=0, maximum=65535),
-        metavar="N",
-        help="default 8000; 0: any",
-    )
+    add_whole_number(where, "--port", 8000, 0, 65535, metavar="N", help="default 8000; 0: any")
     where.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
     where.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
     where.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
     fast.add_argument("--pace", default=1.0, type=pace, metavar="X", help="simulated seconds per second, or max (default 1)")
-    fast.add_argument(
-        "--wait-for", default=0, type=partial(whole_number, minimum=0, maximum=500), metavar="N",
-        help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
-    )  # fmt: skip
+    waiting = "send nothing until N clients listen to a radar, so that they get its first spoke (default 0)"
+    add_whole_number(fast, "--wait-for", 0, 0, 500, metavar="N", help=waiting)
     _add_access(may)
 
 
@@ -113,8 +100,5 @@ def _add_access(may: "argparse._ActionsContainer") -> None:
         help="a file whose first line is that token",
     )  # fmt: skip
     may.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
-    count = partial(whole_number, minimum=1, maximum=100_000)
-    may.add_argument("--connections", type=count, metavar="N", help="maximum number of connections")
-    may.add_argument(
-        "--connections-per-address", type=count, metavar="N", help="maximum number of connections from one other machine"
-    )
+    for name, of in (("--connections", ""), ("--connections-per-address", " from one other machine")):
+        add_whole_number(may, name, None, 1, 100_000, metavar="N", help=f"maximum number of connections{of}")

@@ -1,21 +1,20 @@
 """The command `stability`: finds where each method fails, with a progress bar on a terminal, and writes a report."""
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 from tqdm import tqdm
 
 from radar_service.study.stability import STUDIES
 from radar_service.study.stability.report import write_report
-from radar_service.terminal.arguments import whole_number
+from radar_service.terminal.arguments import add_whole_number
 from radar_service.terminal.output_files import make_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
-    parser.add_argument("--fine", default=1, type=partial(whole_number, minimum=1, maximum=20), help="times as many samples")
+    add_whole_number(parser, "--fine", 1, 1, 20, help="times as many samples")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats, Singles
+from radar_service.numerics.types import Flags, Floats, Singles
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the mean of exponential power
@@ -47,7 +47,7 @@ class _Grid(NamedTuple):
     start: NDArray[np.intp]
     length: Floats
     falling: Singles
-    near: NDArray[np.bool_]
+    near: Flags
     before: NDArray[np.intp]
     after: NDArray[np.intp]
     share: Singles
@@ -96,12 +96,10 @@ def _ranked(means: Singles) -> Singles:
     window = min(WINDOW, count)
     ordered = np.sort(sliding_window_view(means, window, axis=1), axis=2)
     first = np.clip(np.arange(count) - window // 2, 0, count - window)
-    ranked: Singles = ordered[:, first, window * RANK // WINDOW - 1]
-    return ranked
+    return ordered[:, first, window * RANK // WINDOW - 1]
 
 
 def _at_cells(means: Singles, grid: _Grid) -> Singles:
     """Values (K, N) at cells, linear between the middles of intervals (K, B)."""
     before = means[:, grid.before]
-    values: Singles = before + grid.share * (means[:, grid.after] - before)
-    return values
+    return before + grid.share * (means[:, grid.after] - before)

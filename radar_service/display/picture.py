@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.ppi import Interpolation, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
+from radar_service.numerics.types import Flags
 
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -56,7 +57,7 @@ class Drawing(TypedDict, total=False):
     heading: float | None
     head_up: bool
     title: str
-    filled: NDArray[np.bool_] | None
+    filled: Flags | None
     interpolation: Interpolation | None
     palette: str
     unit: Unit
@@ -79,7 +80,7 @@ def render_image(
     heading: float | None = None,
     head_up: bool = False,
     title: str = "",
-    filled: NDArray[np.bool_] | None = None,
+    filled: Flags | None = None,
     interpolation: Interpolation | None = None,
     palette: str = DEFAULT_PALETTE,
     unit: Unit = DEFAULT_UNIT,

@@ -69,8 +69,7 @@ class ScanMemory:
         spoke = number[:, None] + turned
         row, intervals = spoke % len(self._number), self._power.shape[1]
         known = (self._number[row] == spoke) & (at >= 0) & (at < intervals)
-        power: Singles = np.where(known, self._power[row, np.clip(at, 0, intervals - 1)], np.float32(np.inf))
-        return power
+        return np.where(known, self._power[row, np.clip(at, 0, intervals - 1)], np.float32(np.inf))
 
 
 def _with_neighbours(maxima: Singles) -> Singles:

@@ -167,8 +167,7 @@ def without_interference(power: Singles, before: Singles | None) -> Singles:
     before: (N,) cells of the spoke before the first one; None: it is not known, and the first spoke keeps its cells.
     """
     previous = np.concatenate([power[:1] if before is None else before[None], power[:-1]])
-    limited: Singles = np.minimum(power, np.float32(REJECTION) * previous)
-    return limited
+    return np.minimum(power, np.float32(REJECTION) * previous)
 
 
 def stretched(video_db: Singles, cells: int) -> Singles:

@@ -137,8 +137,7 @@ class DocumentedEngine:
             polarization=radar.polarization,
             wave_height=rms_wave_height(environment.sea_state),
         )
-        power: Floats = np.abs(factor) ** 2
-        return power
+        return np.abs(factor) ** 2
 
     def _hits(self, boresight: float, time: float, random: np.random.Generator) -> Hits:
         """Hits of the rays of one azimuth [rad] at `time` [s]; each visible point body adds one."""

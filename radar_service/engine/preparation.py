@@ -27,8 +27,7 @@ from radar_service.scattering.scatterer_set import ScattererSet, build_scatterer
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
-from radar_service.world.rotation import scene_at_origin
-from radar_service.world.scene import Scene
+from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least

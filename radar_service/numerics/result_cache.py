@@ -1,13 +1,28 @@
-"""The one cache of the engine: results that many azimuths share, for any thread."""
+"""The one cache of the engine: results that many azimuths share, for any thread; and what makes them out of date."""
 
 from collections.abc import Callable, Hashable
 from threading import Lock
 from typing import Any, Generic, TypeVar
 
-from radar_service.numerics.revision import STEADY, Revision
-
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
+
+
+class Revision:
+    """The number of a state on which kept results depend besides their keys: the motions under command.
+
+    Whoever changes the state says so by `change`; who keeps results compares the number.
+    """
+
+    def __init__(self) -> None:
+        self.number = 0
+
+    def change(self) -> None:
+        """Notes that the state has changed. Nothing that depends on it may be computed meanwhile."""
+        self.number += 1
+
+
+STEADY = Revision()  # of what never changes
 
 
 class ResultCache(Generic[Key, Value]):

@@ -1,4 +1,4 @@
-"""Errors of a body over a whole run, each with what it comes from: they are predicted at its closest approach."""
+"""Errors of a body over a whole run, predicted at its closest approach, and what `check` says of it: when that is, and why."""
 
 import math
 from typing import NamedTuple
@@ -8,7 +8,7 @@ import numpy as np
 from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.plan.closest_approach import nearest_and_top
-from radar_service.plan.run import body_run
+from radar_service.plan.run import HORIZON, body_run, ends_at_horizon, is_steered
 from radar_service.plan.settings_search import combine_db
 from radar_service.propagation.multipath import specular_geometry
 from radar_service.records.fidelity import Fidelity
@@ -85,3 +85,30 @@ def _excess_cells(distance: float, top: float, scene: Scene) -> float:
     radar = scene.radar
     cell = SPEED_OF_LIGHT * radar.pulse / 2.0 if radar.modulation == "none" else radar.range_resolution
     return float(specular_geometry(max(distance, NEAREST), top, radar.height).excess) / cell
+
+
+def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:
+    """Sentences about each body, by its name."""
+    return {body.name: _remarks(body, scene, fidelity) for body in scene.bodies}
+
+
+def _remarks(body: Body, scene: Scene, fidelity: Fidelity) -> list[str]:
+    """What a model says of the mesh of a body takes the place of remarks about its errors."""
+    run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
+    mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
+    return [*_passage(body, scene, run), *(mesh or body_error(body, scene, fidelity, None).remarks)]
+
+
+def _passage(body: Body, scene: Scene, run: BodyRun) -> list[str]:
+    """When a body is nearest, and how fast its aspect changes; nothing where it stays."""
+    if scene.own_ship.at_rest and body.motion.at_rest:
+        return []
+    if is_steered(body, scene):
+        return [
+            "commands may bring it anywhere: errors are bounds for the antenna beside it, at the limits of speed and turn: "
+            f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
+        ]
+    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
+    loops = f"; its loops are followed for {HORIZON:.0f} s" if ends_at_horizon(body, scene) else ""
+    turn = f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
+    return [f"nearest {when}: {run.nearest:.0f} m; {turn}{loops}"]

@@ -1,19 +1,40 @@
 """Counts and costs of a prepared engine: echoes, rays and transforms, and CPU times of its stages on this machine.
 
-Counts come from the engine's own records and formulas. Costs are CPU times of tiles of a scan (`plan.timed_tiles`). No choice
-depends on costs, except where the user limits time.
+Counts come from the engine's own records and formulas. No choice depends on costs, except where the user limits time.
+
+Costs are CPU times of tiles of the second scan, each computed once, in order, as a run computes them. Where a scan takes less
+than MAX_SECONDS, every tile is timed. Otherwise stretches of tiles, spread evenly over the scan, are timed until that time is
+spent. A tile before each stretch fills the caches, and is not counted. Visibility updates are counted apart, because a tile has
+few or none of them.
 """
 
-from dataclasses import dataclass
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from radar_service.engine.pipeline import tile_azimuths
+from radar_service.engine.pipeline import (
+    add_clutter,
+    add_interference,
+    add_resting,
+    blocks,
+    moving_rows,
+    receive,
+    tile_azimuths,
+    visibility_steps,
+)
 from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import Culling
-from radar_service.plan.statistics import Counts, EngineStatistics, PerBody
-from radar_service.plan.timed_tiles import timed_costs
+from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
+from radar_service.receive.detection import square_law
 from radar_service.scattering.model import BodyEchoes
+
+MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed
+STRETCHES = 16  # that make a scan
+MIN_TILES = 4  # timed even where they take longer
+SCAN = 1  # the first scan has costs that occur once
+MICROSECONDS = 1e6  # per second
 
 
 @dataclass(frozen=True)
@@ -81,3 +102,114 @@ def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
     """Computes moving echoes and shadows of a visibility step; both are cached."""
     prepared.shadows.at(step)
     return prepared.moving.snapshot(step).echoes
+
+
+@dataclass
+class Stopwatch:
+    """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
+
+    stages: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles", "aspects"), 0.0)
+    )
+    azimuths: int = 0
+    updates: dict[int, float] = field(default_factory=dict)
+    _last: float = 0.0
+
+    def start(self) -> None:
+        """Starts a tile."""
+        self._last = time.thread_time()
+
+    def lap(self) -> float:
+        """CPU time [s] since the last call."""
+        last, self._last = self._last, time.thread_time()
+        return self._last - last
+
+    def add(self, stage: str) -> None:
+        """Adds the time since the last call to a stage."""
+        self.stages[stage] += self.lap()
+
+
+def timed_costs(prepared: Prepared) -> Costs:
+    """CPU time of an azimuth on this machine.
+
+    Measuring takes about MAX_SECONDS of CPU time, more where tiles are uneven, or that of MIN_TILES tiles where these take
+    longer.
+    """
+    watch, begun = Stopwatch(), time.thread_time()
+    tiles = -(-prepared.scene.radar.azimuths // prepared.tile)
+    for stretch in _stretches(prepared, tiles, watch.updates):
+        spent = time.thread_time() - begun
+        if watch.azimuths >= MIN_TILES * prepared.tile and spent > MAX_SECONDS:
+            break
+        _compute(prepared, stretch[0] - 1, Stopwatch(updates=watch.updates))
+        for tile in stretch:
+            _compute(prepared, tile, watch)
+    each = MICROSECONDS / watch.azimuths
+    update = float(np.mean(list(watch.updates.values()))) * MICROSECONDS
+    per_update = prepared.moving.visibility.interval / prepared.scene.radar.spoke_period
+    return Costs(looks=update / per_update, **{stage: seconds * each for stage, seconds in watch.stages.items()})
+
+
+def _stretches(prepared: Prepared, tiles: int, updates: dict[int, float]) -> Iterator[range]:
+    """Stretches of the tiles of a scan: all in one where that is quick, otherwise such that any first few are spread evenly.
+
+    updates: CPU time [s] of visibility updates, to which those of the end of the first scan are added.
+    """
+    for tile in (-min(2, tiles), -1):  # the first one also loads code and allocates memory
+        begun = time.thread_time()
+        _compute(prepared, tile, Stopwatch(updates=updates))
+    if (time.thread_time() - begun) * tiles < MAX_SECONDS:
+        yield range(tiles)
+        return
+    bounds = np.linspace(0, tiles, min(tiles // 2, STRETCHES) + 1).astype(np.int64) if tiles > 1 else np.array([0, 1])
+    for k in _spread(len(bounds) - 1):
+        yield range(int(bounds[k]), int(bounds[k + 1]))
+
+
+def _spread(count: int) -> list[int]:
+    """The numbers below `count`, each far from those before it (van der Corput 1935)."""
+    bits = max(1, (count - 1).bit_length())
+    turned = [int(f"{k:0{bits}b}"[::-1], 2) for k in range(2**bits)]
+    return [k for k in turned if k < count]
+
+
+def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
+    """Computes a tile of the second scan, counted from its first one, as the engine and the simulator do; times each stage."""
+    radar = prepared.scene.radar
+    tiles = -(-radar.azimuths // prepared.tile)
+    scan, number = divmod((radar.origin.scan + SCAN) * tiles + tile, tiles)
+    watch.start()
+    azimuths = tile_azimuths(prepared, scan, number * prepared.tile)
+    blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
+    watch.add("profiles")
+    for step in np.unique(visibility_steps(prepared, azimuths)).tolist():
+        _update(prepared, step, watch)
+    if len(prepared.moving.passages):
+        for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
+            prepared.moving.passing(azimuths.part(first, stop))
+    watch.add("aspects")
+    rows = moving_rows(prepared, azimuths)
+    watch.add("moving")
+    profiles = receive(prepared, azimuths, rows, blind)
+    watch.add("receiver")
+    add_resting(prepared, profiles, azimuths, blind)
+    watch.add("profiles")
+    add_clutter(prepared, profiles, azimuths, blind)
+    watch.add("clutter")
+    add_interference(prepared, profiles, azimuths)
+    watch.add("interference")
+    square_law(profiles)
+    radar.schedule(azimuths.number)
+    prepared.scene.own_ship.pose(azimuths.time)
+    watch.add("profiles")
+    watch.azimuths += len(azimuths.time)
+
+
+def _update(prepared: Prepared, step: int, watch: Stopwatch) -> None:
+    """Computes a visibility update; the first of all is cached already and not counted."""
+    prepared.shadows.at(step)
+    if len(prepared.moving):
+        prepared.moving.snapshot(step)
+    update = watch.lap()
+    if step:
+        watch.updates.setdefault(step, update)

@@ -30,17 +30,11 @@ __all__ = [
 __getattr__, __dir__ = lazily(
     __name__,
     {
-        "CellAveraging": "thresholds",
-        "ClusterRule": "clusters",
-        "FloodWarning": "flood",
-        "KnownThreshold": "thresholds",
-        "LabelledPlot": "plot_report",
-        "OrderedStatistic": "thresholds",
-        "Plot": "plot",
-        "PlotExtractor": "extractor",
-        "PlotReport": "plot_report",
-        "ScanPlots": "extractor",
-        "Threshold": "thresholds",
-        "labelled_plots": "plot_report",
+        "clusters": ("ClusterRule",),
+        "extractor": ("PlotExtractor", "ScanPlots"),
+        "flood": ("FloodWarning",),
+        "plot": ("Plot",),
+        "plot_report": ("LabelledPlot", "PlotReport", "labelled_plots"),
+        "thresholds": ("CellAveraging", "KnownThreshold", "OrderedStatistic", "Threshold"),
     },
 )

@@ -103,8 +103,7 @@ def _batches(groups: Groups, which: Indices) -> list[Indices]:
 def _touching(detections: Detections, rule: ClusterRule) -> NDArray[np.intp]:
     """Pairs (P, 2) of detections that touch."""
     position = np.stack([detections.spoke / rule.spokes, detections.cell / rule.cells], axis=1)
-    pairs: NDArray[np.intp] = cKDTree(position).query_pairs(1.0 + 1e-9, p=np.inf, output_type="ndarray")
-    return pairs
+    return cKDTree(position).query_pairs(1.0 + 1e-9, p=np.inf, output_type="ndarray")
 
 
 def _watershed(level: Floats, pairs: NDArray[np.intp], split_db: float) -> Indices:

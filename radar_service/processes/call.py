@@ -6,12 +6,13 @@ from typing import Any, NoReturn, Protocol
 
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer
-from radar_service.processes.limits import limit_memory, lower_priority
-from radar_service.processes.processor_time import (
+from radar_service.processes.limits import (
     BACKSTOP,
     MAX_PROCESSOR_TIME,
     MachineBusyError,
+    limit_memory,
     limit_processor_time,
+    lower_priority,
     machine_busy,
 )
 

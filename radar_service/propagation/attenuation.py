@@ -14,8 +14,7 @@ def printed_atmosphere(range: Floats | float, db_per_km: float = 0.01) -> Floats
 
     range: slant range, any shape [m]; db_per_km: one way. Source: docs/specification.md eq. 10.
     """
-    loss: Floats = 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / (10.0 * 1000.0))  # eq. 10
-    return loss
+    return 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / (10.0 * 1000.0))  # eq. 10
 
 
 def attenuation_amplitude(range: Floats | float, db_per_km: float) -> Floats:
@@ -24,8 +23,7 @@ def attenuation_amplitude(range: Floats | float, db_per_km: float) -> Floats:
 
     range: slant range, any shape [m]; db_per_km: one way; the sum of several attenuations.
     """
-    factor: Floats = 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / 20_000.0)
-    return factor
+    return 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / 20_000.0)
 
 
 class _RainFit(NamedTuple):

@@ -156,8 +156,7 @@ def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: flo
     sine = np.sin(grazing)
     fall = (first + second) * sine
     split = first * second / np.where(fall > 0.0, fall, 1.0)  # 0 at the foot of the antenna
-    factor: Floats = np.where(sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
-    return factor
+    return np.where(sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
 
 
 def two_rays(
@@ -198,8 +197,7 @@ def two_ray_factor(
     """
     rays = two_rays(distance, height, antenna_height, wavelength, **sea)
     phase = np.exp(-2j * np.pi / wavelength * rays.geometry.excess)
-    factor: Complexes = np.where(rays.geometry.grazing > 0, 1.0 + rays.ratio * phase, 0.0)
-    return factor
+    return np.where(rays.geometry.grazing > 0, 1.0 + rays.ratio * phase, 0.0)
 
 
 def mean_square_factor(
@@ -246,8 +244,7 @@ def reflected_field_ratio(
     permittivity = sea_water_permittivity(SPEED_OF_LIGHT / wavelength)
     surface = fresnel(geometry.grazing, permittivity, polarization) * roughness(geometry.grazing, wave_height, wavelength)
     spreading = geometry.direct / (geometry.first + geometry.second)
-    ratio: Complexes = surface * geometry.divergence * spreading
-    return ratio
+    return surface * geometry.divergence * spreading
 
 
 def reflection_distance(d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> Floats:

@@ -70,8 +70,7 @@ def ament(grazing: Floats | float, wave_height: float, wavelength: float) -> Flo
 
     grazing: any shape [rad]; wave_height: rms [m]; wavelength: [m]. From 1 (smooth) to 0; too low for g above about 1.5.
     """
-    factor: Floats = np.exp(-0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
-    return factor
+    return np.exp(-0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
 
 
 def miller_brown(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
@@ -79,10 +78,8 @@ def miller_brown(grazing: Floats | float, wave_height: float, wavelength: float)
 
     Arguments as `ament`. From 1 (smooth) to 0, always at least Ament's.
     """
-    factor: Floats = i0e(0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
-    return factor
+    return i0e(0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
 
 
 def _rayleigh_roughness(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
-    g: Floats = 4.0 * np.pi * wave_height * np.sin(np.asarray(grazing, dtype=np.float64)) / wavelength
-    return g
+    return 4.0 * np.pi * wave_height * np.sin(np.asarray(grazing, dtype=np.float64)) / wavelength

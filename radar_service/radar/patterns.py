@@ -35,8 +35,7 @@ def printed_gain(offset: Floats | float, beamwidth: float) -> Floats:
     docs/specification.md eq. 2.
     """
     u = 2.783 * np.asarray(offset, dtype=np.float64) / beamwidth
-    gain: Floats = np.sinc(u) ** 2  # eq. 2, with G0 = 1
-    return gain
+    return np.sinc(u) ** 2  # eq. 2, with G0 = 1
 
 
 def printed_two_way(azimuth: Floats | float, elevation: Floats | float, beamwidth: float, beamwidth_el: float) -> Floats:
@@ -46,8 +45,7 @@ def printed_two_way(azimuth: Floats | float, elevation: Floats | float, beamwidt
     azimuth, elevation: offsets from boresight, broadcastable [rad]; the beamwidths one-way [rad]. Source:
     docs/specification.md eqs. 3, 9.
     """
-    two_way: Floats = (printed_gain(azimuth, beamwidth) * printed_gain(elevation, beamwidth_el)) ** 2  # eqs. 3, 9
-    return two_way
+    return (printed_gain(azimuth, beamwidth) * printed_gain(elevation, beamwidth_el)) ** 2  # eqs. 3, 9
 
 
 @dataclass(frozen=True)
@@ -59,8 +57,7 @@ class Sinc2(AntennaPattern):
 
     @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-        gain: Floats = np.sinc(2.0 * HALF_POWER_U / beamwidth * np.asarray(offset, dtype=np.float64)) ** 2
-        return gain
+        return np.sinc(2.0 * HALF_POWER_U / beamwidth * np.asarray(offset, dtype=np.float64)) ** 2
 
 
 @dataclass(frozen=True)
@@ -104,8 +101,7 @@ class CosineSum(AntennaPattern):
     @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
         u = 2.0 * self.source.half_power / beamwidth * np.asarray(offset, dtype=np.float64)
-        gain: Floats = _sinc_sum(u, self.source.positions, self.source.weights) ** 2
-        return gain
+        return _sinc_sum(u, self.source.positions, self.source.weights) ** 2
 
 
 @dataclass(frozen=True)
@@ -185,8 +181,7 @@ class Table(AntennaPattern):
     def gain(self, offset: Floats | float, beamwidth: float = np.nan) -> Floats:
         """A table has its own beamwidth."""
         inside = np.minimum(np.abs(offset), self.rows[-1][0])
-        gain: Floats = 10.0 ** self._curve(inside)
-        return gain
+        return 10.0 ** self._curve(inside)
 
     def half_power_width(self, beamwidth: float) -> float:
         """The table's own [rad], to 2 x 31 microradians; a full circle where the gain never falls to one half."""

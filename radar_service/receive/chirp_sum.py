@@ -20,8 +20,7 @@ def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:
     """
     slope = bandwidth / pulse
     inside = np.abs(time) <= pulse / 2.0 * (1.0 + 1e-12)  # rounding must not drop the samples on the edge
-    wave: Complexes = np.where(inside, np.exp(1j * np.pi * slope * time**2), 0.0)  # eq. 7
-    return wave
+    return np.where(inside, np.exp(1j * np.pi * slope * time**2), 0.0)  # eq. 7
 
 
 def pulse_times(pulse: float, sample_rate: float) -> Floats:

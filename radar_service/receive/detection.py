@@ -37,8 +37,7 @@ def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
     sigma = spread_sigma(beamwidth) / azimuth_step
     extent = int(np.ceil(KERNEL_EXTENT * sigma))
     kernel = np.exp(-0.5 * (np.arange(-extent, extent + 1) / sigma) ** 2)
-    convolved: Floats = convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19
-    return convolved
+    return convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19
 
 
 def predicted_psf(range_offset: Floats, azimuth_offset: Floats, range_resolution: float, beamwidth: float) -> Floats:
@@ -50,5 +49,4 @@ def predicted_psf(range_offset: Floats, azimuth_offset: Floats, range_resolution
     """
     along = np.sinc(np.asarray(range_offset) / range_resolution) ** 2
     across = np.exp(-(np.asarray(azimuth_offset) ** 2) / (2.0 * spread_sigma(beamwidth) ** 2))
-    psf: Floats = along * across  # eq. 20
-    return psf
+    return along * across  # eq. 20

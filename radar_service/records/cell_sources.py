@@ -8,8 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Singles
+
 Labels = NDArray[np.uint32]  # number of the strongest source
-Powers = Mapping[int, NDArray[np.float32]]  # [W] by source number; a source without power may be left out
+Powers = Mapping[int, Singles]  # [W] by source number; a source without power may be left out
 PowersOf = tuple[int, ...] | Literal["all"]  # numbers of sources
 
 MAX_POWERS = 64  # sources that are named one by one

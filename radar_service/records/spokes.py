@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Floats, Profiles, Singles
 from radar_service.records.cell_sources import Labels, Powers, joined_powers, part_of
 from radar_service.records.reports import Readings
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,8 +28,8 @@ class Spoke:
     course: float
     speed: float
     range: Floats  # (N,) where the samples stand
-    field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
-    power: NDArray[np.float32]  # (N,) W
+    field: Profiles  # (N,) sqrt(W), compressed, before detection
+    power: Singles  # (N,) W
     true: Readings | None = None
     labels: Labels | None = None  # (N,) number of the strongest source, where labels are requested
     powers: Powers | None = None  # (N,) of each source, where powers are requested
@@ -55,8 +53,8 @@ class SpokeBlock:
     speed: Floats  # (K,)
     range: Floats  # (N,)
     range_step: float
-    field: NDArray[np.complex64]  # (K, N)
-    power: NDArray[np.float32]  # (K, N)
+    field: Profiles  # (K, N)
+    power: Singles  # (K, N)
     commands: int = 0  # that had come when it was computed
     true: Readings | None = None  # (K,) each
     labels: Labels | None = None  # (K, N)

@@ -14,13 +14,8 @@ __all__ = ["Scan", "Sector", "load_scan", "save_scans", "scan_of", "scan_to_xarr
 __getattr__, __dir__ = lazily(
     __name__,
     {
-        "Scan": "scan",
-        "Sector": "sector",
-        "load_scan": "scan",
-        "save_scans": "scan",
-        "scan_of": "scan",
-        "scan_to_xarray": "dataset",
-        "scans_from_xarray": "scan",
-        "scans_to_xarray": "dataset",
+        "dataset": ("scan_to_xarray", "scans_to_xarray"),
+        "scan": ("Scan", "load_scan", "save_scans", "scan_of", "scans_from_xarray"),
+        "sector": ("Sector",),
     },
 )

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Singles
 from radar_service.terminal.extras import MissingExtra
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def powered(scans: Iterable[Scan]) -> list[int]:
     return sorted({number for scan in scans for number in scan.powers or ()})
 
 
-def powers_of(scan: Scan, numbers: Sequence[int]) -> NDArray[np.float32]:
+def powers_of(scan: Scan, numbers: Sequence[int]) -> Singles:
     """The power (P, A, N) of the sources of these numbers [W]. A source that the scan does not have has no power."""
     nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
     powers = [(scan.powers or {}).get(number, nothing) for number in numbers]

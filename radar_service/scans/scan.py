@@ -14,6 +14,7 @@ from radar_service.display.palettes import colour_map
 from radar_service.display.picture import picture_from_power, render_png
 from radar_service.display.ppi import scan_convert
 from radar_service.display.units import UNITS, Unit
+from radar_service.numerics.types import Floats, Profiles, Singles
 from radar_service.records.cell_sources import Labels, Powers
 from radar_service.records.spokes import SpokeBlock, joined
 from radar_service.scans.dataset import powered, powers_of, scan_to_xarray
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 PICTURE_SIZE = 600  # pixels of a notebook's picture
 PLOT_SIZE = 1000  # pixels of a plot
 
@@ -44,8 +44,8 @@ class Scan:
     speed: Floats  # (A,) m/s, of own ship
     range: Floats  # (N,) m, where the samples stand
     range_step: float  # m
-    field: NDArray[np.complex64]  # (A, N) sqrt(W), compressed, before detection
-    power: NDArray[np.float32]  # (A, N) W
+    field: Profiles  # (A, N) sqrt(W), compressed, before detection
+    power: Singles  # (A, N) W
     labels: Labels | None = None  # (A, N) number of the strongest source, 0 in a missing azimuth
     powers: Powers | None = None  # (A, N) W of each source, by its number
 

@@ -4,12 +4,11 @@ from collections.abc import Callable, Hashable, Sequence
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
-from radar_service.scene_file.checks.mesh_axes import axis_findings
-from radar_service.scene_file.checks.mesh_findings import Findings
+from radar_service.scene_file.checks.mesh_findings import Findings, axis_findings
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (
@@ -32,7 +31,6 @@ from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
 
-Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
 

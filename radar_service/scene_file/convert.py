@@ -8,8 +8,7 @@ import numpy as np
 from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene_file.model.body import BodyModel
-from radar_service.scene_file.model.environment import EnvironmentModel
-from radar_service.scene_file.model.interference import InterferenceModel
+from radar_service.scene_file.model.environment import EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment, Interferer

@@ -5,12 +5,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.constants import KNOT
-from radar_service.scene_file.model.manoeuvre import ManoeuvreModel
-from radar_service.scene_file.model.moving import MovingSection, SteerableModel, WaypointModel
-from radar_service.scene_file.model.sway import AMPLITUDES, SwaySection
+from radar_service.numerics.types import Floats
+from radar_service.scene_file.model.moving import (
+    AMPLITUDES,
+    ManoeuvreModel,
+    MovingSection,
+    SteerableModel,
+    SwaySection,
+    WaypointModel,
+)
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
@@ -19,7 +24,6 @@ from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
 
-Floats = NDArray[np.float64]
 TrackReader = Callable[[str, str, float | None], Motion]  # file name, location, heading_deg
 
 

@@ -53,23 +53,21 @@ class Control:
     label_off: str = ""
 
 
-def _display(name: str, description: str, example: float, **also: bool) -> Control:
-    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`. also: fields that it sets besides."""
-    return Control(
-        name, "number", "display", name.capitalize(), description,
-        read=lambda settings, scene: getattr(settings.video, name),
-        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value}, **also)),
-        unit="%", example=example, minimum=0, maximum=100, step=1,
-    )  # fmt: skip
-
-
-def _display_switch(name: str, label: str, description: str) -> Control:
-    """A switch of the video: a field of `display.video.Controls`."""
+def _display_switch(name: str, label: str, description: str, **also: bool) -> Control:
+    """A switch of the video: a field of `display.video.Controls`. also: fields that it sets besides."""
     return Control(
         name, "switch", "display", label, description,
         read=lambda settings, scene: getattr(settings.video, name),
-        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value}, **also)),
     )  # fmt: skip
+
+
+def _display(
+    name: str, description: str, example: float, maximum: float = 100, label: str = "", unit: str = "%", **also: bool
+) -> Control:
+    """A number of the video from 0 up, as a switch of it."""
+    switch = _display_switch(name, label or name.capitalize(), description, **also)
+    return replace(switch, kind="number", unit=unit, example=example, minimum=0, maximum=maximum, step=1)
 
 
 def _range_max(scene: SceneOutline) -> float:
@@ -109,12 +107,7 @@ CONTROLS = (
     _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),
     _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
-    Control(
-        "echo_stretch", "number", "display", "Stretch", "lengthens echoes outward by 1 % of the range per unit, 0 is off",
-        read=lambda settings, scene: settings.video.echo_stretch,
-        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, echo_stretch=value)),
-        example=0, minimum=0, maximum=2, step=1,
-    ),
+    _display("echo_stretch", "lengthens echoes outward by 1 % of the range per unit, 0 is off", 0, 2, "Stretch", ""),
     _display_switch(
         "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
     ),
@@ -129,6 +122,7 @@ CONTROLS = (
         read=lambda settings, scene: settings.pace.as_dict(), write=_write_pace,
     ),
 )  # fmt: skip
+DEFINED = ("name", "kind", "unit", "minimum", "maximum", "step", "acts_on", "label", "label_off", "description")
 
 
 def controls_state(settings: Settings, running: SceneOutline, next_scene: SceneOutline) -> dict[str, Any]:
@@ -166,18 +160,8 @@ def changed_request(settings: Settings, spoke_source: SceneSpokeSource, requeste
 def control_definitions(scene: SceneOutline) -> list[dict[str, Any]]:
     """Returns the declaration of every control as plain data, with the limits of this scene."""
     return [
-        {
-            "name": control.name,
-            "kind": control.kind,
-            "unit": control.unit,
-            "minimum": control.minimum,
-            "maximum": control.scene_maximum(scene) if control.scene_maximum else control.maximum,
-            "step": control.step,
-            "acts_on": control.acts_on,
-            "label": control.label,
-            "label_off": control.label_off,
-            "description": control.description,
-        }
+        {field: getattr(control, field) for field in DEFINED}
+        | ({"maximum": control.scene_maximum(scene)} if control.scene_maximum else {})
         for control in CONTROLS
     ]
 

@@ -1,16 +1,132 @@
-"""The powers of all sources over consecutive azimuths, which may lie in several tiles and scans, and come from several pulses."""
+"""The power of each source alone, exactly as the engine lays it: compressed, in the beam, without noise but its mean.
+
+A window is of consecutive azimuths, which may lie in several tiles and scans, and come from several pulses.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.engine.pipeline import contributions, tile_azimuths
 from radar_service.engine.preparation import Prepared
+from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
-from radar_service.numerics.types import Flags, Indices, Singles
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.result_cache import ResultCache
+from radar_service.numerics.types import Flags, Indices, Profiles, Singles
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
-from radar_service.sources.powers import SourcePowers, TilePowers
+from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA
+from radar_service.sources.resting import RestingField, resting_field, resting_numbers
+from radar_service.sources.rows import source_rows
+
+RESTING_BYTES = 2**29  # of fields at rest, and of their powers, that are kept
+TILE_BYTES = 2**28  # of tiles that are kept, since neighbouring crossings share them
+
+CLUTTER_ARRAYS = 5  # beside those of bodies: of noise, sea, rain, their mean, and interference
+
+
+@dataclass(frozen=True)
+class TilePowers:
+    """The sources of one tile of azimuths (K,).
+
+    power: (K, bins) [W] by source number; a number without power is left out.
+    clutter: mean power of sea and rain over speckle, with texture (K, bins) [W].
+    transmitting: (K,) which azimuths are not blind.
+    """
+
+    power: dict[int, Singles]
+    clutter: Singles
+    transmitting: Flags
+
+
+class SourcePowers:
+    """The powers of the sources of a prepared scene, tile by tile. Safe to call from several threads."""
+
+    def __init__(self, prepared: Prepared, numbers: Indices) -> None:
+        """numbers: as `source_numbers`: bodies of one number are one source."""
+        self.prepared, self._numbers = prepared, numbers
+        at_rest = resting_numbers(prepared, numbers)
+        self._sidelobes = RangeSidelobes(prepared.compression, 0.0)
+        self._at_rest = {number: np.flatnonzero(at_rest == number) for number in np.unique(at_rest).tolist()}
+        cells = prepared.scene.radar.azimuths * prepared.scene.radar.bins
+        self._fields: ResultCache[int, tuple[RestingField, Singles]] = ResultCache(max(2, RESTING_BYTES // (12 * cells)))
+        tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + CLUTTER_ARRAYS)
+        per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
+        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(
+            int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
+        )
+
+    def tile(self, scan: int, start: int) -> TilePowers:
+        """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
+        return self._tiles.get((scan, start), lambda: self.computed(scan, start))
+
+    def scan(self, scan: int) -> dict[int, Singles]:
+        """The power (A, bins) [W] of each source in one scan, by source number."""
+        radar = self.prepared.scene.radar
+        powers: dict[int, Singles] = {}
+        for start in range(0, radar.azimuths, self.prepared.tile):
+            for number, power in self.computed(scan, start).power.items():
+                power_of_scan = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
+                power_of_scan[start : start + len(power)] = power
+        return dict(sorted(powers.items()))
+
+    @BLAS_LIMIT.held()
+    def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
+        """Computes `tile` anew, for a scene that is steered. of: the sources that matter; others may be left out."""
+        record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))
+        shape = len(record.transmitting), self.prepared.scene.radar.bins
+        power: dict[int, Singles] = {}
+        if self.prepared.scene.environment.noise:
+            power[NOISE] = np.full(shape, receiver_noise_power(self.prepared.scene.radar), dtype=np.float32)
+        clutter = np.zeros(shape, dtype=np.float32)
+        if record.clutter is not None:
+            columns, share = record.clutter.field.shape[1], record.clutter.rain_share
+            drawn = square_law(record.clutter.field)
+            clutter[:, :columns] = np.square(record.clutter.amplitude) * record.transmitting[:, None]
+            power[SEA], power[RAIN] = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
+            power[RAIN][:, :columns] = drawn * share
+            power[SEA][:, :columns] = drawn * (np.float32(1.0) - share)
+        for row, received in record.interference.items():
+            power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
+        rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
+        echoing = rows.full_rows.keys() | self._at_rest.keys()
+        alone = {
+            number: self._alone(number, rows.full_rows.get(number), start, record.transmitting)
+            for number in (echoing if of == "all" else echoing & set(of))
+        }
+        for w in rows.windows:
+            for number, begin, at, width in zip(w.number.tolist(), w.begin, w.at, w.width, strict=True):
+                if of == "all" or number in of:
+                    alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
+        power |= {number: each for number, each in alone.items() if each.any()}
+        power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
+        return TilePowers(power, clutter, record.transmitting)
+
+    def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
+        """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""
+        if gridded is None:
+            power = self._resting(number)[1][start : start + len(transmitting)]
+            return power if transmitting.all() else power * transmitting[:, None]
+        field = self.prepared.compression.profiles(gridded)
+        if number in self._at_rest:
+            self._resting(number)[0].add_to(field, start)
+            field[~transmitting] = 0.0
+        return square_law(field)
+
+    def _resting(self, number: int) -> tuple[RestingField, Singles]:
+        """The field of a source at rest, and its power (A, bins) [W]."""
+        return self._fields.get(number, lambda: self._resting_computed(number))
+
+    def _resting_computed(self, number: int) -> tuple[RestingField, Singles]:
+        field = resting_field(self.prepared, self._at_rest[number], 0.0)
+        power = np.zeros((self.prepared.scene.radar.azimuths, self.prepared.scene.radar.bins), dtype=np.float32)
+        power[field.rows] = square_law(field.field)
+        return field, power
 
 
 class PulsePowers(NamedTuple):

@@ -7,14 +7,13 @@ that connect with the peak, over corners too. It may reach into the scans before
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.echo.echoes import BeamWeightedEchoes
 from radar_service.echo.range_history import apparent_position, elevation_of, slant_range
 from radar_service.engine.preparation import Prepared
 from radar_service.numerics.frames import effective_earth_radius, turned, wrap_angle, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Flags, Floats, Singles
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, received_amplitude
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
@@ -177,7 +176,7 @@ class RadiometricTruth:
         return Extent((float(ranges[0]), float(ranges[1])), (float(bearings[0]), float(bearings[1])))
 
 
-def _gate(power: NDArray[np.float32]) -> Flags:
+def _gate(power: Singles) -> Flags:
     """The cells (K, bins) with power within GATE of the peak that connect with the peak; none where there is no power."""
     from scipy.ndimage import label  # here: it would slow every start
 

@@ -4,7 +4,9 @@ import argparse
 import contextlib
 import math
 import os
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from radar_service.records.cell_sources import PowersOf, powers_from_text
 
@@ -30,6 +32,13 @@ def whole_number(text: str, minimum: int, maximum: int) -> int:
         if minimum <= int(text) <= maximum:
             return int(text)
     raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {minimum} to {maximum}')
+
+
+def add_whole_number(
+    to: "argparse._ActionsContainer", name: str, default: int | None, minimum: int, maximum: int, **more: Any
+) -> None:
+    """Adds an option that takes a whole number within limits. more: as of `add_argument`."""
+    to.add_argument(name, default=default, type=partial(whole_number, minimum=minimum, maximum=maximum), **more)
 
 
 def thread_count(text: str) -> int:

@@ -83,7 +83,7 @@ class TriangleScene:
     """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Equal ones share a tree. Pickling leaves
     the tree out."""
 
-    def __init__(self, vertices: Floats, faces: NDArray[np.int64], rays: RayCount | None = None) -> None:
+    def __init__(self, vertices: Floats, faces: Indices, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
@@ -107,20 +107,20 @@ class TriangleScene:
         """The same triangles rotated about the origin by a matrix (3, 3)."""
         return RotatedScene(self, rotation)
 
-    def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
+    def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
         return self._tree().first_hit(*self._as_float32(origin, direction))
 
-    def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
+    def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> Flags:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.bool_)
         within = np.broadcast_to(np.asarray(reach, dtype=np.float32), (len(direction),))
         return self._tree().occluded(*self._as_float32(origin, direction), within)
 
-    def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
+    def hit_distance(self, triangle: Indices, origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
         normal, offset = self._planes[0].take(triangle, axis=0), self._planes[1].take(triangle)
         along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
@@ -128,7 +128,7 @@ class TriangleScene:
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
         return distance
 
-    def corners(self, triangle: NDArray[np.int64]) -> Floats:
+    def corners(self, triangle: Indices) -> Floats:
         """Corners (3, 3, M), by corner and axis, of triangles (M,) [m]."""
         return np.stack([self._vertices.take(self._faces[:, i].take(triangle), axis=0).T for i in range(3)])
 
@@ -163,6 +163,6 @@ class RotatedScene:
         self.radius = scene.radius
         self._scene, self._rotation = scene, rotation
 
-    def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
+    def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """As of a `TriangleScene`, of rays in the rotated frame."""
         return self._scene.first_hit(origin @ self._rotation, direction @ self._rotation)

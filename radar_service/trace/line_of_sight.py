@@ -9,8 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from radar_service.numerics.frames import Polar, distances_from_map
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders

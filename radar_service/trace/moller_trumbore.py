@@ -7,9 +7,9 @@ ray and a triangle serve `trace.box_tree`, which chooses them.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from radar_service.numerics.types import Floats, Indices
+
 Crossings = Callable[[Floats, Floats, Floats], Floats]
 
 PRINTED_EPSILON = 1e-6  # the value of Moeller and Trumbore (1997); the specification prints only the symbol
@@ -36,8 +36,7 @@ def printed_crossings(origin: Floats, direction: Floats, corners: Floats, epsilo
     v = f * np.einsum("mk,mfk->mf", direction, np.broadcast_to(q, h.shape))  # line 15
     t = f * np.einsum("fk,mfk->mf", e2, np.broadcast_to(q, h.shape))  # line 19
     inside = (u >= 0.0) & (u <= 1.0) & (v >= 0.0) & (u + v <= 1.0)  # lines 11, 16
-    hit: Floats = np.where(inside & ~parallel & (t > epsilon), t, np.inf)  # line 20
-    return hit
+    return np.where(inside & ~parallel & (t > epsilon), t, np.inf)  # line 20
 
 
 def watertight_crossings(origin: Floats, direction: Floats, corners: Floats) -> Floats:
@@ -63,8 +62,7 @@ def _watertight(moved: Floats, direction: Floats) -> Floats:
     same_side = ((u >= 0) & (v >= 0) & (w >= 0)) | ((u <= 0) & (v <= 0) & (w <= 0))
     area = u + v + w
     t = np.divide(u * along[0] + v * along[1] + w * along[2], area, out=np.full_like(area, -1.0), where=area != 0)
-    hit: Floats = np.where(same_side & (t > 0.0), t, np.inf)
-    return hit
+    return np.where(same_side & (t > 0.0), t, np.inf)
 
 
 def _sheared(moved: Floats, direction: Floats) -> tuple[Floats, Floats, Floats]:
@@ -87,17 +85,17 @@ def _sheared(moved: Floats, direction: Floats) -> tuple[Floats, Floats, Floats]:
 class TriangleList:
     """Triangles tested one by one, with the interface of `trace.embree.TriangleScene` and either of the two tests above."""
 
-    def __init__(self, vertices: Floats, faces: NDArray[np.int64], crossings: Crossings = printed_crossings) -> None:
+    def __init__(self, vertices: Floats, faces: Indices, crossings: Crossings = printed_crossings) -> None:
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
         self._corners, self._crossings = vertices[faces], crossings
 
-    def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
+    def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """Index of the nearest triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
         return self._nearest(origin, direction)[0]
 
-    def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
+    def hit_distance(self, triangle: Indices, origin: Floats, direction: Floats) -> Floats:
         """Where each ray (M,) meets the plane of its own triangle, in lengths of `direction`; inf where parallel."""
         corners = self._corners[triangle]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -106,7 +104,7 @@ class TriangleList:
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
         return distance
 
-    def _nearest(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.int64], Floats]:
+    def _nearest(self, origin: Floats, direction: Floats) -> tuple[Indices, Floats]:
         best = np.full(len(direction), np.inf)
         index = np.full(len(direction), -1, dtype=np.int64)
         rows = max(1, MAX_PAIRS // max(1, min(len(self._corners), MAX_PAIRS)))

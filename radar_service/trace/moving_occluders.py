@@ -6,8 +6,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from radar_service.numerics.types import Floats
+
 BOX_BEAMWIDTHS = 1.5  # beamwidths each side of boresight, docs/specification.md eqs. 4, 5
 MAX_RAYS = 8_000_000  # in a full circle: some 2 GB of memory
 

@@ -175,8 +175,7 @@ def _unpacked(key: str, data: bytes, compression: str, size: int) -> bytes:
             return zlib.decompressobj().decompress(data, size + 1)
         if compression == "zstd":
             with zstandard.ZstdDecompressor().stream_reader(data) as reader:
-                unpacked: bytes = reader.read(size + 1)
-                return unpacked
+                return reader.read(size + 1)
     except (zlib.error, zstandard.ZstdError) as error:
         raise ValueError(f"{key}: not {compression}: {error}") from error
     raise ValueError(f'compression: "{compression}" is not one of {", ".join(COMPRESSIONS)}')

@@ -4,13 +4,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.frames import map_from_body, turned
+from radar_service.numerics.types import Floats, Indices
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class Mesh:
     """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range."""
 
     vertices: Floats
-    faces: NDArray[np.int64]
+    faces: Indices
 
     def __post_init__(self) -> None:
         assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)

@@ -8,12 +8,12 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from radar_service.numerics.types import Floats
 
 if TYPE_CHECKING:
     from pyproj import Geod
 
-Floats = NDArray[np.float64]
 Origin = tuple[float, float]  # latitude, longitude [degrees]
 
 

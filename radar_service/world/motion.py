@@ -6,14 +6,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.frames import wrap_bearing
+from radar_service.numerics.types import Flags, Floats
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import move_along_arc
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 class Pose(NamedTuple):

@@ -3,15 +3,13 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.frames import map_from_deck
+from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.world.environment import Environment
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.random import name_key
-from radar_service.numerics.revision import STEADY, Revision
-from radar_service.radar.parameters import FIRST_ID, Radar, horizon
+from radar_service.numerics.result_cache import STEADY, Revision
+from radar_service.numerics.types import Flags, Floats
+from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horizon, max_rpm
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
 from radar_service.world.environment import Environment, Interferer
@@ -23,8 +23,6 @@ from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
 from radar_service.world.platform import Installation, Platform
 from radar_service.world.steered_motion import SteeredMotion
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -185,7 +183,7 @@ class Scene:
         antenna = self.radar.height + (0.0 if self.own_ship.sway is None else self.own_ship.sway.max_heave)
         return float(horizon(height, antenna, effective_earth_radius(self.environment.earth_factor)))
 
-    def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
+    def blind(self, time: Floats, boresight: Floats) -> Flags:
         """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""
         if not self.radar.blind_sectors:
             return np.zeros(np.broadcast_shapes(time.shape, boresight.shape), dtype=np.bool_)
@@ -201,3 +199,22 @@ def known_radar(radar_id: str | None, ids: Sequence[str]) -> str:
             f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {", ".join(ids)}: give one of them'
         )
     return radar_id
+
+
+def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
+    """Returns the scene with another rotation rate of its radar, from an origin on.
+
+    Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
+    """
+    radar = scene.radar
+    if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
+        raise SceneError(
+            f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
+            f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
+        )
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
+
+
+def scene_at_origin(scene: Scene, origin: Origin) -> Scene:
+    """Returns the scene with another origin of the rotation of its radar."""
+    return replace(scene, radar=replace(scene.radar, origin=origin))

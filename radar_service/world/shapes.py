@@ -9,11 +9,9 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Floats, Indices
 from radar_service.world.body import Mesh
-
-Floats = NDArray[np.float64]
 
 SAG = 0.004  # m between facet and curve: an eighth of an X-band wavelength, Rayleigh's limit for a smooth surface
 _MAX_SPLITS = 6  # 81 920 triangles
@@ -54,7 +52,7 @@ def fine_sphere(radius: float, sag: float) -> Mesh:
     return Mesh(radius * vertices, faces)
 
 
-def _divided(vertices: Floats, faces: NDArray[np.int64], parts: int) -> tuple[Floats, NDArray[np.int64]]:
+def _divided(vertices: Floats, faces: Indices, parts: int) -> tuple[Floats, Indices]:
     """Divides each edge into parts and each face into parts^2, with all vertices on the unit sphere."""
     index = {(i, j): number for number, (i, j) in enumerate((i, j) for i in range(parts + 1) for j in range(parts + 1 - i))}
     upright = [(index[i, j], index[i + 1, j], index[i, j + 1]) for i, j in index if i + j < parts]
@@ -67,7 +65,7 @@ def _divided(vertices: Floats, faces: NDArray[np.int64], parts: int) -> tuple[Fl
     return points[first], same.reshape(-1)[parted.reshape(-1, 3)]
 
 
-def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
+def _icosahedron() -> tuple[Floats, Indices]:
     g = (1.0 + math.sqrt(5.0)) / 2.0
     corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g),
                (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]  # fmt: skip
@@ -77,7 +75,7 @@ def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
     return np.array(corners, dtype=np.float64) / math.hypot(1.0, g), np.array(faces, dtype=np.int64)
 
 
-def _split(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+def _split(vertices: Floats, faces: Indices) -> tuple[Floats, Indices]:
     """Splits each face into four, with new vertices on the unit sphere."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     unique, middle = np.unique(edges, axis=0, return_inverse=True)
@@ -180,7 +178,7 @@ def _loft(rings: Floats) -> Mesh:
     return _merged(rings.reshape(-1, 3), np.concatenate([skin, fan, bow]))
 
 
-def _merged(vertices: Floats, faces: NDArray[np.int64]) -> Mesh:
+def _merged(vertices: Floats, faces: Indices) -> Mesh:
     """Returns the mesh with equal vertices merged, without faces without area."""
     unique, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are the same coordinate
     faces = index.reshape(-1)[faces]

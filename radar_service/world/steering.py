@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics.constants import KNOT
-from radar_service.numerics.revision import Revision
+from radar_service.numerics.result_cache import Revision
 from radar_service.radar.parameters import Origin
 from radar_service.world.commands import Command, check_count
 from radar_service.world.motion import Motion
-from radar_service.world.presence import Presence
-from radar_service.world.rotation import scene_at_origin
-from radar_service.world.scene import Scene
+from radar_service.world.presence import Presence, SteeredPresence
+from radar_service.world.scene import Scene, scene_at_origin
 from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
-from radar_service.world.steered_presence import SteeredPresence
 
 
 def with_motions(

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Floats
 from radar_service.world.error import SceneError
 
-Floats = NDArray[np.float64]
 MIN_CORNER = 1e-9  # rad; a smaller change of course is not a corner
 MAX_CORNER = np.pi - 0.02  # rad; a sharper corner needs legs of a hundred radii
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.clutter.azimuth_rows import BLOCK, CHUNK, AzimuthRowCache, StaticAzimuthRows, beam_weights
-from radar_service.numerics.revision import Revision
+from radar_service.numerics.result_cache import Revision
 
 
 def numbered(turn: int) -> AzimuthRowCache:

@@ -19,7 +19,7 @@ from radar_service.scattering.model import Caster
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
-from radar_service.world.rotation import scene_at_rpm
+from radar_service.world.scene import scene_at_rpm
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 

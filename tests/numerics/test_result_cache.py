@@ -7,8 +7,7 @@ from threading import Barrier
 
 import pytest
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.revision import Revision
+from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 
 THREADS, KEYS = 8, 5
 
@@ -95,3 +94,12 @@ def test_a_failure_is_not_kept_and_blocks_nobody() -> None:
     with pytest.raises(ArithmeticError):
         cache.get("a", fail)
     assert len(cache) == 0 and cache.get("a", lambda: 5) == 5
+
+
+def test_each_change_has_another_number() -> None:
+    revision = Revision()
+    numbers = [revision.number]
+    for _ in range(3):
+        revision.change()
+        numbers.append(revision.number)
+    assert len(set(numbers)) == 4 and STEADY.number == 0

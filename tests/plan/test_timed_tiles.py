@@ -9,8 +9,8 @@ import pytest
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.plan import timed_tiles
-from radar_service.plan.timed_tiles import MAX_SECONDS, MIN_TILES, STRETCHES, timed_costs
+from radar_service.plan import cost_model
+from radar_service.plan.cost_model import MAX_SECONDS, MIN_TILES, STRETCHES, timed_costs
 from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
@@ -31,10 +31,10 @@ class Clock:
         self.now, self.tiles = 0.0, list[int]()
         patch.setattr(time, "thread_time", lambda: self.now)
         for stage in ("moving_rows", "receive", "add_clutter", "add_interference", "add_resting"):
-            patch.setattr(timed_tiles, stage, self._slow(stage, seconds.get(stage, 0.0)))
+            patch.setattr(cost_model, stage, self._slow(stage, seconds.get(stage, 0.0)))
 
     def _slow(self, stage: str, seconds: float) -> Any:
-        original = getattr(timed_tiles, stage)
+        original = getattr(cost_model, stage)
 
         def slow(prepared: Prepared, *given: Any) -> Any:
             self.now += seconds

@@ -9,7 +9,7 @@ import numpy as np
 
 from radar_service.processes import limits
 from radar_service.processes.channel import Channel
-from radar_service.processes.processor_time import machine_busy
+from radar_service.processes.limits import machine_busy
 
 
 def echo(control: Channel, data: Channel, *arguments: Any) -> None:

@@ -5,8 +5,7 @@ import pytest
 from radar_service.processes import call
 from radar_service.processes.call import UNFOLLOWED, ProcessFault, call_in_process
 from radar_service.processes.fork_server import ForkServer
-from radar_service.processes.limits import SET_UP_NICENESS
-from radar_service.processes.processor_time import MachineBusyError
+from radar_service.processes.limits import SET_UP_NICENESS, MachineBusyError
 from radar_service.service.jobs import Job
 from tests.descriptors import descriptors_left
 from tests.processes import tasks

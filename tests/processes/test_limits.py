@@ -2,6 +2,7 @@
 
 import os
 import platform
+import resource
 import sys
 import threading
 
@@ -125,3 +126,18 @@ def test_an_error_of_set_up_is_raised(only_threads: None) -> None:
 def test_a_world_may_have_half_of_the_machine_and_always_something() -> None:
     machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     assert limits.default_memory() == max(limits.MIN_MEMORY, machine // 2)
+
+
+def test_the_limit_counts_from_now() -> None:
+    before = resource.getrlimit(resource.RLIMIT_CPU)
+    try:
+        limits.limit_processor_time(5.0)
+        soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        assert hard == before[1] and 4.5 <= soft - limits.used_processor_time() <= 6.1
+    finally:
+        resource.setrlimit(resource.RLIMIT_CPU, before)
+
+
+def test_a_busy_machine_is_named_with_what_waits() -> None:
+    with pytest.raises(limits.MachineBusyError, match="^body: the machine is busy: .* in 120 s; try again later$"):
+        raise limits.machine_busy("body", 120.0)

@@ -8,8 +8,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulator import Simulator
-from radar_service.sources import labels
-from radar_service.sources import powers as source_powers
+from radar_service.sources import labels, power_window
 from radar_service.sources.numbers import source_names
 from radar_service.world.scene import Scene
 from tests.scenes import point, scene
@@ -51,7 +50,7 @@ def test_what_is_not_requested_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
 
     made = tiles(SourceRequest())
     monkeypatch.setattr(labels.Labeller, "__init__", fail)
-    monkeypatch.setattr(source_powers.SourcePowers, "__init__", fail)
+    monkeypatch.setattr(power_window.SourcePowers, "__init__", fail)
     assert all(tile.labels is None and tile.powers is None for tile in made.scan(0, None))
     made.request = SourceRequest(labels=True)
     with pytest.raises(AssertionError, match="computed"):

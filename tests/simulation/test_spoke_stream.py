@@ -17,7 +17,7 @@ from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulator import Simulator
 from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.rotation import scene_at_rpm
+from radar_service.world.scene import scene_at_rpm
 from radar_service.world.steering import Steering
 from tests.scenes import point
 

@@ -5,9 +5,9 @@ import pytest
 
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import source_numbers
-from radar_service.sources.power_window import PowerWindow, pulse_powers, scan_powers
-from tests.alone import crowded
+from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA, source_numbers
+from radar_service.sources.power_window import PowerWindow, SourcePowers, pulse_powers, scan_powers
+from tests.alone import crowded, crowded_alone
 
 
 @pytest.mark.sample(2)
@@ -25,3 +25,41 @@ def test_a_window_has_the_azimuths_of_its_scans(first: int, stop: int) -> None:
         assert number in window.sources or not expected.any()
     assert not window.power(999).any() and window.power(999).shape == (stop - first, made.radar.bins)
     assert window.transmitting.shape == (stop - first,) and window.clutter.shape == (stop - first, made.radar.bins)
+
+
+@pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
+def test_powers_are_those_of_separately_run_sources(moves: bool) -> None:
+    """To -66 dB of the strongest echo and -60 dB of each: together, echoes are shifted by series, and those of a shadow that
+    cancel others stand on another kernel. Sea and rain share a power, to single precision."""
+    made = crowded(moves)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made)).scan(2)
+    alone = crowded_alone(moves).powers(2)
+    assert {number for number, power in alone.items() if power.any()} == set(powers)
+    for number, power in powers.items():
+        got, expected = np.sqrt(power, dtype=np.float64), np.sqrt(alone[number])
+        part = 5e-4 if number > INTERFERENCE else 1.7e-3  # the square is 3e-6
+        np.testing.assert_allclose(got, expected, rtol=1e-3, atol=part * expected.max(), err_msg=str(number))
+
+
+def test_clutter_is_its_mean_over_speckle_and_tiles_are_kept() -> None:
+    """Over 60 scans at rest the sea's and the rain's power average to it within a tenth, 1.3 / root 60 twice over."""
+    made = crowded(False, sea_state=3, rain_mm_h=2.0)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made))
+    ratios = []
+    for scan in range(60):
+        tile = powers.tile(scan, 0)
+        assert powers.tile(scan, 0) is tile
+        mean, drawn = tile.clutter[:, 40:60], (tile.power[SEA] + tile.power[RAIN])[:, 40:60]
+        ratios.append(float((drawn / mean).mean()))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
+
+
+def test_nothing_but_noise_and_interference_is_received_where_the_radar_is_blind() -> None:
+    made = crowded(False)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made))
+    tile = powers.prepared.tile
+    part = powers.tile(0, 35 // tile * tile)  # azimuth 35 of 72 looks along 175 degrees
+    row = 35 % tile
+    assert not part.transmitting[row] and part.transmitting[0]
+    assert not part.clutter[row].any()
+    assert [number for number, power in part.power.items() if power[row].any() and number != 3] == [NOISE]

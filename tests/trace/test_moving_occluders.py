@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.numerics.revision import Revision
+from radar_service.numerics.result_cache import Revision
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.world.steered_motion import SteeredMotion
 from tests.scenes import scene

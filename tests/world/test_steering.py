@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.constants import KNOT
-from radar_service.numerics.revision import STEADY
+from radar_service.numerics.result_cache import STEADY
 from radar_service.world import commands
 from radar_service.world.commands import Command, CommandError
 from radar_service.world.steered_motion import MotionSegment, SteeringLimits

@@ -1,8 +1,6 @@
 """The report of a detection study as one HTML page: the criterion, a table of targets, and Pd by range as a figure."""
 
-import base64
 import html
-import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.bench.report import STYLE
+from radar_service.bench.report import page_of, png_text
 from radar_service.bench.scores.scoring import NAUTICAL_MILE
 from radar_service.terminal.output_files import make_folder
 
@@ -30,11 +28,8 @@ def write_detection(study: Mapping[str, Any], folder: Path) -> None:
 def page(study: Mapping[str, Any]) -> str:
     """Returns the page."""
     title = f"Detection by range: {html.escape(study['scenario'])}"
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style><h1>{title}</h1>'
-        f"<p>{html.escape(criterion(study))} Source of the targets: {html.escape(study['source'])}</p>"
-        f"{''.join(map(_section, study['series']))}</html>\n"
-    )
+    introduction = f"<p>{html.escape(criterion(study))} Source of the targets: {html.escape(study['source'])}</p>"
+    return page_of(title, introduction + "".join(map(_section, study["series"])))
 
 
 def criterion(study: Mapping[str, Any]) -> str:
@@ -114,6 +109,4 @@ def _figure(series: Mapping[str, Any]) -> str:
             chart.axvline(target["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
     chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
     chart.legend(fontsize="small")
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
-    return base64.b64encode(buffer.getvalue()).decode()
+    return png_text(figure)

@@ -23,7 +23,7 @@ from radar_service.ports.http.conversation import (
     until_gone,
 )
 from radar_service.ports.http.security import ROLE
-from radar_service.ports.http.websocket import flushed, frame_writer, on_end, write_last
+from radar_service.ports.http.websocket import framed
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
 from radar_service.service.access import Access, is_loopback
@@ -119,7 +119,8 @@ async def serve(
         refused(REFUSALS[UNAVAILABLE])
         return await _refuse(socket, codec, UNAVAILABLE, str(error))
     try:
-        on_end(socket.scope, lambda code, reason: client.end(codec.bye(station.hub.epoch, reason), code))
+        if websocket := framed(socket.scope):
+            websocket.on_end(lambda code, reason: client.end(codec.bye(station.hub.epoch, reason), code))
         await _converse(socket, client, ConnectionErrors(lambda: station.errors.errors))
     finally:
         station.leave(client)
@@ -173,19 +174,23 @@ async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> No
 async def _converse(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
     await until_first_ends(_send(socket, client, errors), until_gone(socket), client.ended())
     if client.closed:
-        write_last(socket.scope)
+        websocket = framed(socket.scope)
+        if websocket:
+            websocket.write_last()
         with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
             async with asyncio.timeout(GRACE):
                 for item in client.rest():
                     if item.data:
                         await socket.send_bytes(item.data)
                 await socket.close(client.code)
-            await flushed(socket.scope)
+            if websocket:
+                await websocket.flushed()
 
 
 async def _send(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
     """Returns when the socket has closed, after the last message, and where the connection is cut on purpose."""
-    write = frame_writer(socket.scope)
+    websocket = framed(socket.scope)
+    write = websocket.write_frame if websocket else None
     client.write, client.is_held = write, errors.is_faulty
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
         while (item := await client.get()) is not None:

@@ -1,10 +1,16 @@
-"""What the websockets of a service share: close codes, and conversations whose parts run side by side."""
+"""What websockets share: close codes, parts side by side, which radar a client wants, why it is refused or ended."""
 
 import asyncio
-from collections.abc import Coroutine
+import contextlib
+import json
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
 
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from radar_service.ports.http.websocket import framed
+from radar_service.service.fanout.client_queue import GRACE
+from radar_service.service.radio.station import Station
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
 REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
@@ -30,3 +36,51 @@ async def until_gone(socket: WebSocket) -> None:
     """Ignores client messages; returns on disconnect."""
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
+
+
+async def accepted(
+    socket: WebSocket, stations: Mapping[str, Station], radar: str, refused: Callable[[str], None]
+) -> Station | None:
+    """Accepts a client and returns its radar; None where there is none, and the client is told.
+
+    refused: is called with the kind of each refusal.
+    """
+    await socket.accept()
+    station = stations.get(radar)
+    if station is None:
+        await refuse(socket, NOT_FOUND, f'radar: there is no "{radar[:40]}"; see /api/radars', refused)
+    return station
+
+
+async def refuse(socket: WebSocket, code: int, reason: str, refused: Callable[[str], None]) -> None:
+    """Refuses a client, with a close code of `feed`."""
+    refused(REFUSALS[code])
+    await say_bye(socket, code, reason)
+
+
+def server_end(socket: WebSocket) -> "asyncio.Future[tuple[int, str]]":
+    """Returns the close code and the reason for which the server has to end this connection, once it does."""
+    end: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
+
+    def note(code: int, reason: str) -> None:
+        if not end.done():
+            end.set_result((code, reason))
+
+    if websocket := framed(socket.scope):
+        websocket.on_end(note)
+    return end
+
+
+async def until_server_ends(end: "asyncio.Future[tuple[int, str]]") -> None:
+    """Waits until the server has to end the connection."""
+    await asyncio.wait([end])
+
+
+async def say_bye(socket: WebSocket, code: int, reason: str) -> None:
+    """Sends the reason as the last message and closes, where the client takes that in time."""
+    if websocket := framed(socket.scope):
+        websocket.write_last()
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+        async with asyncio.timeout(GRACE):
+            await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
+            await socket.close(code, close_reason(reason))

@@ -12,15 +12,10 @@ from typing import Any
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from radar_service.service.fanout.client_queue import FLUSH, GOING_AWAY, GRACE, TOO_SLOW, Write
+from radar_service.service.fanout.client_queue import FLUSH, GOING_AWAY, GRACE, TOO_SLOW
 from radar_service.service.token_bucket import TokenBucket
 
-# Of the ASGI scope, where the server has them: functions that
-EXTENSION = "radar.frames"  # write a frame
-BUDGET = "radar.budget"  # allow a client to send more
-ON_END = "radar.on_end"  # take what to call with code and reason when the server has to end the connection
-LAST = "radar.last"  # let the last messages be written without room
-FLUSHED = "radar.flushed"  # wait until they have left
+EXTENSION = "radar.websocket"  # of the ASGI scope, where the server has it: this object
 OPEN = 1  # websockets.protocol.State
 BYTES_PER_SECOND, BYTES_AT_ONCE = 4096, 16384  # the feed ignores messages; pongs have a few bytes each 20 s
 FRAMES_PER_SECOND, FRAMES_AT_ONCE = 10, 100  # 100 take 2 ms to parse
@@ -122,15 +117,9 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
             self._cut_later(CUT_SECONDS)
 
     async def run_asgi(self) -> None:
-        """Runs the application; its scope holds the functions named above. Cuts the connection where its end is not read."""
+        """Runs the application; its scope holds this object. Cuts the connection where its end is not read."""
         extensions: dict[Any, Any] = self.scope.setdefault("extensions", {})
-        extensions |= {
-            EXTENSION: self.write_frame,
-            BUDGET: self.widen,
-            ON_END: self.on_end,
-            LAST: self.write_last,
-            FLUSHED: self.flushed,
-        }
+        extensions[EXTENSION] = self
         await super().run_asgi()
         self._cut_later(FLUSH)
 
@@ -207,35 +196,7 @@ def _is_text(data: bytes) -> bool:
     return True
 
 
-def widen_budget(scope: Any, frames_per_second: float, frames_at_once: float, bytes_per_frame: int) -> None:
-    """Allows the client of an ASGI scope to send more, where the server bounds it: see FramedWebSocket.widen."""
-    widen = scope.get("extensions", {}).get(BUDGET)
-    if widen:
-        widen(frames_per_second, frames_at_once, bytes_per_frame)
-
-
-def on_end(scope: Any, end: End) -> None:
-    """Has the server call `end` where it must end the connection of an ASGI scope: see FramedWebSocket.on_end."""
-    note = scope.get("extensions", {}).get(ON_END)
-    if note:
-        note(end)
-
-
-def write_last(scope: Any) -> None:
-    """Lets the last messages to the client of an ASGI scope be written without room: see FramedWebSocket.write_last."""
-    write = scope.get("extensions", {}).get(LAST)
-    if write:
-        write()
-
-
-async def flushed(scope: Any) -> None:
-    """Waits until all messages to the client of an ASGI scope have left: see FramedWebSocket.flushed."""
-    wait = scope.get("extensions", {}).get(FLUSHED)
-    if wait:
-        await wait()
-
-
-def frame_writer(scope: Any) -> Write | None:
-    """Returns the function that writes frames to the client of an ASGI scope, None where there is none."""
-    write: Write | None = scope.get("extensions", {}).get(EXTENSION)
-    return write
+def framed(scope: Any) -> FramedWebSocket | None:
+    """Returns the websocket of an ASGI scope, for what it offers beside that interface; None where another server runs."""
+    websocket: FramedWebSocket | None = scope.get("extensions", {}).get(EXTENSION)
+    return websocket

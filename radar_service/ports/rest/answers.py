@@ -1,7 +1,8 @@
 """Answers to requests that are refused: their description in OpenAPI, and the exceptions that become them."""
 
 import errno
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from fastapi import FastAPI, HTTPException, Request
@@ -15,7 +16,7 @@ from radar_service.ports.rest import schemas
 from radar_service.ports.rest.scene_store import Conflict
 from radar_service.ports.rest.schemas import problem_lines
 from radar_service.processes.call import ProcessFault
-from radar_service.processes.processor_time import MachineBusyError
+from radar_service.processes.limits import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
@@ -45,71 +46,49 @@ PROTECTED: Answers = {
 
 
 NO_ROOM, NO_DESCRIPTORS = (errno.ENOSPC, errno.EDQUOT), (errno.EMFILE, errno.ENFILE)
-COMMAND_STATUS: dict[type, int] = {UnknownBodyError: 404, NotSteerableError: 409}  # other commands: 422
+STATUS: dict[type[Exception], int] = {
+    SceneError: 422, ControlError: 422, CommandError: 422, SpokeSourceFault: 422, RequestValidationError: 422,
+    ClientDisconnect: 400, UnknownBodyError: 404,
+    NotSteerableError: 409, NoRadarError: 409, Conflict: 409, Cancelled: 409, DuplicateJob: 409,
+    ProcessFault: 503, TooManyCommandsError: 503, Busy: 503, MachineBusyError: 503, BusyFault: 503,
+}  # fmt: skip
+LINES: dict[type[Exception], Callable[[Any], Sequence[str]]] = {  # of the others: what they say
+    SceneError: lambda error: error.problems,
+    SpokeSourceFault: lambda error: [f"scene: {error}"],
+    RequestValidationError: lambda error: problem_lines(error.errors()),
+    ClientDisconnect: lambda error: ["body: it ended too early; send it whole"],
+}
+FOR_NOW = (TooManyCommandsError, Busy, MachineBusyError, BusyFault)  # the answer says when to try again
+RETRY = {"Retry-After": str(RETRY_SECONDS)}
 
 
 def add_exception_handlers(app: FastAPI) -> None:
     """Makes the application answer refusals with a list of lines under `detail`."""
+    for kind, status in STATUS.items():
+        lines = LINES.get(kind, lambda error: [str(error)])
+        app.add_exception_handler(kind, partial(_refused, status, lines, RETRY if kind in FOR_NOW else None))
+    app.add_exception_handler(OSError, _system_error)
+    app.add_exception_handler(StarletteHTTPException, _http_error)
 
-    def refuse(status: int, lines: Sequence[str]) -> JSONResponse:
-        return JSONResponse({"detail": list(lines)}, status)
 
-    @app.exception_handler(SceneError)
-    async def scene_error(_: Request, error: SceneError) -> JSONResponse:
-        return refuse(422, error.problems)
+async def _refused(
+    status: int, lines: Callable[[Any], Sequence[str]], headers: Mapping[str, str] | None, _: Request, error: Exception
+) -> JSONResponse:
+    return JSONResponse({"detail": list(lines(error))}, status, headers)
 
-    @app.exception_handler(ControlError)
-    async def control_error(_: Request, error: ControlError) -> JSONResponse:
-        return refuse(422, [str(error)])
 
-    @app.exception_handler(CommandError)
-    async def command_error(_: Request, error: CommandError) -> JSONResponse:
-        return refuse(COMMAND_STATUS.get(type(error), 422), [str(error)])
+async def _system_error(_: Request, error: Any) -> JSONResponse:
+    if error.errno in NO_ROOM:
+        return JSONResponse({"detail": ["body: the server's disk is full; try again later"]}, 507)
+    if error.errno in NO_DESCRIPTORS:
+        lines = ["request: the server has no file descriptors left; close clients, or raise its limit (ulimit -n)"]
+        return JSONResponse({"detail": lines}, 503, RETRY)
+    raise error
 
-    @app.exception_handler(SpokeSourceFault)
-    async def spoke_source_fault(_: Request, error: SpokeSourceFault) -> JSONResponse:
-        return refuse(422, [f"scene: {error}"])
 
-    @app.exception_handler(OSError)
-    async def system_error(_: Request, error: OSError) -> JSONResponse:
-        if error.errno in NO_ROOM:
-            return refuse(507, ["body: the server's disk is full; try again later"])
-        if error.errno in NO_DESCRIPTORS:
-            lines = ["request: the server has no file descriptors left; close clients, or raise its limit (ulimit -n)"]
-            return JSONResponse({"detail": lines}, 503, {"Retry-After": str(RETRY_SECONDS)})
-        raise error
-
-    @app.exception_handler(NoRadarError)
-    @app.exception_handler(Conflict)
-    @app.exception_handler(Cancelled)
-    @app.exception_handler(DuplicateJob)
-    async def conflict(_: Request, error: Exception) -> JSONResponse:
-        return refuse(409, [str(error)])
-
-    @app.exception_handler(TooManyCommandsError)
-    @app.exception_handler(Busy)
-    @app.exception_handler(MachineBusyError)
-    @app.exception_handler(BusyFault)
-    async def busy(_: Request, error: Exception) -> JSONResponse:
-        return JSONResponse({"detail": [str(error)]}, 503, {"Retry-After": str(RETRY_SECONDS)})
-
-    @app.exception_handler(ProcessFault)
-    async def process_fault(_: Request, error: ProcessFault) -> JSONResponse:
-        return refuse(503, [str(error)])
-
-    @app.exception_handler(RequestValidationError)
-    async def invalid(_: Request, error: RequestValidationError) -> JSONResponse:
-        return refuse(422, problem_lines(error.errors()))
-
-    @app.exception_handler(ClientDisconnect)
-    async def disconnected(_: Request, error: ClientDisconnect) -> JSONResponse:
-        return refuse(400, ["body: it ended too early; send it whole"])
-
-    @app.exception_handler(StarletteHTTPException)
-    async def http_error(_: Request, error: StarletteHTTPException) -> JSONResponse:
-        detail: object = error.detail  # this service gives lists of lines, the framework gives text
-        lines = detail if isinstance(detail, list) else [str(detail)]
-        return JSONResponse({"detail": lines}, error.status_code, error.headers)
+async def _http_error(_: Request, error: Any) -> JSONResponse:
+    detail = error.detail  # this service gives lists of lines, the framework gives text
+    return JSONResponse({"detail": detail if isinstance(detail, list) else [str(detail)]}, error.status_code, error.headers)
 
 
 def knows_truth(request: Request, station: Station) -> bool:

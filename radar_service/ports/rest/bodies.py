@@ -1,28 +1,64 @@
-"""Bodies of requests that hold scenes: small ones are read at once, big ones are left in a file for another process."""
+"""Bodies of requests. JSON is refused with 400 where it is none, with 422 where a key occurs twice in one table.
+
+Bodies that hold scenes are read at once where they are small; big ones are left in a file for another process.
+"""
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fastapi import HTTPException, Request
+from fastapi import HTTPException, Request, Response
+from fastapi.routing import APIRoute
 from pydantic import ValidationError
 
 from radar_service.ports.rest import schemas
-from radar_service.ports.rest.json_bodies import Refusal, parsed_body
 from radar_service.ports.rest.scene_store import UploadFolder
 from radar_service.processes.call import ProcessFault, call_in_process
 from radar_service.processes.fork_server import ForkServer
 from radar_service.service.jobs import JobQueue
+from radar_service.strict_json import DuplicateKeyError, parsed
 
+Refusal = tuple[int, list[str]]  # status, and the lines of `detail`
 MAX_JSON_BYTES = 10 * 2**20  # as much as the file of a scene may have
 SMALL = 64 * 2**10  # bytes: some 2 ms to read
 BODY, SCENE = "body.json", "scene.json"
-
 Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
 Parsed = tuple[dict[str, Any], Refusal | None]  # fields, or status and lines of a refusal
 Parse = Callable[[Path, Any], Parsed]
+
+
+def parsed_body(content: bytes) -> tuple[Any, Refusal | None]:
+    """Returns the content of a body, and why it is refused, None where it is not."""
+    try:
+        return parsed(content), None
+    except DuplicateKeyError as error:
+        return None, (422, [f"body: {error}"])
+    except (ValueError, RecursionError) as error:
+        return None, (400, [f"body: not JSON: {str(error)[:200]}"])
+
+
+class StrictRoute(APIRoute):
+    """A route whose JSON body is read by `parsed_body`; the framework's parser takes the last of two values for one key."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Returns the route's handler for requests that are read so."""
+        handler = super().get_route_handler()
+
+        async def handle(request: Request) -> Response:
+            return await handler(_StrictRequest(request.scope, request.receive))
+
+        return handle
+
+
+class _StrictRequest(Request):
+    async def json(self) -> Any:
+        """Raises HTTPException."""
+        content, refusal = parsed_body(await self.body())
+        if refusal:
+            raise HTTPException(*refusal)
+        return content
 
 
 class BodyReader:

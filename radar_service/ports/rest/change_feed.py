@@ -9,8 +9,7 @@ from typing import NamedTuple
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.ports.http.conversation import until_first_ends, until_gone
-from radar_service.ports.http.json_socket import say_bye, server_end, until_server_ends
+from radar_service.ports.http.conversation import say_bye, server_end, until_first_ends, until_gone, until_server_ends
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.client_queue import TOO_SLOW

@@ -17,7 +17,7 @@ from radar_service.ports.rest.answers import (
     check_knows_truth,
     station_of,
 )
-from radar_service.ports.rest.json_bodies import StrictRoute
+from radar_service.ports.rest.bodies import StrictRoute
 from radar_service.ports.rest.schemas import Body
 from radar_service.ports.roles import needs
 from radar_service.scene_file.model.fields import Flag, Number

@@ -16,6 +16,8 @@ from radar_service.service.scene_request import Spared
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
 Read = Callable[[Station], float | None]  # None: not known yet
+Family = CounterMetricFamily | GaugeMetricFamily
+Value = tuple[Sequence[str], float | None]  # labels and number
 
 
 def _trees(station: Station) -> int:
@@ -63,34 +65,18 @@ class StationMetrics(Collector):
         """Yields each family of metrics with its present values."""
         for families, kind in ((COUNTERS, CounterMetricFamily), (GAUGES, GaugeMetricFamily)):
             for name, (text, read) in families.items():
-                family = kind(name, text, labels=["radar"])
-                for station in self._stations:
-                    if (value := read(station)) is not None:
-                        family.add_metric([station.identity], value)
-                yield family
-        yield self._clients()
-        yield self._states()
+                values = [((station.identity,), read(station)) for station in self._stations]
+                yield _labelled(kind(name, text, labels=["radar"]), values)
+        clients, states = list[Value](), list[Value]()
+        for station in self._stations:
+            modes, now = [client.mode for client in list(station.hub.clients)], state(station)
+            clients += [((station.identity, mode), modes.count(mode)) for mode in ("live", "lossless")]
+            states += [((station.identity, name), float(name == now)) for name in STATES]
+        yield _labelled(GaugeMetricFamily("radar_clients", "Clients of the feed", labels=["radar", "mode"]), clients)
+        text = "1 for the state that the radar is in"
+        yield _labelled(GaugeMetricFamily("radar_state", text, labels=["radar", "state"]), states)
         yield self._encoding()
-        refusals = CounterMetricFamily("radar_refused", "Connections and requests that were refused", labels=["reason"])
-        for reason, count in list(self._refused.items()):
-            refusals.add_metric([reason], count)
-        yield refusals
-
-    def _clients(self) -> Metric:
-        family = GaugeMetricFamily("radar_clients", "Clients of the feed", labels=["radar", "mode"])
-        for station in self._stations:
-            modes = [client.mode for client in list(station.hub.clients)]
-            for mode in ("live", "lossless"):
-                family.add_metric([station.identity, mode], modes.count(mode))
-        return family
-
-    def _states(self) -> Metric:
-        family = GaugeMetricFamily("radar_state", "1 for the state that the radar is in", labels=["radar", "state"])
-        for station in self._stations:
-            now = state(station)
-            for name in STATES:
-                family.add_metric([station.identity, name], float(name == now))
-        return family
+        yield _by_reason("radar_refused", "Connections and requests that were refused", self._refused)
 
     def _encoding(self) -> Metric:
         family = SummaryMetricFamily("radar_encode_seconds", "Encoding a batch for a view", labels=["radar", "encoding"])
@@ -112,14 +98,9 @@ class ServiceMetrics(Collector):
             "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=self._vitals.lag
         )
         yield GaugeMetricFamily("radar_tasks", "Tasks on the event loop", value=self._vitals.tasks)
-        jobs = GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"])
-        for job_state, count in self._vitals.job_states.items():
-            jobs.add_metric([job_state], count)
-        yield jobs
-        lines = CounterMetricFamily("radar_log_lines_dropped", "Log lines that were not written", labels=["reason"])
-        for reason, count in logs.dropped().items():
-            lines.add_metric([reason], count)
-        yield lines
+        jobs = [((job_state,), count) for job_state, count in self._vitals.job_states.items()]
+        yield _labelled(GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"]), jobs)
+        yield _by_reason("radar_log_lines_dropped", "Log lines that were not written", logs.dropped())
 
 
 class PortMetrics(Collector):
@@ -131,14 +112,24 @@ class PortMetrics(Collector):
     def collect(self) -> Iterator[Metric]:
         """Yields each family of metrics with its present values."""
         faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
-        dropped = CounterMetricFamily(
-            "radar_port_dropped", "Spokes and other calls that a port was too slow for", labels=["port"]
-        )
-        for thread in self._threads:
-            faults.add_metric([thread.name], thread.faults)
-            dropped.add_metric([thread.name], thread.dropped)
-        yield faults
-        yield dropped
+        yield _labelled(faults, [((thread.name,), thread.faults) for thread in self._threads])
+        text = "Spokes and other calls that a port was too slow for"
+        dropped = CounterMetricFamily("radar_port_dropped", text, labels=["port"])
+        yield _labelled(dropped, [((thread.name,), thread.dropped) for thread in self._threads])
+
+
+def _by_reason(name: str, text: str, counts: Mapping[str, int]) -> Metric:
+    """A family of counters, one for each reason."""
+    family = CounterMetricFamily(name, text, labels=["reason"])
+    return _labelled(family, [((reason,), count) for reason, count in list(counts.items())])
+
+
+def _labelled(family: Family, values: Sequence[Value]) -> Family:
+    """A family with values by their labels, those that are known."""
+    for labels, value in values:
+        if value is not None:
+            family.add_metric(labels, value)
+    return family
 
 
 def exposition(

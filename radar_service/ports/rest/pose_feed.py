@@ -10,9 +10,8 @@ from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service import wire
-from radar_service.ports.http.conversation import until_first_ends
-from radar_service.ports.http.json_socket import accepted, say_bye, server_end, until_server_ends
-from radar_service.ports.http.websocket import widen_budget
+from radar_service.ports.http.conversation import accepted, say_bye, server_end, until_first_ends, until_server_ends
+from radar_service.ports.http.websocket import framed
 from radar_service.ports.roles import needs
 from radar_service.service.poses import PoseReader
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
@@ -37,7 +36,8 @@ def pose_routes(stations: Mapping[str, Station], refused: Callable[[str], None])
     @needs("command")
     async def take_poses(socket: WebSocket, radar: str) -> None:
         if station := await accepted(socket, stations, radar, refused):
-            widen_budget(socket.scope, POSES_PER_SECOND, POSES_AT_ONCE, BYTES_PER_POSE)
+            if websocket := framed(socket.scope):
+                websocket.widen(POSES_PER_SECOND, POSES_AT_ONCE, BYTES_PER_POSE)
             await _Conversation(socket, station).run()
 
     return router

@@ -1,10 +1,11 @@
 """REST: the radars, their controls, scenes, truth and pictures."""
 
-from collections.abc import Mapping
+import asyncio
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Annotated, Any
 
-from fastapi import APIRouter, HTTPException, Query, Request, Response
+from fastapi import APIRouter, Body, HTTPException, Query, Request, Response
 
 from radar_service import wire
 from radar_service.ports.rest import schemas
@@ -16,16 +17,18 @@ from radar_service.ports.rest.answers import (
     STORED,
     UNKNOWN,
     UNREADABLE,
+    check_knows_truth,
     knows_truth,
     station_of,
 )
-from radar_service.ports.rest.bodies import SCENE, BodyReader
-from radar_service.ports.rest.error_routes import error_routes
-from radar_service.ports.rest.json_bodies import StrictRoute
+from radar_service.ports.rest.bodies import SCENE, BodyReader, StrictRoute
 from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.scene_routes import JobName, not_found
 from radar_service.ports.rest.scene_store import SceneStore, without_folder
 from radar_service.ports.roles import needs
+from radar_service.records.truth import Truth
+from radar_service.scene_file.error_tables import error_tables
+from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.blind import told_plan
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.codecs.native import messages
@@ -33,6 +36,7 @@ from radar_service.service.controls import control_definitions
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state
 from radar_service.service.scene_request import cell_layout
+from radar_service.world.error_settings import ErrorSettings
 
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "the picture"}}
 SCENE_BODY: dict[str, Any] = {
@@ -74,13 +78,12 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
     @needs("read")
     async def get_truth(
         radar: str, t: Annotated[float | None, Query(ge=0, le=1e9, allow_inf_nan=False, description="s, default now")] = None
-    ) -> schemas.TruthState:
+    ) -> Truth:
         """Returns the true state of own ship and of every body."""
         station = station_of(stations, radar)
         if not station.allow_truth:
             raise HTTPException(403, ["truth: this server does not give it; start it with --truth"])
-        state_at = await station.truth(t)
-        return schemas.TruthState.model_validate(state_at.as_dict())
+        return await station.truth(t)
 
 
 def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
@@ -146,3 +149,46 @@ def _radar_state(station: Station, knows: bool) -> schemas.RadarState:
             "encodings": list(wire.DTYPES),
         }
     )
+
+
+EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
+ErrorsChange = Annotated[ErrorsModel, Body(examples=EXAMPLES)]
+
+
+def error_routes(station: Callable[[str], Station]) -> APIRouter:
+    """Returns the routes of errors. station: returns a radar by its id, and raises where there is none."""
+    router = APIRouter(tags=["radars"], route_class=StrictRoute)
+
+    @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
+    @needs("read")
+    async def get_errors(radar: str, request: Request) -> schemas.ErrorsState:
+        """Returns the errors on purpose that are in force, to clients that may know them."""
+        check_knows_truth(request, station(radar), "errors")
+        return _state(station(radar).errors.errors)
+
+    @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
+    @needs("command")
+    async def change_errors(radar: str, requested: ErrorsChange) -> schemas.ErrorsState:
+        """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
+
+        A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
+        replaces the tables that it has. Another scene begins with the errors of its file; another rpm goes on with them.
+        """
+        return await _changed(station(radar), requested.model_dump(exclude_unset=True))
+
+    @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
+    @needs("command")
+    async def delete_errors(radar: str) -> schemas.ErrorsState:
+        """Switches all errors on purpose off, from the first spoke that was not yet sent."""
+        return await _changed(station(radar), None)
+
+    return router
+
+
+async def _changed(station: Station, tables: Mapping[str, Any] | None) -> schemas.ErrorsState:
+    await asyncio.to_thread(station.errors.set_errors, tables)  # which may import scipy
+    return _state(station.errors.errors)
+
+
+def _state(errors: ErrorSettings | None) -> schemas.ErrorsState:
+    return schemas.ErrorsState.model_validate(error_tables(errors or ErrorSettings()))

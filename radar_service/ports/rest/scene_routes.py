@@ -1,23 +1,125 @@
-"""REST: the scenes of the server."""
+"""REST: the scenes of the server, and the bodies of uploads: JSON, or a form with its files."""
 
 import asyncio
 import contextlib
-from collections.abc import Iterator, Mapping
-from typing import Annotated
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, BinaryIO
 
 from fastapi import APIRouter, HTTPException, Query, Request
+from starlette.datastructures import UploadFile
+from starlette.formparsers import MultiPartException
+from starlette.types import Message
 
 from radar_service.ports.rest import schemas
 from radar_service.ports.rest.answers import BUSY, CONFLICT, REFUSED, STORED, UNKNOWN, UNREADABLE
-from radar_service.ports.rest.bodies import BodyReader
-from radar_service.ports.rest.scene_store import SceneStore, without_folder
-from radar_service.ports.rest.uploads import UPLOAD_BODY, read_upload
+from radar_service.ports.rest.bodies import BODY, SCENE, BodyReader, Parsed
+from radar_service.ports.rest.scene_store import SceneStore, UploadFolder, checked_file_names, checked_name, without_folder
 from radar_service.ports.roles import needs
 from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
+from radar_service.world.error import SceneError
 
+PIECE = 2**16  # bytes of a form that are read at a time
+
+UPLOAD_BODY: dict[str, Any] = {
+    "required": True,
+    "content": {
+        "application/json": {
+            "schema": schemas.SceneUpload.model_json_schema(),
+            "example": {"name": "one buoy", "scene": {"body": [{"name": "buoy", "shape": "sphere", "radius_m": 1,
+                                                                "position_m": [500, 0, 2]}]}},
+        },
+        "multipart/form-data": {
+            "schema": {
+                "type": "object",
+                "required": ["name", "scene"],
+                "properties": {
+                    "name": {"type": "string"},
+                    "scene": {"type": "string", "format": "binary", "description": "a .toml or .json file"},
+                    "files": {"type": "array", "items": {"type": "string", "format": "binary"},
+                              "description": "meshes, height maps and tracks, named as the scene names them"},
+                },
+            }
+        },
+    },
+}  # fmt: skip
 JobName = Annotated[
     str | None, Query(alias="job", pattern=r"^[A-Za-z0-9_-]{1,64}$", description="a name for it in /api/jobs")
 ]
+
+
+async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneRequest]:
+    """Returns name and order of an uploaded scene, whose files then lie in the folder.
+
+    Raises HTTPException or SceneError where the request holds no scene, and what BodyReader.read raises.
+    """
+    content_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
+    if content_type == "multipart/form-data":
+        fields = await reader.fields(request, folder, read_form, request.headers["content-type"])
+        return fields["name"], folder.scene_request(fields["file"])
+    if content_type != "application/json":
+        raise HTTPException(422, [f'content-type: "{content_type[:60]}"; send application/json or multipart/form-data'])
+    body = await reader.read(request, schemas.SceneUpload, folder)
+    return body.name, folder.scene_request(SCENE)
+
+
+def read_form(path: Path, content_type: str) -> Parsed:
+    """Returns `name` and `file` of a form in a file, whose own files then lie beside it; or status and lines.
+
+    content_type: that of the request. Raises SceneError.
+    """
+    try:
+        return asyncio.run(_form_fields(path, content_type)), None
+    except MultiPartException as error:
+        return {}, (400, [f"body: {error.message}"])
+
+
+async def _form_fields(path: Path, content_type: str) -> dict[str, Any]:
+    with path.open("rb") as file:
+        async with _request(file, content_type).form(max_fields=8) as form:
+            scene, name = form.get("scene"), form.get("name")
+            if not isinstance(scene, UploadFile) or not isinstance(name, str):
+                raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
+            files = _by_name(form.getlist("files"))
+            scene_file = f"scene{_ending(scene)}"
+            checked_name(name)
+            checked_file_names(files, scene_file, BODY)
+            _store(files | {scene_file: scene}, path.parent)
+    return {"name": name, "file": scene_file}
+
+
+def _request(file: BinaryIO, content_type: str) -> Request:
+    """Returns a request whose body is a file."""
+
+    async def receive() -> Message:
+        piece = file.read(PIECE)
+        return {"type": "http.request", "body": piece, "more_body": bool(piece)}
+
+    return Request({"type": "http", "headers": [(b"content-type", content_type.encode("latin-1"))]}, receive)
+
+
+def _by_name(parts: Sequence[object]) -> dict[str, UploadFile]:
+    files: dict[str, UploadFile] = {}
+    for part in parts:
+        if not isinstance(part, UploadFile) or not part.filename or part.filename in files:
+            raise SceneError("files: each is a file with a name of its own")
+        files[part.filename] = part
+    return files
+
+
+def _ending(scene: UploadFile) -> str:
+    ending = PurePosixPath(scene.filename or "").suffix.lower()
+    if ending not in (".toml", ".json"):
+        raise SceneError(f'scene: the ending "{ending[:20]}" is not known; send a .toml or .json file')
+    return ending
+
+
+def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
+    for name, part in files.items():
+        with (folder / name).open("wb") as file:
+            shutil.copyfileobj(part.file, file)
 
 
 def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader) -> APIRouter:

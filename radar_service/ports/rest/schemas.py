@@ -61,17 +61,12 @@ def _change_field(control: Control) -> Any:
     return optional, Field(None, ge=control.minimum, le=control.maximum, description=control.description)
 
 
-def _state_field(control: Control) -> Any:
-    """Returns type and field of a control in the state."""
-    return STATE_TYPES[control.kind], ...
-
-
 def _example(control: Control) -> Any:
     return {"switch": True, "pace": {"state": "run", "factor": 1}}.get(control.kind, control.example)
 
 
 _ChangeFields: Any = create_model("_ChangeFields", __base__=Body, **{c.name: _change_field(c) for c in CONTROLS})
-_StateFields: Any = create_model("_StateFields", **{c.name: _state_field(c) for c in CONTROLS})
+_StateFields: Any = create_model("_StateFields", **{c.name: STATE_TYPES[c.kind] for c in CONTROLS})
 
 
 class ControlsChange(_ChangeFields):  # its fields are those of CONTROLS
@@ -242,34 +237,6 @@ class ReadyState(BaseModel):
 
     yes: bool
     problems: list[str] = []
-
-
-class BodyState(BaseModel):
-    """True state of a body, SI and radians; see records.BodyTruth."""
-
-    name: str
-    position: tuple[float, float, float]
-    velocity: tuple[float, float, float]
-    heading: float
-    course: float
-    speed: float
-    range: float
-    azimuth: float
-    elevation: float
-    visible: bool
-    reason: str
-    latitude_deg: float | None
-    longitude_deg: float | None
-    mmsi: int | None
-    extent: float
-
-
-class TruthState(BaseModel):
-    """The true state of everything at `time` [s of simulation]."""
-
-    time: float
-    own_ship: BodyState
-    bodies: list[BodyState]
 
 
 class Ticket(BaseModel):

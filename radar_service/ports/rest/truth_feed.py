@@ -6,8 +6,18 @@ from collections.abc import Callable, Mapping
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.ports.http.conversation import BAD_REQUEST, FORBIDDEN, UNAVAILABLE, until_first_ends, until_gone
-from radar_service.ports.http.json_socket import accepted, refuse, say_bye, server_end, until_server_ends
+from radar_service.ports.http.conversation import (
+    BAD_REQUEST,
+    FORBIDDEN,
+    UNAVAILABLE,
+    accepted,
+    refuse,
+    say_bye,
+    server_end,
+    until_first_ends,
+    until_gone,
+    until_server_ends,
+)
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio.station import Station

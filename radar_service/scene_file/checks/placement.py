@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.numerics.types import Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.world.body import Body
 from radar_service.world.platform import Platform
 from radar_service.world.poses import pose_at
 from radar_service.world.scene import World
 
-Floats = NDArray[np.float64]
 TEST_POINTS = 16  # of a body, besides its highest: a body is under the ground if all of them are
 PLUMB_LINE_OFFSET = np.array([1.7e-6, 2.3e-6])  # m: a line through a shared corner counts each of its triangles
 
@@ -80,7 +79,7 @@ def _placement_warning(body: Body, location: str, antenna: Floats, range_min: fl
     return f"{location}: the antenna is inside or under {body.name}, which occludes all other bodies; move one of the two"
 
 
-def surfaces_above(vertices: Floats, faces: NDArray[np.int64], point: Floats) -> int:
+def surfaces_above(vertices: Floats, faces: Indices, point: Floats) -> int:
     """Returns how many triangles, faces (F, 3) of vertices (V, 3) [m], the plumb line crosses above `point` (3,) [m]."""
     foot = point[:2] + PLUMB_LINE_OFFSET
     if (vertices[:, :2].min(axis=0) > foot).any() or (vertices[:, :2].max(axis=0) < foot).any():

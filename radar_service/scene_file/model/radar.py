@@ -10,8 +10,7 @@ from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.parameters import max_rpm
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene_file.model.errors import RadarErrorsModel
-from radar_service.scene_file.model.fields import Bearing, Flag, Number, Whole
-from radar_service.scene_file.model.pulse import WAVEFORM_KEYS, PulseModel, WaveformModel
+from radar_service.scene_file.model.fields import Bearing, Flag, Number, Section, Whole
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
@@ -22,8 +21,49 @@ EDGELESS = ("hann", "blackman", "blackman-harris", "nuttall")  # windows that en
 MAX_NONLINEAR_PRODUCT = 20_000  # bandwidth x pulse: the spectrum then has 1.3 million samples
 MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
-
 MIN_TABLE_STEP_DEG = 1e-6  # between rows of a pattern's table: the slope of its curve stays finite
+
+
+class WaveformModel(Section):
+    """A pulse and the filter that compresses it."""
+
+    modulation: Literal["lfm", "nlfm", "none"] = Field(
+        "lfm",
+        description='"nlfm": a nonlinear chirp, whose power spectrum is the window; "none": a plain pulse, as of a magnetron',
+    )
+    bandwidth_hz: Number | None = Field(
+        None, ge=1e5, le=2e9, description='default 50e6; with modulation = "none" the receiver\'s, default 1.2 / pulse_s'
+    )
+    pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
+    window: Literal["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"] = Field(
+        "hamming", description='on the reference of the chirp; with "nlfm" or "inverse" on the spectrum'
+    )
+    compression: Literal["matched", "inverse"] = Field(
+        "matched",
+        description='of a chirp; "inverse": by a filter that leaves the range sidelobes of the window alone',
+    )
+
+    @property
+    def band_hz(self) -> float:
+        """The bandwidth [Hz], given or by default; 1.2 / T is usual for the receiver of a plain pulse (Skolnik 2001)."""
+        if self.bandwidth_hz is not None:
+            return self.bandwidth_hz
+        return 1.2 / self.pulse_s if self.modulation == "none" else 50e6
+
+
+class PulseModel(WaveformModel):
+    """One of several pulses, each of which serves the ranges from the end of the one before."""
+
+    range_max_m: Number | None = Field(
+        None,
+        ge=10,
+        le=200_000,
+        description="end of the ranges that it serves; of the last pulse that of the radar, left out",
+    )
+
+
+WAVEFORM_KEYS = tuple(WaveformModel.model_fields)
+
 
 if TYPE_CHECKING:
     PatternName = str

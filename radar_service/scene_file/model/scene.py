@@ -9,10 +9,9 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.body import AnyBody
-from radar_service.scene_file.model.environment import EnvironmentModel
+from radar_service.scene_file.model.environment import MAX_INTERFERERS, EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Section
-from radar_service.scene_file.model.interference import MAX_INTERFERERS, InterferenceModel
 from radar_service.scene_file.model.moving import MovingSection
 from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
 from radar_service.scene_file.model.radar import RadarModel

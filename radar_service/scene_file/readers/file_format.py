@@ -4,13 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from radar_service.numerics.types import Floats, Indices
 from radar_service.world.error import SceneError
 
-Floats = NDArray[np.float64]
-Faces = NDArray[np.int64]
+Faces = Indices
 Triangles = tuple[Floats, Faces]  # vertices (V, 3) in units of the file, faces (F, 3)
 Content = TypeVar("Content")
 

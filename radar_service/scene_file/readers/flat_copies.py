@@ -7,12 +7,12 @@ is made of triangles that continue each other across edges which nothing else me
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-Floats = NDArray[np.float64]
-Faces = NDArray[np.int64]
+from radar_service.numerics.types import Flags, Floats, Indices
+
+Faces = Indices
 
 FLAT = (
     1e-3  # m, of a piece off its plane: two pieces so flat are within 2 mm, where neither shadows the other (trace.occluder)
@@ -29,9 +29,9 @@ class Edges(NamedTuple):
     uses: (E,) of each number.
     """
 
-    number: NDArray[np.int64]
-    forward: NDArray[np.bool_]
-    uses: NDArray[np.int64]
+    number: Indices
+    forward: Flags
+    uses: Indices
 
 
 def numbered_edges(faces: Faces) -> Edges:
@@ -42,7 +42,7 @@ def numbered_edges(faces: Faces) -> Edges:
     return Edges(number.ravel(), begin < end, uses)
 
 
-def flat_copies(points: Floats, faces: Faces, edges: Edges) -> NDArray[np.int64]:
+def flat_copies(points: Floats, faces: Faces, edges: Edges) -> Indices:
     """Returns the indices of the triangles of each flat piece that has the same boundary as an earlier one, wound either way.
 
     points: (V, 3) [m], each position once; faces: (F, 3), no two with the same corners; edges: of them.
@@ -76,7 +76,7 @@ def _may_overlap(points: Floats, faces: Faces, edges: Edges) -> bool:
     return bool((np.sum(np.square(total), axis=0) > (2.0 * np.cos(MAX_BEND / 2.0)) ** 2).any())
 
 
-def _lines_at_edges(points: Floats, faces: Faces, edges: Edges) -> tuple[Faces, NDArray[np.bool_]]:
+def _lines_at_edges(points: Floats, faces: Faces, edges: Edges) -> tuple[Faces, Flags]:
     """For each edge (3 F,) of a triangle: the number of the line across the edge along which the triangle lies, and on which side
     of the edge it does. Triangles that continue each other, or lie on each other, have one line."""
     begin, end, third = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), np.roll(faces, -2, axis=1).ravel()
@@ -100,7 +100,7 @@ def _lines_at_edges(points: Floats, faces: Faces, edges: Edges) -> tuple[Faces, 
     return line, side == 0.0
 
 
-def _repeats_boundary(edge: Faces, piece: Faces, count: int) -> NDArray[np.bool_]:
+def _repeats_boundary(edge: Faces, piece: Faces, count: int) -> Flags:
     """Which pieces (count,) have the same edges once as an earlier piece. edge, piece: of each edge of each triangle (3 F,)."""
     key, uses = np.unique(piece * (int(edge.max()) + 1) + edge, return_counts=True)
     owner, border = np.divmod(key[uses == 1], int(edge.max()) + 1)
@@ -111,7 +111,7 @@ def _repeats_boundary(edge: Faces, piece: Faces, count: int) -> NDArray[np.bool_
     return np.asarray((first[same.ravel()] != np.arange(count)) & (number > 0))
 
 
-def _is_flat(points: Floats, faces: Faces, piece: Faces, count: int) -> NDArray[np.bool_]:
+def _is_flat(points: Floats, faces: Faces, piece: Faces, count: int) -> Flags:
     """Which pieces (count,) lie within FLAT of the plane of their largest triangle."""
     a, b, c = points[faces].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)

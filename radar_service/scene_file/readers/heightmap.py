@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.scene_file.readers.mesh import LoadedBody
@@ -21,7 +22,6 @@ from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 
-Floats = NDArray[np.float64]
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
 SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
@@ -200,7 +200,7 @@ def _map_positions(grid: Floats, origin: Origin) -> Floats:
     return np.stack(parts, axis=-1)
 
 
-def with_skirt(mesh: Mesh, rim: NDArray[np.int64], foot: float) -> Mesh:
+def with_skirt(mesh: Mesh, rim: Indices, foot: float) -> Mesh:
     """Returns a mesh with a wall from its rim down to the height `foot` [m], where the rim is higher.
 
     rim: edges (E, 2) as vertices, with the surface to their left as seen from above.
@@ -219,9 +219,7 @@ def with_skirt(mesh: Mesh, rim: NDArray[np.int64], foot: float) -> Mesh:
     return Mesh(np.concatenate([mesh.vertices, lower]), np.concatenate([mesh.faces, walls]))
 
 
-def _faces_in_coverage(
-    positions: Floats, heights: Floats, coverage: Coverage
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _faces_in_coverage(positions: Floats, heights: Floats, coverage: Coverage) -> tuple[Indices, Indices]:
     """Returns faces (F, 3), normals up, that rise above the sea inside the coverage, and their edges (E, 2) on the rim of the map
     that do, with the land to their left."""
     rows, columns = heights.shape
@@ -243,7 +241,7 @@ def _faces_in_coverage(
     return np.concatenate(kept), edges[(heights.ravel()[edges] > 0.0).any(axis=1)]
 
 
-def _any(corners: tuple[NDArray[np.bool_], ...]) -> NDArray[np.bool_]:
+def _any(corners: tuple[Flags, ...]) -> Flags:
     a, b, c = corners
     return a | b | c
 

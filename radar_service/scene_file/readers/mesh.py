@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scene_file.readers.file_format import (
     Faces,
-    Floats,
     Format,
     Triangles,
     check_face_count,
@@ -133,7 +132,7 @@ def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedBody:
     return LoadedBody(Mesh(vertices[used], compact.reshape(-1, 3).astype(np.int64)), tuple(findings))
 
 
-def _unique_rows(rows: Floats) -> tuple[Floats, NDArray[np.int64]]:
+def _unique_rows(rows: Floats) -> tuple[Floats, Indices]:
     """Returns the distinct rows, and for each row its index in them. Sorting compares bytes, so one fast key is enough."""
     plain = np.ascontiguousarray(rows + 0.0)  # + 0.0: -0.0 and 0.0 are the same coordinate
     key = plain.view(np.dtype((np.void, plain.dtype.itemsize * plain.shape[1]))).ravel()
@@ -141,7 +140,7 @@ def _unique_rows(rows: Floats) -> tuple[Floats, NDArray[np.int64]]:
     return plain[first], index.reshape(-1).astype(np.int64)
 
 
-def _unique_faces(faces: Faces) -> NDArray[np.int64]:
+def _unique_faces(faces: Faces) -> Indices:
     """Returns indices of the faces that do not repeat an earlier one, wound either way.
 
     Two triangles back to back are one sheet: each reflects on both sides, so both together would have four times its power.

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Flags
 from radar_service.scene_file.readers.file_format import Format
 from radar_service.world.error import SceneError
 
@@ -38,7 +39,7 @@ class Raster(NamedTuple):
     grey: bool
     corners: Corners | None = None
     findings: tuple[str, ...] = ()
-    empty: NDArray[np.bool_] | None = None
+    empty: Flags | None = None
 
 
 def _check_size(shape: tuple[int, ...], location: str) -> None:

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.processes.limits import child_environment
-from radar_service.processes.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
+from radar_service.processes.limits import BACKSTOP, MAX_PROCESSOR_TIME, child_environment, machine_busy
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.mesh_reader import BodyFile
 from radar_service.world.body import Mesh

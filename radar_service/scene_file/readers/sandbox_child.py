@@ -15,8 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.processes.limits import forbid_access, limit_memory
-from radar_service.processes.processor_time import limit_processor_time
+from radar_service.processes.limits import forbid_access, limit_memory, limit_processor_time
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.mesh_reader import FILES, IN_PROCESS, BodyFile, MeshReader
 from radar_service.scene_file.readers.sandbox import DTYPES, MAX_TRIANGLES

@@ -5,14 +5,12 @@ import io
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.numerics.types import Floats
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.motion import Motion, segment_headings
-
-Floats = NDArray[np.float64]
 
 MAX_TRACK_BYTES = 50 * 2**20
 MAX_TRACK_ROWS = 1_000_000

@@ -12,8 +12,7 @@ from typing_extensions import override
 from radar_service.processes.call import Progress
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
-from radar_service.processes.limits import default_memory, processor_time_of
-from radar_service.processes.processor_time import MachineBusyError, machine_busy
+from radar_service.processes.limits import MachineBusyError, default_memory, machine_busy, processor_time_of
 from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock

@@ -19,8 +19,7 @@ from typing import Any, NoReturn
 
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.processes.channel import Channel
-from radar_service.processes.limits import at_low_priority, limit_memory
-from radar_service.processes.processor_time import MachineBusyError
+from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
 from radar_service.radar.parameters import START, Radar
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
@@ -31,8 +30,7 @@ from radar_service.service.scene_request import MakeSimulator, ProcessSimulator,
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
-from radar_service.world.rotation import scene_at_rpm
-from radar_service.world.scene import Scene
+from radar_service.world.scene import Scene, scene_at_rpm
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 

@@ -1,8 +1,12 @@
-"""The study of speed against accuracy: `measure` runs every method on a scene, `write_chart` writes the results."""
+"""The study of speed against accuracy: `measure` runs every method on a scene, `write_chart` writes the results and on what."""
 
 import json
+import os
+import platform
+import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,7 +20,6 @@ from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto
 from radar_service.study.chart.power_panel import power_points, target_windows
-from radar_service.study.chart.provenance import commit, machine
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.samplers import samplers
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
@@ -30,6 +33,7 @@ Result = TypeVar("Result")
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target
 MIN_POWER = 1e-300  # W
+HERE = Path(__file__)
 
 
 @dataclass(frozen=True)
@@ -210,3 +214,44 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
 def _machine_text(data: dict[str, Any]) -> str:
     revision = data["commit"]
     return f"{data['machine']['processor']}, {revision if revision.startswith('version') else f'commit {revision[:10]}'}"
+
+
+def machine() -> dict[str, str | int]:
+    """Returns the processor and the versions that CPU times depend on."""
+    libraries = {name: _version(name) for name in ("numpy", "scipy", "embreex")}
+    return {"processor": _processor(), "cores": os.cpu_count() or 1, "system": platform.platform(),
+            "python": platform.python_version(), **libraries}  # fmt: skip
+
+
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:  # embreex, where it has no wheel
+        return "not installed"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def commit() -> str:
+    """Returns the commit of this checkout, with "+" after local changes; outside of a checkout the version."""
+
+    def git(*arguments: str) -> str:
+        run = subprocess.run(["git", "-C", str(HERE.parent), *arguments], capture_output=True, text=True, timeout=10)
+        return run.stdout.strip() if run.returncode == 0 else ""
+
+    try:
+        if git("ls-files", HERE.name):  # the environment may lie inside another project's checkout
+            return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain", "--untracked-files=no") else "")
+    except (OSError, subprocess.TimeoutExpired):
+        pass
+    try:
+        return f"version {version('radar-service')}"
+    except PackageNotFoundError:
+        return "unknown"

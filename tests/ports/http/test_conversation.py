@@ -1,8 +1,13 @@
 """Conversations by websocket: their parts end together, and reasons fit a close frame."""
 
 import asyncio
+import json
+
+import pytest
 
 from radar_service.ports.http.conversation import close_reason, until_first_ends
+from tests.ports.asgi import Closed, Server
+from tests.ports.playing import play
 
 
 def test_the_first_part_that_ends_ends_the_others() -> None:
@@ -29,3 +34,28 @@ def test_a_reason_fits_a_close_frame_whatever_its_letters() -> None:
     for letter in ("x", "é", "日", "🚢"):
         reason = close_reason(letter * 200)
         assert 116 < len(reason.encode()) <= 123 and set(reason) == {letter}
+
+
+@pytest.mark.parametrize("path", ["poses", "truth/stream?radiometric=2"])
+def test_an_unknown_radar_is_refused_with_a_reason_and_counted(path: str) -> None:
+    async def test(server: Server) -> None:
+        socket = await server.open(f"/api/radars/{'7' * 50}/{path}")
+        bye = json.loads(await socket.text())
+        assert bye == {"type": "bye", "reason": f'radar: there is no "{"7" * 40}"; see /api/radars'}
+        with pytest.raises(Closed) as closed:
+            await socket.text()
+        assert closed.value.code == 4404
+        assert 'reason="feed radar"} 1' in (await server.http.get("/metrics")).text
+
+    play(test)
+
+
+def test_other_refusals_have_codes_of_their_own() -> None:
+    async def test(server: Server) -> None:
+        socket = await server.open("/api/radars/0/truth/stream")
+        assert "start it with --truth" in json.loads(await socket.text())["reason"]
+        with pytest.raises(Closed) as closed:
+            await socket.text()
+        assert closed.value.code == 4403
+
+    play(test)

@@ -12,7 +12,7 @@ from radar_service.processes.call import Progress
 from radar_service.service.scene_request import SceneRequest
 from tests.ports.asgi import running
 from tests.ports.playing import station
-from tests.ports.rest.test_api import Slow
+from tests.ports.rest.test_rest_port import Slow
 from tests.service.fake import FakeEngine
 
 

@@ -7,7 +7,7 @@ from fastapi import FastAPI
 
 from radar_service.ports.rest.answers import add_exception_handlers, problem_lines
 from radar_service.ports.rest.scene_store import Conflict
-from radar_service.processes.processor_time import MachineBusyError
+from radar_service.processes.limits import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy
 from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault

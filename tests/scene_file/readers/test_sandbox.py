@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from radar_service.processes.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
+from radar_service.processes.limits import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.file_format import Format, Triangles
 from radar_service.scene_file.readers.formats import FORMATS

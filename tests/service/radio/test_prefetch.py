@@ -14,7 +14,7 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio import prefetch
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.world.commands import CommandError
-from radar_service.world.rotation import scene_at_rpm
+from radar_service.world.scene import scene_at_rpm
 from tests.service.fake import FakeEngine, commanded, scene, steerable_scene
 
 SOON = 60.0  # s, for what should take milliseconds

@@ -13,8 +13,8 @@ import pytest
 
 from radar_service.display.video import Controls
 from radar_service.records.cell_sources import SourceList, SourceRequest
-from radar_service.service.radio.command_pace import SPOKES_BETWEEN
 from radar_service.service.radio.command_worker import NoRadarError
+from radar_service.service.radio.commanded_transmitter import SPOKES_BETWEEN
 from radar_service.service.radio.prefetch import prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
@@ -221,7 +221,9 @@ def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
 
 def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each command orders the next one, so that one always waits: it waits until spokes after the one before are sent."""
-    monkeypatch.setattr("radar_service.service.radio.command_pace.IN_SINKS", math.inf)  # a busy machine stops any sink
+    monkeypatch.setattr(
+        "radar_service.service.radio.commanded_transmitter.IN_SINKS", math.inf
+    )  # a busy machine stops any sink
     with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
 
         def again(time: float) -> dict[str, float]:

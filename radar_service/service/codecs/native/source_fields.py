@@ -67,7 +67,7 @@ def _labels_field(labels: NDArray[np.uint32]) -> dict[str, Any]:
     return {"labels": labels.astype("<u4").tobytes()}
 
 
-def _powers_fields(numbers: list[int], power: NDArray[np.float32]) -> dict[str, Any]:
+def _powers_fields(numbers: list[int], power: Singles) -> dict[str, Any]:
     """power: (rows, sources, bins)."""
     return {"power_sources": numbers, "powers": power.astype("<f4").tobytes()}
 

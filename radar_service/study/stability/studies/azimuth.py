@@ -69,11 +69,6 @@ def narrow_beam(fine: int = 1) -> Finding:
     )
 
 
-def straddling_loss_db(ratio: float) -> float:
-    """Returns the two-way loss [dB] half-way between spokes of a sinc^2 beam that is `ratio` steps wide."""
-    return float(-40.0 * np.log10(np.sinc(0.8858929413789047 * 0.5 / ratio)))
-
-
 def headings(fine: int = 1) -> Finding:
     """Drives angles over six revolutions: wrapped angles, a ship that turns through north, a head-up picture."""
     degrees = np.linspace(-1080.0, 1080.0, 73)

@@ -31,7 +31,7 @@ def float32_range(fine: int = 1) -> Finding:
         single.append(float(np.abs((r.astype(np.float32).astype(np.longdouble) - r) * DEGREES_PER_METRE).max()))
         phase = np.angle(two_way_phase(r.astype(np.float64), WAVELENGTH), deg=True)
         exact = np.asarray((r * DEGREES_PER_METRE) % 360.0, dtype=np.float64)
-        double.append(float(np.abs(_wrapped_deg(phase + exact)).max()))
+        double.append(float(np.abs((phase + exact + 180.0) % 360.0 - 180.0).max()))
     failing = np.flatnonzero(np.array(single) > 1.0)
     return Finding(
         name="range in single precision",
@@ -49,10 +49,6 @@ def float32_range(fine: int = 1) -> Finding:
         instead="range and phase in float64",
         details="Embree only tells which triangle a ray hits. Range and phase are float64 at every distance.",
     )
-
-
-def _wrapped_deg(angle: Floats) -> Floats:
-    return (angle + 180.0) % 360.0 - 180.0
 
 
 def _triangle(first: float, second: float) -> Floats:
