@@ -15,7 +15,7 @@ How fast the shadows of other bodies move over one in the meantime is here too.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,7 @@ STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move be
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
+TRACES_PER_BODY = 2  # kept: the passage that is and the next one, for threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
@@ -131,9 +132,10 @@ class BeamPassages:
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
-        self._nodes: ResultCache[tuple[int, int, bytes], ObservedEchoes] = ResultCache(
+        self._nodes: ResultCache[tuple[int, int, int, bytes], ObservedEchoes] = ResultCache(
             NODES_PER_BODY * count, scene.revision
         )
+        self._traces: ResultCache[tuple[int, int, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
         self._schedules: ResultCache[tuple[int, int], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
@@ -154,25 +156,41 @@ class BeamPassages:
         for n, crossing in self.passing(azimuths.middle, middle, half):
             if not present[n]:
                 continue
-            for node, fade in self._weighted_nodes(n, crossing, spoke):
-                parts.append(self._node(n, node, azimuths.middle))
+            for part, node, fade in self._weighted_nodes(n, crossing, spoke):
+                parts.append(self._node(n, crossing, part, node, azimuths.middle))
                 fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
-    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[int, Singles]]:
-        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,)."""
+    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[Part, int, Singles]]:
+        """The nodes of body n around a crossing that count at spokes (K,), each with its part and its weights (K,)."""
         for part in self.parts(n, crossing):
             for node, fade in zip(part.nodes.tolist(), part.weights(spoke), strict=True):
                 if fade.any():
-                    yield node, fade
+                    yield part, node, fade
 
-    def _node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke, where those bodies occlude that are present at `time` [s]."""
-        state = self._line_of_sight.presences.state(time)
-        return self._nodes.get((n, spoke, state), lambda: self.evaluated(n, spoke, time))
+    def _node(self, n: int, crossing: int, part: Part, spoke: int, time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
+        key = n, crossing, spoke, self._line_of_sight.presences.state(time)
+        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, (crossing, part)))
+
+    def _trace(self, n: int, crossing: int, part: Part, time: float) -> Any:
+        """What the nodes of a part of a passage of body n share; None where there is one node, and for shadows over bodies at
+        rest. It is traced at the spoke of the part that is nearest to the crossing, whichever node asks first."""
+        if self._at_rest or len(part.nodes) < 2:
+            return None
+        spoke = int(np.clip(crossing, part.first, part.last))
+        key = n, spoke, self._line_of_sight.presences.state(time)
+        model, local, _ = self._aspects[n]
+        return self._traces.get(key, lambda: model.traced(local, *self._observed(spoke, time)))
+
+    def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
+        """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""
+        time = self._scene.radar.time_of_spokes(float(spoke))
+        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
+        return self._scene.antenna(time)[0], instant
 
     def crossing(self, n: int, turns: float) -> int:
         """The spoke, numbered from the start, at which the beam points at body n, within a quarter of a scan of `turns` scans.
@@ -288,6 +306,12 @@ class BeamPassages:
         instant = Instant(time, self._line_of_sight, self._max_range)
         return aspect.model.casters(aspect.local, among, antenna, instant, self._bodies[n].moved_within(time, span))
 
+    def _is_faint(self, n: int, offset: int, time: float) -> bool:
+        """Whether no part of body n has a one-way gain above MAIN_BEAM, so many spokes off its crossing."""
+        (position,), _ = self._rates[n].track(np.array([time]))
+        aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+        return float(self._gain(np.array([abs(offset) * self._scene.radar.azimuth_step - aside]))[0]) <= MAIN_BEAM
+
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
         return np.ones_like(offset) if self._extent >= np.pi else self._envelope_gain(offset)
@@ -295,17 +319,18 @@ class BeamPassages:
     def _envelope_gain(self, offset: Floats) -> Floats:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`."""
+    def evaluated(self, n: int, spoke: int, presence_time: float, passage: tuple[int, Part] | None = None) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`; passage: the crossing and the part
+        whose trace serves, None for none."""
         model, local, body = self._aspects[n]
-        time = self._scene.radar.time_of_spokes(float(spoke))
-        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
-        antenna = self._scene.antenna(time)[0]
-        echoes = model.body_echoes(local, antenna, instant)
+        antenna, instant = self._observed(spoke, presence_time)
+        trace = None if passage is None else self._trace(n, *passage, presence_time)
+        faint = trace is not None and passage is not None and self._is_faint(n, spoke - passage[0], instant.time)
+        echoes = model.body_echoes(local, antenna, instant, trace, faint)
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
-        poses = self._poses.at(np.array([time]))
+        poses = self._poses.at(np.array([instant.time]))
         position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 

@@ -6,7 +6,7 @@ then know its name. All that readers of scenes, the plan and the truth need to k
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -217,8 +217,17 @@ class AspectModel(ScatteringModel, Protocol):
 
     upright: ClassVar[float]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, exactly as it is at the instant; arguments as in `echoes`."""
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Any = None, faint: bool = False) -> BodyEchoes:
+        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`.
+
+        trace: of body b at an instant near by, as from `traced`, of which it uses what holds; faint: whether little is received,
+        so that all of it holds. Without a trace echoes are exactly those of the instant.
+        """
+        ...
+
+    def traced(self, b: int, antenna: Floats, instant: Instant) -> Any:
+        """What takes long to find out of body b at an instant, for others of the same passage of the beam; None where that holds
+        for this instant alone."""
         ...
 
     def casters(

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from typing_extensions import override
@@ -24,6 +24,7 @@ from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, C
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.illumination import Illumination
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
@@ -78,6 +79,57 @@ def _key(body: Body) -> tuple[bytes, str]:
     return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
+class Trace(NamedTuple):
+    """What was traced of a body at one pose. toward, upward: unit vectors (3,) to the antenna and away from the sea, in the
+    body's own frame."""
+
+    illumination: Illumination
+    toward: Floats
+    upward: Floats
+
+
+class _View(NamedTuple):
+    """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
+
+    lean: from its own frame to that one; None: they are the same. by_paths: whether echoes by the sea are apart.
+    """
+
+    optical: OpticalBody
+    legs: tuple[BodyLeg, ...]
+    pose: BodyPose
+    lean: Floats | None
+    by_paths: bool
+
+    @property
+    def water(self) -> float:
+        """Height of the sea [m]."""
+        return -float(self.pose.position[2])
+
+    @property
+    def is_shaded(self) -> bool:
+        """Whether another body may shade it, or diffraction counts, so that what it shows hangs on more than its pose."""
+        return any(leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs)
+
+    @property
+    def toward(self) -> Floats:
+        """Unit vector (3,) to the antenna in the body's own frame."""
+        vector = self.pose.frame_from_map(self.legs[0].antenna, np.inf)
+        vector = vector / np.sqrt(float(vector @ vector))
+        return np.asarray(vector if self.lean is None else vector @ self.lean)
+
+    @property
+    def upward(self) -> Floats:
+        """Unit vector (3,) away from the sea in the body's own frame."""
+        return np.array([0.0, 0.0, 1.0]) if self.lean is None else self.lean[2]
+
+    def turned(self, trace: Trace) -> float:
+        """By which angle the body has turned since a trace [rad]: the root of the squares of both vectors' turns."""
+        apart = [
+            float(np.linalg.norm(now - then)) for now, then in ((self.toward, trace.toward), (self.upward, trace.upward))
+        ]
+        return math.hypot(*apart)
+
+
 class PhysicalOptics(AspectModel):
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
@@ -95,6 +147,7 @@ class PhysicalOptics(AspectModel):
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
         self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
         self._over_horizon = diffraction_height(context.radar, context.environment)
+        self._trace_step = math.radians(context.fidelity.trace_step_deg)
 
     @classmethod
     @override
@@ -123,8 +176,28 @@ class PhysicalOptics(AspectModel):
         near = instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, as it is at the instant."""
+    def body_echoes(
+        self, b: int, antenna: Floats, instant: Instant, trace: Trace | None = None, faint: bool = False
+    ) -> BodyEchoes:
+        """As `AspectModel.body_echoes`."""
+        seen = self._view(b, antenna, instant)
+        if trace is not None and not seen.is_shaded and (faint or seen.turned(trace) <= self._trace_step):
+            centres = seen.optical.echoes_near(trace.illumination, seen.legs, seen.water)
+        else:
+            centres = seen.optical.echoes(seen.legs, seen.water)
+        if seen.lean is not None:
+            centres = [path._replace(position=path.position @ seen.lean) for path in centres]
+        return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
+
+    def traced(self, b: int, antenna: Floats, instant: Instant) -> Trace | None:
+        """As `AspectModel.traced`; None too where another body shades it, or diffraction counts."""
+        seen = self._view(b, antenna, instant) if self._trace_step > 0.0 else None
+        if seen is None or seen.is_shaded:
+            return None
+        return Trace(seen.optical.illuminated(seen.legs, seen.water), seen.toward, seen.upward)
+
+    def _view(self, b: int, antenna: Floats, instant: Instant) -> "_View":
+        """Body b as the antenna has it at an instant."""
         posed = pose_at(self.bodies[b], instant.time)
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
@@ -139,10 +212,7 @@ class PhysicalOptics(AspectModel):
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
-        centres = optical.echoes(tuple(legs), water=-float(pose.position[2]))
-        if lean is not None:
-            centres = [path._replace(position=path.position @ lean) for path in centres]
-        return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
+        return _View(optical, tuple(legs), pose, lean, by_paths)
 
     @override
     def casters(
