@@ -184,7 +184,14 @@ class BeamPassages:
         spoke = int(np.clip(crossing, part.first, part.last))
         key = n, spoke, self._line_of_sight.presences.state(time)
         model, local, _ = self._aspects[n]
-        return self._traces.get(key, lambda: model.traced(local, *self._observed(spoke, time)))
+
+        def traced() -> Any:
+            antenna, instant = self._observed(spoke, time)
+            bright = [node for node in part.nodes.tolist() if not self._is_faint(n, node - crossing, instant.time)]
+            times = self._scene.radar.time_of_spokes(np.array(bright, dtype=np.float64))
+            return model.traced(local, antenna, instant, times)
+
+        return self._traces.get(key, traced)
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
         """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""

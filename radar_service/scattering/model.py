@@ -225,9 +225,9 @@ class AspectModel(ScatteringModel, Protocol):
         """
         ...
 
-    def traced(self, b: int, antenna: Floats, instant: Instant) -> Any:
-        """What takes long to find out of body b at an instant, for others of the same passage of the beam; None where that holds
-        for this instant alone."""
+    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Any:
+        """What takes long to find out of body b at an instant, for others of the same passage of the beam (K,) [s]; None where
+        that holds for this instant alone."""
         ...
 
     def casters(

@@ -1,12 +1,13 @@
 """What legs reach of a body, as traced at one pose, and the same at another pose near by, without a ray.
 
 Which facets are lit, where shadows end on them, where they are cut, which tubes count and where these hit is kept, in the body's
-own frame. Fields, lengths and where tubes are projected to are computed anew.
+own frame. Fields, lengths, the waterline and where tubes are projected to are computed anew. So that there is something to cut
+at the waterline, bodies are traced a little higher than they float (`Hull.lift`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,9 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, cross, dot
+from radar_service.scattering.physical_optics.triangle_cuts import AT_LEVEL, above_water
 from radar_service.scattering.physical_optics.tube_tracing import GRAZING
+from radar_service.world.poses import BodyPose
 
 
 class KeptTubes(NamedTuple):
@@ -45,15 +48,18 @@ class KeptTubes(NamedTuple):
         share, cell = tubes.launch.share.take(tubes.launched), tubes.launch.cell.take(tubes.launched)
         return cls(ways, out, back, corners, tubes.chain, share, cell, factor)
 
-    def traced(self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg], polarization: str) -> RayTubes:
-        """The tubes where they end, for legs at another pose."""
+    def traced(
+        self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg], polarization: str, water: float
+    ) -> RayTubes:
+        """The tubes where they end, for legs at another pose. water: height of the sea [m], below which nothing leaves."""
         corners = self.corners if lean is None else np.einsum("ik,ckm->cim", lean, self.corners)
         centre = (corners[0] + corners[1] + corners[2]) / 3.0
         rays = legs[self.out].rays(centre.T)
         direction, field = by_axis(rays.direction), by_axis(rays.polarization(polarization))
         count = self.corners.shape[2]
         launch = Launch(
-            direction, field, np.full(count, self.out), self.share, self.cell, np.zeros(count), self.chain[0], self.chain[0]
+            direction, field, np.full(count, self.out), self.share * share_above(corners[:, 2] - water), self.cell,
+            np.zeros(count), self.chain[0], self.chain[0],
         )  # fmt: skip
         begin, length, normal = centre, rays.length, _facing(planes, self.chain[0], direction)
         bounces = 1 + (self.chain[1:] >= 0).sum(axis=0)
@@ -98,10 +104,58 @@ class Illumination:
         points = lit.points if lean is None else lit.points @ lean
         return cls(points, lit.corner, lit.triangle, lit.cell, lit.side, lit.share, tuple(tubes))
 
-    def facets(self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg]) -> LitFacets:
-        """The lit facets for legs at another pose."""
+    def facets(self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg], water: float) -> LitFacets:
+        """The lit facets above the sea, whose height is `water` [m], for legs at another pose."""
         points = self.points if lean is None else self.points @ lean.T
-        return lit_facets(points, self.corner, self.triangle, self.cell, self.side, self.share, planes, legs)
+        origin, corner, points = _above_water(points, self.corner, water)
+        triangle, cell = self.triangle.take(origin), self.cell.take(origin)
+        side, share = self.side.take(origin, axis=0), self.share.take(origin, axis=0)
+        return lit_facets(points, corner, triangle, cell, side, share, planes, legs)
+
+
+class Hull(NamedTuple):
+    """How high the corners (8,) of a body's bounding box lie above the sea at instants (K,): height (K, 8) [m]."""
+
+    height: Floats
+
+    @classmethod
+    def of(cls, vertices: Floats, poses: Sequence[BodyPose]) -> "Hull":
+        """Of vertices (V, 3) in the body's own frame at each pose."""
+        ends = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+        box = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
+        return cls(np.array([pose.map_from_frame(box)[:, 2] for pose in poses]).reshape(-1, 8))
+
+    def lift(self, then: Self) -> float:
+        """By how much the body must be lifted, as it is `then` (one instant), so that whatever is above the sea at any of these
+        instants is above it [m]; 0 for one that the sea never wets."""
+        if not len(self.height) or min(self.height.min(), then.height.min()) > 0.0:
+            return 0.0
+        return max(0.0, float((self.height - then.height).max()))
+
+
+def share_above(height: Floats) -> Floats:
+    """The share of the area of triangles whose corners have these heights (3, M) that lies where they are not negative (M,)."""
+    low, middle, high = np.sort(height, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tip = high * high / ((high - low) * (high - middle))
+        stump = 1.0 - low * low / ((low - middle) * (low - high))
+    return np.where(low >= 0.0, 1.0, np.where(high <= 0.0, 0.0, np.where(middle <= 0.0, tip, stump)))
+
+
+def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices, Indices, Floats]:
+    """The parts of facets with corners (3, M) among points (V, 3) that rise above the sea: the facet that each comes from (N,),
+    its corners (3, N), and the points that these are among. Those of parts of a facet are new."""
+    low = (points[:, 2] < water - AT_LEVEL)[corner]
+    wet = np.flatnonzero(low.any(axis=0))
+    if not len(wet):
+        return np.arange(corner.shape[1]), corner, points
+    dry = np.flatnonzero(~low.any(axis=0))
+    crossed = wet[~low[:, wet].all(axis=0)]
+    parts, origin = above_water(points[corner[:, crossed].T], water)
+    used, dry_corner = np.unique(corner[:, dry], return_inverse=True)
+    new = len(used) + np.arange(3 * len(parts)).reshape(-1, 3).T
+    corners = np.concatenate([dry_corner.reshape(3, -1), new], axis=1)
+    return np.concatenate([dry, crossed[origin]]), corners, np.concatenate([points[used], parts.reshape(-1, 3)])
 
 
 def lit_facets(

@@ -24,7 +24,7 @@ from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, C
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.illumination import Illumination
+from radar_service.scattering.physical_optics.illumination import Hull, Illumination
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
@@ -107,8 +107,9 @@ class _View(NamedTuple):
 
     @property
     def is_shaded(self) -> bool:
-        """Whether another body may shade it, or diffraction counts, so that what it shows hangs on more than its pose."""
-        return any(leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs)
+        """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
+        pose."""
+        return any(leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs)
 
     @property
     def toward(self) -> Floats:
@@ -176,10 +177,10 @@ class PhysicalOptics(AspectModel):
         near = instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
+    @override
     def body_echoes(
         self, b: int, antenna: Floats, instant: Instant, trace: Trace | None = None, faint: bool = False
     ) -> BodyEchoes:
-        """As `AspectModel.body_echoes`."""
         seen = self._view(b, antenna, instant)
         if trace is not None and not seen.is_shaded and (faint or seen.turned(trace) <= self._trace_step):
             centres = seen.optical.echoes_near(trace.illumination, seen.legs, seen.water)
@@ -189,16 +190,21 @@ class PhysicalOptics(AspectModel):
             centres = [path._replace(position=path.position @ seen.lean) for path in centres]
         return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
 
-    def traced(self, b: int, antenna: Floats, instant: Instant) -> Trace | None:
-        """As `AspectModel.traced`; None too where another body shades it, or diffraction counts."""
-        seen = self._view(b, antenna, instant) if self._trace_step > 0.0 else None
-        if seen is None or seen.is_shaded:
+    @override
+    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Trace | None:
+        if self._trace_step == 0.0:
             return None
-        return Trace(seen.optical.illuminated(seen.legs, seen.water), seen.toward, seen.upward)
+        body = self.bodies[b]
+        assert body.mesh is not None
+        then, during = (
+            Hull.of(body.mesh.vertices, [pose_at(body, time) for time in some]) for some in ([instant.time], times.tolist())
+        )
+        seen = self._view(b, antenna, instant, during.lift(then))
+        return None if seen.is_shaded else Trace(seen.optical.illuminated(seen.legs, seen.water), seen.toward, seen.upward)
 
-    def _view(self, b: int, antenna: Floats, instant: Instant) -> "_View":
-        """Body b as the antenna has it at an instant."""
-        posed = pose_at(self.bodies[b], instant.time)
+    def _view(self, b: int, antenna: Floats, instant: Instant, lift: float = 0.0) -> "_View":
+        """Body b as the antenna has it at an instant, `lift` [m] higher than it floats."""
+        posed = pose_at(self.bodies[b], instant.time).lifted(lift)
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
@@ -208,7 +214,7 @@ class PhysicalOptics(AspectModel):
         others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
         legs = [
-            self._leg(b, optical, leg.by_sea, pose, antenna, instant, others, cast)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
@@ -234,15 +240,15 @@ class PhysicalOptics(AspectModel):
         return Onlooker(_box(optical, pose), legs, len(optical.mesh.faces))
 
     def _leg(
-        self, b: int, optical: OpticalBody, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant,
+        self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
         others: list[int], shadows: CastShadows | None,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it. shadows: that they
+        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it. shadows: that they
         cast, as from `Onlooker.shadows`.
         """
-        scene, key = instant.line_of_sight, int(self.key[b])
+        scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
 
         def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
@@ -257,7 +263,7 @@ class PhysicalOptics(AspectModel):
         seen: Visible = partial(visible, bodies=others if crowded else [])
         own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
         if own is not None and self._in_reach(b, pose, antenna, instant):
-            own_shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
+            own_shadows = OwnShadows(own[0], posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)

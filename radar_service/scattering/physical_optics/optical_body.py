@@ -109,10 +109,10 @@ class OpticalBody:
 
     def echoes_near(self, kept: Illumination, legs: tuple[BodyLeg, ...], water: float) -> list[PathCentres]:
         """As `echoes`, of what was traced at a pose near by."""
-        lit = kept.facets(self.planes, self.lean, legs)
+        lit = kept.facets(self.planes, self.lean, legs, water)
         fields = []
         for group in kept.tubes:
-            tubes = group.traced(self.planes, self.lean, legs, self.wave.polarization)
+            tubes = group.traced(self.planes, self.lean, legs, self.wave.polarization, water)
             receive = legs[group.back]
             field = received_fields(tubes, receive.rays(tubes.centre.T), receive, self.wave)
             fields.append((group.ways, field._replace(amplitude=field.amplitude * group.factor)))
