@@ -23,6 +23,7 @@ from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
+from radar_service.echo.passage_traces import TraceRun, trace_runs
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
@@ -40,7 +41,7 @@ STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move be
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
-TRACES_PER_BODY = 2  # kept: the passage that is and the next one, for threads that are ahead
+TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
@@ -132,10 +133,11 @@ class BeamPassages:
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
-        self._nodes: ResultCache[tuple[int, int, int, bytes], ObservedEchoes] = ResultCache(
+        self._nodes: ResultCache[tuple[int, int, TraceRun | None, bytes], ObservedEchoes] = ResultCache(
             NODES_PER_BODY * count, scene.revision
         )
-        self._traces: ResultCache[tuple[int, int, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
+        self._runs: ResultCache[tuple[int, int], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
+        self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
         self._schedules: ResultCache[tuple[int, int], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
@@ -156,42 +158,36 @@ class BeamPassages:
         for n, crossing in self.passing(azimuths.middle, middle, half):
             if not present[n]:
                 continue
-            for part, node, fade in self._weighted_nodes(n, crossing, spoke):
-                parts.append(self._node(n, crossing, part, node, azimuths.middle))
+            for node, fade in self._weighted_nodes(n, crossing, spoke):
+                parts.append(self._node(n, crossing, node, azimuths.middle))
                 fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
-    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[Part, int, Singles]]:
-        """The nodes of body n around a crossing that count at spokes (K,), each with its part and its weights (K,)."""
+    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[int, Singles]]:
+        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,)."""
         for part in self.parts(n, crossing):
             for node, fade in zip(part.nodes.tolist(), part.weights(spoke), strict=True):
                 if fade.any():
-                    yield part, node, fade
+                    yield node, fade
 
-    def _node(self, n: int, crossing: int, part: Part, spoke: int, time: float) -> ObservedEchoes:
+    def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
-        key = n, crossing, spoke, self._line_of_sight.presences.state(time)
-        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, (crossing, part)))
+        run = self._runs.get((n, crossing), lambda: self._trace_runs(n, crossing)).get(spoke)
+        key = n, spoke, run, self._line_of_sight.presences.state(time)
+        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
 
-    def _trace(self, n: int, crossing: int, part: Part, time: float) -> Any:
-        """What the nodes of a part of a passage of body n share; None where there is one node, and for shadows over bodies at
-        rest. It is traced at the spoke of the part that is nearest to the crossing, whichever node asks first."""
-        if self._at_rest or len(part.nodes) < 2:
-            return None
-        spoke = int(np.clip(crossing, part.first, part.last))
-        key = n, spoke, self._line_of_sight.presences.state(time)
+    def _trace(self, n: int, run: TraceRun, time: float) -> Any:
+        """What a run of nodes of body n shares; time: as of `_node`."""
         model, local, _ = self._aspects[n]
 
         def traced() -> Any:
-            antenna, instant = self._observed(spoke, time)
-            bright = [node for node in part.nodes.tolist() if not self._is_faint(n, node - crossing, instant.time)]
-            times = self._scene.radar.time_of_spokes(np.array(bright, dtype=np.float64))
-            return model.traced(local, antenna, instant, times)
+            times = self._scene.radar.time_of_spokes(np.array(run.nodes, dtype=np.float64))
+            return model.traced(local, *self._observed(run.spoke, time), times)
 
-        return self._traces.get(key, traced)
+        return self._traces.get((n, run, self._line_of_sight.presences.state(time)), traced)
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
         """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""
@@ -263,9 +259,7 @@ class BeamPassages:
 
     def _scheduled(self, n: int, crossing: int) -> tuple[Part, ...]:
         """Computes `parts` anew."""
-        radar, rates = self._scene.radar, self._rates[n]
-        (position,), _ = rates.track(np.array([radar.time_of_spokes(float(crossing))]))
-        aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+        radar, rates, aside = self._scene.radar, self._rates[n], self._half_angle(n, crossing)
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         around = np.arange(-int(reach) - 2, int(reach) + 3)
         corners = around[rates.corners(radar.time_of_spokes(crossing + around.astype(np.float64)), reach)]
@@ -294,6 +288,23 @@ class BeamPassages:
             parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
         return tuple(parts)
 
+    def _trace_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest."""
+        model, local, _ = self._aspects[n]
+        runs, step = dict[int, TraceRun](), 0.0 if self._at_rest else model.trace_step(local)
+        for part in self.parts(n, crossing) if step > 0.0 else ():
+            if len(part.nodes) > 1:
+                time = self._scene.radar.time_of_spokes(part.nodes.astype(np.float64))
+                away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - self._half_angle(n, crossing)
+                turned = model.turned(local, self._scene.antenna(time), time)
+                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, turned, step)
+        return runs
+
+    def _half_angle(self, n: int, crossing: int) -> float:
+        """Half the angle that body n fills at a crossing [rad]."""
+        (position,), _ = self._rates[n].track(np.array([self._scene.radar.time_of_spokes(float(crossing))]))
+        return float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+
     def _casters(self, n: int, crossing: int, aside: float) -> list[Caster]:
         """The bodies whose shadows may move over body n around a crossing, while its gain is above SHADOW_GAIN anywhere; aside:
         half the angle that it fills [rad]."""
@@ -313,12 +324,6 @@ class BeamPassages:
         instant = Instant(time, self._line_of_sight, self._max_range)
         return aspect.model.casters(aspect.local, among, antenna, instant, self._bodies[n].moved_within(time, span))
 
-    def _is_faint(self, n: int, offset: int, time: float) -> bool:
-        """Whether no part of body n has a one-way gain above MAIN_BEAM, so many spokes off its crossing."""
-        (position,), _ = self._rates[n].track(np.array([time]))
-        aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
-        return float(self._gain(np.array([abs(offset) * self._scene.radar.azimuth_step - aside]))[0]) <= MAIN_BEAM
-
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
         return np.ones_like(offset) if self._extent >= np.pi else self._envelope_gain(offset)
@@ -326,14 +331,12 @@ class BeamPassages:
     def _envelope_gain(self, offset: Floats) -> Floats:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int, presence_time: float, passage: tuple[int, Part] | None = None) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`; passage: the crossing and the part
-        whose trace serves, None for none."""
+    def evaluated(self, n: int, spoke: int, presence_time: float, run: TraceRun | None = None) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke; presence_time: as of `_node`; run: whose trace serves, None: it is traced."""
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(spoke, presence_time)
-        trace = None if passage is None else self._trace(n, *passage, presence_time)
-        faint = trace is not None and passage is not None and self._is_faint(n, spoke - passage[0], instant.time)
-        echoes = model.body_echoes(local, antenna, instant, trace, faint)
+        trace = None if run is None else self._trace(n, run, presence_time)
+        echoes = model.body_echoes(local, antenna, instant, trace)
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])

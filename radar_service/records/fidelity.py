@@ -26,8 +26,8 @@ class Fidelity:
         the full circle.
     azimuths_per_block: azimuths over which range histories of moving echoes are interpolated, by the sea too; 16 errs by -71
         dB, 1 computes each azimuth at its own time. Where there are few echoes and none is near, a longer block keeps the limits.
-    trace_step_deg: by which a metal body may turn within a passage of the beam before its shadows and ray tubes are traced anew;
-        0: at each node. Kept at 0.1 degrees off they err by 1.05 times what they err where they are traced.
+    trace_step_deg: by which metal may have turned within a passage of the beam since its shadows and ray tubes were traced; 0:
+        each aspect is traced.
     visibility_step: relative motion [m] after which line of sight and scattering are computed again.
     beam_table_oversampling: of the table of the beam; 1 errs by -78 dB, 8 by -88.
     error_db: bodies and effects that change target power by less than this may be culled [dB]; 0 culls nothing.

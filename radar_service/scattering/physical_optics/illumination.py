@@ -2,12 +2,12 @@
 
 Which facets are lit, where shadows end on them, where they are cut, which tubes count and where these hit is kept, in the body's
 own frame. Fields, lengths, the waterline and where tubes are projected to are computed anew. So that there is something to cut
-at the waterline, bodies are traced a little higher than they float (`Hull.lift`).
+at the waterline, bodies are traced a little higher than they float (`lift`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from radar_service.scattering.physical_optics.lit_facets import LitFacets, Plane
 from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, cross, dot
 from radar_service.scattering.physical_optics.triangle_cuts import AT_LEVEL, above_water
 from radar_service.scattering.physical_optics.tube_tracing import GRAZING
-from radar_service.world.poses import BodyPose
 
 
 class KeptTubes(NamedTuple):
@@ -113,24 +112,16 @@ class Illumination:
         return lit_facets(points, corner, triangle, cell, side, share, planes, legs)
 
 
-class Hull(NamedTuple):
-    """How high the corners (8,) of a body's bounding box lie above the sea at instants (K,): height (K, 8) [m]."""
+def lift(vertices: Floats, position: Floats, rotation: Floats) -> float:
+    """By how much a body must be lifted, as it is at the first of K instants, so that whatever is above the sea at any of the
+    others is above it then [m]; 0 for one that the sea does not wet.
 
-    height: Floats
-
-    @classmethod
-    def of(cls, vertices: Floats, poses: Sequence[BodyPose]) -> "Hull":
-        """Of vertices (V, 3) in the body's own frame at each pose."""
-        ends = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
-        box = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
-        return cls(np.array([pose.map_from_frame(box)[:, 2] for pose in poses]).reshape(-1, 8))
-
-    def lift(self, then: Self) -> float:
-        """By how much the body must be lifted, as it is `then` (one instant), so that whatever is above the sea at any of these
-        instants is above it [m]; 0 for one that the sea never wets."""
-        if not len(self.height) or min(self.height.min(), then.height.min()) > 0.0:
-            return 0.0
-        return max(0.0, float((self.height - then.height).max()))
+    vertices: (V, 3) in its own frame; position: (K, 3) and rotation: (K, 3, 3) map_from_body at each instant.
+    """
+    ends = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+    box = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    height = position[:, 2] + box @ rotation[:, 2].T
+    return 0.0 if height.min() > 0.0 else max(0.0, float((height - height[:, :1]).max()))
 
 
 def share_above(height: Floats) -> Floats:

@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.frames import map_from_body
+from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
@@ -24,7 +24,7 @@ from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, C
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.illumination import Hull, Illumination
+from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
@@ -79,15 +79,6 @@ def _key(body: Body) -> tuple[bytes, str]:
     return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
-class Trace(NamedTuple):
-    """What was traced of a body at one pose. toward, upward: unit vectors (3,) to the antenna and away from the sea, in the
-    body's own frame."""
-
-    illumination: Illumination
-    toward: Floats
-    upward: Floats
-
-
 class _View(NamedTuple):
     """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
 
@@ -109,26 +100,9 @@ class _View(NamedTuple):
     def is_shaded(self) -> bool:
         """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
         pose."""
-        return any(leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs)
-
-    @property
-    def toward(self) -> Floats:
-        """Unit vector (3,) to the antenna in the body's own frame."""
-        vector = self.pose.frame_from_map(self.legs[0].antenna, np.inf)
-        vector = vector / np.sqrt(float(vector @ vector))
-        return np.asarray(vector if self.lean is None else vector @ self.lean)
-
-    @property
-    def upward(self) -> Floats:
-        """Unit vector (3,) away from the sea in the body's own frame."""
-        return np.array([0.0, 0.0, 1.0]) if self.lean is None else self.lean[2]
-
-    def turned(self, trace: Trace) -> float:
-        """By which angle the body has turned since a trace [rad]: the root of the squares of both vectors' turns."""
-        apart = [
-            float(np.linalg.norm(now - then)) for now, then in ((self.toward, trace.toward), (self.upward, trace.upward))
-        ]
-        return math.hypot(*apart)
+        return any(
+            leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
+        )
 
 
 class PhysicalOptics(AspectModel):
@@ -178,12 +152,10 @@ class PhysicalOptics(AspectModel):
         return [int(b) for b in np.flatnonzero(near)]
 
     @override
-    def body_echoes(
-        self, b: int, antenna: Floats, instant: Instant, trace: Trace | None = None, faint: bool = False
-    ) -> BodyEchoes:
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Illumination | None = None) -> BodyEchoes:
         seen = self._view(b, antenna, instant)
-        if trace is not None and not seen.is_shaded and (faint or seen.turned(trace) <= self._trace_step):
-            centres = seen.optical.echoes_near(trace.illumination, seen.legs, seen.water)
+        if trace is not None and not seen.is_shaded:
+            centres = seen.optical.echoes_near(trace, seen.legs, seen.water)
         else:
             centres = seen.optical.echoes(seen.legs, seen.water)
         if seen.lean is not None:
@@ -191,16 +163,23 @@ class PhysicalOptics(AspectModel):
         return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
 
     @override
-    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Trace | None:
-        if self._trace_step == 0.0:
-            return None
+    def trace_step(self, b: int) -> float:
+        return self._trace_step if self._optical[b].planes.may_rebounce.any() else 0.0  # all else takes as long
+
+    @override
+    def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
+        position, matrix = _poses(self.bodies[b], time)
+        view = antenna - position
+        toward = np.einsum("ki,kij->kj", view / np.linalg.norm(view, axis=1, keepdims=True), matrix)
+        step = np.linalg.norm(np.diff(np.concatenate([toward, matrix[:, 2]], axis=1), axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(step)])
+
+    @override
+    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Illumination | None:
         body = self.bodies[b]
         assert body.mesh is not None
-        then, during = (
-            Hull.of(body.mesh.vertices, [pose_at(body, time) for time in some]) for some in ([instant.time], times.tolist())
-        )
-        seen = self._view(b, antenna, instant, during.lift(then))
-        return None if seen.is_shaded else Trace(seen.optical.illuminated(seen.legs, seen.water), seen.toward, seen.upward)
+        seen = self._view(b, antenna, instant, lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times))))
+        return None if seen.is_shaded else seen.optical.illuminated(seen.legs, seen.water)
 
     def _view(self, b: int, antenna: Floats, instant: Instant, lift: float = 0.0) -> "_View":
         """Body b as the antenna has it at an instant, `lift` [m] higher than it floats."""
@@ -245,8 +224,8 @@ class PhysicalOptics(AspectModel):
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it. shadows: that they
-        cast, as from `Onlooker.shadows`.
+        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
+        shadows: that they cast, as from `Onlooker.shadows`.
         """
         scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
 
@@ -383,3 +362,11 @@ def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:
     count = len(centres.amplitude)
     path = np.full(count, centres.path if by_paths else ALL_PATHS)
     return BodyEchoes(centres.position, centres.amplitude, np.full(count, b), path, np.zeros(count))
+
+
+def _poses(body: Body, time: Floats) -> tuple[Floats, Floats]:
+    """Positions (K, 3) on the map [m] and rotations (K, 3, 3) map_from_body of a body at times (K,) [s]."""
+    pose = body.motion.pose(time)
+    if pose.rotation is not None:
+        return pose.position, pose.rotation
+    return pose.position, np.array([body_rotation(heading) for heading in pose.heading.tolist()])
