@@ -2,21 +2,21 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.passage_traces import TraceRun
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.propagation.legs import leg_length
 from radar_service.records.fidelity import fidelity_from_name
-from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.physical_optics import optical_body, tube_tracing
-from radar_service.world.poses import pose_at
 
+BALANCED = fidelity_from_name("balanced")
 SCENES = Path(__file__).parents[1] / "scenes"
 SHIPS = ("coaster.obj", "ferry.obj", "freighter.obj", "tanker.obj")
 EARTH = 4.0 / 3.0 * 6_371_000.0
@@ -36,39 +36,28 @@ def at_sea(mesh: str, distance: float, rng: np.random.Generator, azimuths: int =
     return rs.load_scene(table, folder=SCENES)
 
 
-class Aspect(NamedTuple):
-    """A node of a passage: one-way gain, and what the ship's model takes to evaluate it, as it is and with what it shares."""
-
-    gain: float
-    alone: tuple[int, Any, Instant]
-    trace: Any
-    model: Any
-    made: rs.Scene
-
-    def field(self, trace: Any = None) -> NDArray[np.complex128]:
-        """Sums in cells of range, of a ship that is traced at this aspect or as `trace` has it."""
-        echoes: BodyEchoes = self.model.body_echoes(*self.alone, trace)
-        _, antenna, instant = self.alone
-        position = pose_at(self.made.bodies[0], instant.time).map_from_frame(echoes.position)
-        direct, by_sea = (leg_length(position, antenna, EARTH, way) for way in (False, True))
-        ways = np.clip(echoes.path, 0, 2)
-        length = np.where(ways < 1, direct, by_sea) + np.where(ways < 2, direct, by_sea)
-        field = np.zeros(2000, dtype=complex)
-        phasor = np.exp(-2j * np.pi * length / self.made.radar.wavelength) * SEA**ways
-        np.add.at(field, np.floor(direct / CELL).astype(int), echoes.amplitude * phasor)
-        return field
+def field(made: rs.Scene, spoke: int, observed: ObservedEchoes) -> NDArray[np.complex128]:
+    """Sums in cells of range of what was evaluated at a spoke."""
+    antenna = made.antenna(float(made.radar.time_of_spokes(float(spoke))))[0]
+    direct, by_sea = (leg_length(observed.position, antenna, EARTH, way) for way in (False, True))
+    ways = observed.echoes.path
+    length = np.where(ways < 1, direct, by_sea) + np.where(ways < 2, direct, by_sea)
+    result = np.zeros(2000, dtype=complex)
+    phasor = np.exp(-2j * np.pi * length / made.radar.wavelength) * SEA**ways
+    np.add.at(result, np.floor(direct / CELL).astype(int), observed.echoes.amplitude * phasor)
+    return result
 
 
-def shared(made: rs.Scene) -> Iterator[Aspect]:
-    """The aspects of the passage in the second scan that share a trace."""
-    passages = prepare(made, fidelity_from_name("balanced"), 3).moving.passages
-    model = passages._aspects[0].model
-    crossing = passages.crossing(0, 1.0)
-    for node, run in passages._trace_runs(0, crossing).items():
-        time = float(made.radar.time_of_spokes(float(node)))
-        off = abs(node - crossing) * made.radar.azimuth_step - passages._half_angle(0, crossing)
-        alone = (0, *passages._observed(node, time))
-        yield Aspect(float(passages._gain(np.array([off]))[0]), alone, passages._trace(0, run, time), model, made)
+def nodes_of_a_passage(made: rs.Scene) -> Iterator[tuple[float, NDArray[np.complex128], NDArray[np.complex128]]]:
+    """Of the nodes of the passage in the second scan that share a trace: one-way gain, and the field of each with what it shares
+    and traced by itself."""
+    passages = prepare(made, BALANCED, 3).moving.passages
+    crossing, (body,) = passages.crossing(0, 1.0), made.bodies
+    half_angle = float(np.arcsin(min(1.0, body.radius / np.hypot(*body.middle_at(made.radar.rotation_period)[:2]))))
+    for node, run in passages.runs(0, crossing).items():
+        off = max(0.0, abs(node - crossing) * made.radar.azimuth_step - half_angle)
+        kept, anew = (field(made, node, passages.evaluated(0, node, 0.0, each)) for each in (run, None))
+        yield float(made.radar.azimuth_gain(np.array([off]))[0]), kept, anew
 
 
 @pytest.mark.parametrize(
@@ -84,8 +73,8 @@ def test_aspects_of_a_passage_that_share_a_trace(mesh: str, distance: float, pas
     rng = np.random.default_rng(7)
     wrong, power, decibels = 0.0, 0.0, list[tuple[float, float]]()
     for _ in range(passages):
-        for aspect in shared(at_sea(mesh, distance, rng)):
-            anew, kept, weight = aspect.field(), aspect.field(aspect.trace), aspect.gain**2
+        for gain, kept, anew in nodes_of_a_passage(at_sea(mesh, distance, rng)):
+            weight = gain**2
             wrong += weight * float(np.linalg.norm(kept - anew) ** 2)
             power += weight * float(np.linalg.norm(anew) ** 2)
             decibels.append((weight, 20.0 * np.log10(np.linalg.norm(kept) / np.linalg.norm(anew))))
@@ -104,23 +93,17 @@ def test_what_is_kept_over_a_tenth_of_a_degree_errs_no_more_than_what_is_traced(
     rng = np.random.default_rng(5)
     errors = []
     for _ in range(40):
-        made = at_sea(mesh, float(rng.choice([250, 545, 1000])), rng)
-        passages = prepare(made, fidelity_from_name("balanced"), 3).moving.passages
-        model, start = passages._aspects[0].model, float(rng.uniform(0, 10))
-        times = start + np.linspace(0.0, 1.0, 400)
-        turned = model.turned(0, made.antenna(times), times)
-        now = float(np.interp(np.deg2rad(0.1), turned, times))
-        seen = (Instant(each, passages._line_of_sight, passages._max_range) for each in (start, now))
-        then, later = ((0, made.antenna(each.time)[0], each) for each in seen)
-        aspect = Aspect(1.0, later, model.traced(*then, np.array([now])), model, made)
-        anew, kept = aspect.field(), aspect.field(aspect.trace)
+        made, start = at_sea(mesh, float(rng.choice([250, 545, 1000])), rng), int(rng.integers(8000))
+        passages, spokes = prepare(made, BALANCED, 3).moving.passages, start + np.arange(800)
+        now = int(np.interp(np.deg2rad(0.1), passages.turned(0, spokes), spokes))
+        kept, anew = (field(made, now, passages.evaluated(0, now, 0.0, run)) for run in (TraceRun(start, (now,)), None))
         with monkeypatch.context() as finer:
             finer.setattr(optical_body, "TUBES_ACROSS", 96)
             finer.setattr(optical_body, "SHORTEST", 1.0 / 12.0)
             finer.setattr(tube_tracing, "MAX_DIVIDED", (16_000, 8_000))
             finer.setattr(tube_tracing, "MAX_HALVINGS", 12)
-            exact = aspect.field()
-        errors.append([np.linalg.norm(field - exact) / np.linalg.norm(exact) for field in (kept, anew)])
+            exact = field(made, now, passages.evaluated(0, now, 0.0))
+        errors.append([np.linalg.norm(some - exact) / np.linalg.norm(exact) for some in (kept, anew)])
     of_kept, of_anew = np.sqrt(np.mean(np.square(errors), axis=0))
     assert of_kept < 1.10 * of_anew
 
@@ -131,6 +114,6 @@ def test_what_is_kept_over_a_tenth_of_a_degree_errs_no_more_than_what_is_traced(
 def test_from_spoke_to_spoke_nothing_jumps(mesh: str, distance: float, most: float) -> None:
     """Third differences along 4096 azimuths, of the peak: an aspect that was traced anew beside one that was not would jump."""
     made = at_sea(mesh, distance, np.random.default_rng(11), 4096)
-    engine = Engine(prepare(made, fidelity_from_name("balanced"), 3))
-    field = np.concatenate([part for _, part, _ in engine.tiles(1)])
-    assert np.abs(np.diff(field, n=3, axis=0)).max() < most * np.abs(field).max()
+    engine = Engine(prepare(made, BALANCED, 3))
+    fields = np.concatenate([part for _, part, _ in engine.tiles(1)])
+    assert np.abs(np.diff(fields, n=3, axis=0)).max() < most * np.abs(fields).max()

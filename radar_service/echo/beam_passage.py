@@ -175,7 +175,7 @@ class BeamPassages:
 
     def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
-        run = self._runs.get((n, crossing), lambda: self._trace_runs(n, crossing)).get(spoke)
+        run = self.runs(n, crossing).get(spoke)
         key = n, spoke, run, self._line_of_sight.presences.state(time)
         return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
 
@@ -206,6 +206,16 @@ class BeamPassages:
     def parts(self, n: int, crossing: int) -> tuple[Part, ...]:
         """The parts of the passage of body n around a crossing, with the spokes at which it is evaluated."""
         return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
+
+    def runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest."""
+        return self._runs.get((n, crossing), lambda: self._found_runs(n, crossing))
+
+    def turned(self, n: int, spokes: Indices) -> Floats:
+        """By how much body n has turned as the antenna sees it (K,) [rad], since the first of spokes (K,) from the start."""
+        model, local, _ = self._aspects[n]
+        time = self._scene.radar.time_of_spokes(spokes.astype(np.float64))
+        return model.turned(local, self._scene.antenna(time), time)
 
     def nodes(self, n: int, crossing: int) -> Indices:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
@@ -288,16 +298,14 @@ class BeamPassages:
             parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
         return tuple(parts)
 
-    def _trace_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
-        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest."""
+    def _found_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+        """Computes `runs` anew."""
         model, local, _ = self._aspects[n]
         runs, step = dict[int, TraceRun](), 0.0 if self._at_rest else model.trace_step(local)
         for part in self.parts(n, crossing) if step > 0.0 else ():
             if len(part.nodes) > 1:
-                time = self._scene.radar.time_of_spokes(part.nodes.astype(np.float64))
                 away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - self._half_angle(n, crossing)
-                turned = model.turned(local, self._scene.antenna(time), time)
-                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, turned, step)
+                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
         return runs
 
     def _half_angle(self, n: int, crossing: int) -> float:

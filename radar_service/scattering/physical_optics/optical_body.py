@@ -108,7 +108,7 @@ class OpticalBody:
         return Illumination.of(lit, self.lean, kept)
 
     def echoes_near(self, kept: Illumination, legs: tuple[BodyLeg, ...], water: float) -> list[PathCentres]:
-        """As `echoes`, of what was traced at a pose near by."""
+        """The centres of each path, of what was traced at a pose near by; legs, water: as of `echoes`."""
         lit = kept.facets(self.planes, self.lean, legs, water)
         fields = []
         for group in kept.tubes:

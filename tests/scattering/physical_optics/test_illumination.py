@@ -8,12 +8,12 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.echo.beam_passage import BeamPassages
+from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.passage_traces import TraceRun
 from radar_service.engine.preparation import prepare
-from radar_service.numerics.types import Floats
 from radar_service.records.fidelity import fidelity_from_name
-from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.physical_optics.illumination import lift, share_above
-from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.physical_optics.triangle_cuts import cut
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -21,37 +21,29 @@ STEEP = 4.0  # m, half the shortest wave that sums are weighted by
 
 
 SHIP = {"mesh": "coaster.obj", "course_deg": 40.0, "position_m": [0, 300, 0]}
+BOX = {"shape": "box", "length_m": 24.0, "width_m": 6.0, "height_m": 6.0, "course_deg": 80.0, "position_m": [0, 300, 0]}
 HULL = {"shape": "hull", "length_m": 24.0, "beam_m": 6.0, "height_m": 6.0, "course_deg": 80.0, "position_m": [0, 300, -1]}
 
 
-def prepared(body: dict[str, Any], **keys: Any) -> tuple[PhysicalOptics, rs.Scene, Any]:
-    """A metal body under way 300 m off in a sea that reflects, as its model has it."""
+def passages_of(body: dict[str, Any], fidelity: str = "balanced", **keys: Any) -> BeamPassages:
+    """Of a metal body under way 300 m off in a sea that reflects."""
     table = {
-        "radar": {"range_max_m": 900, "height_m": 15, "azimuths": 64, "beamwidth_deg": 12},
+        "radar": {"range_max_m": 900, "height_m": 15, "azimuths": 512, "rpm": 24},
         "environment": {"multipath": True},
         "body": [{"name": "body", "scattering": "optics", "speed_kn": 1.0} | body | keys],
     }
-    made = rs.load_scene(table, folder=SCENES)
-    passages = prepare(made, fidelity_from_name("balanced"), 3).moving.passages
-    (aspect,) = passages._aspects
-    assert isinstance(aspect.model, PhysicalOptics)
-    return aspect.model, made, passages
+    return prepare(rs.load_scene(table, folder=SCENES), fidelity_from_name(fidelity), 3).moving.passages
 
 
-def instant(made: rs.Scene, passages: Any, time: float) -> tuple[Floats, Instant]:
-    return made.antenna(time)[0], Instant(time, passages._line_of_sight, passages._max_range)
-
-
-def by_path(echoes: BodyEchoes) -> dict[int, NDArray[np.complex128]]:
+def by_path(observed: ObservedEchoes) -> dict[int, NDArray[np.complex128]]:
     """Sums of the amplitudes of each path, weighted by waves over the body whose halves are no shorter than STEEP."""
     waves = np.random.default_rng(1).uniform(-np.pi / STEEP, np.pi / STEEP, (200, 3))
-    weights = np.exp(1j * waves @ echoes.position.T)
-    return {
-        path: weights[:, echoes.path == path] @ echoes.amplitude[echoes.path == path] for path in set(echoes.path.tolist())
-    }
+    path, amplitude = observed.echoes.path, observed.echoes.amplitude
+    weights = np.exp(1j * waves @ (observed.position - [0.0, 300.0, 0.0]).T)
+    return {ways: weights[:, path == ways] @ amplitude[path == ways] for ways in set(path.tolist())}
 
 
-def error(got: BodyEchoes, exact: BodyEchoes) -> float:
+def error(got: ObservedEchoes, exact: ObservedEchoes) -> float:
     """Difference of the sums of all paths, relative."""
     first, second = by_path(got), by_path(exact)
     assert first.keys() == second.keys()
@@ -64,30 +56,34 @@ def test_at_the_pose_of_the_trace_what_is_kept_is_what_is_traced(roll: float) ->
     """But for tubes that were cut at an edge: each part gets a ray of its own, where the trace has that of the whole tube. Their
     directions differ by half a tube over the distance, 1 mrad, which is 0.2 rad over a tube of 1 m, and of a few tubes alone."""
     rolling = {"roll_deg": roll, "roll_period_s": 9.0, "roll_phase_deg": 50.0} if roll else {}
-    model, made, passages = prepared(SHIP, **rolling)
-    antenna, now = instant(made, passages, 0.4)
-    trace = model.traced(0, antenna, now, np.array([0.4]))
-    assert trace is not None and sum(group.corners.shape[2] for group in trace.tubes) > 1000
-    assert error(model.body_echoes(0, antenna, now, trace), model.body_echoes(0, antenna, now)) < 2e-3
+    passages = passages_of(SHIP, **rolling)
+    now = 82
+    assert error(passages.evaluated(0, now, 0.0, TraceRun(now, (now,))), passages.evaluated(0, now, 0.0)) < 2e-3
 
 
-@pytest.mark.parametrize("earlier", [0.1, 0.5])
-def test_the_sea_cuts_what_was_traced_above_it(earlier: float) -> None:
+@pytest.mark.parametrize("earlier", [20, 102])
+def test_the_sea_cuts_what_was_traced_above_it(earlier: int) -> None:
     """A heaving hull, traced when she was deeper. Her facets are cut exactly, but otherwise than by a trace of the same pose, so
     their fields are shared otherwise among the centres of a lattice."""
-    model, made, passages = prepared(HULL, heave_m=0.5, heave_period_s=4.0)
-    antenna, high = instant(made, passages, 3.5)
-    _, low = instant(made, passages, 3.5 - earlier)
-    trace, dry = (model.traced(0, antenna, low, np.array([until])) for until in (3.5, low.time))
-    exact = model.body_echoes(0, antenna, high)
-    kept, cut_too_high = (error(model.body_echoes(0, antenna, high, each), exact) for each in (trace, dry))
+    passages, high = passages_of(HULL, heave_m=0.5, heave_period_s=4.0), 717  # spokes of 4.9 ms; she is deepest at 3 s
+    low = high - earlier
+    exact = passages.evaluated(0, high, 0.0)
+    kept, cut_too_high = (
+        error(passages.evaluated(0, high, 0.0, TraceRun(low, until)), exact) for until in ((high,), (low,))
+    )
     assert kept < 1e-3 and cut_too_high > 10.0 * kept
 
 
-def test_reference_traces_each_aspect() -> None:
-    made = prepared(SHIP)[1]
-    passages = prepare(made, fidelity_from_name("reference"), 3).moving.passages
-    assert passages._aspects[0].model.trace_step(0) == 0.0
+def test_what_shares_a_trace() -> None:
+    """Ships in a seaway; no body whose parts do not face each other, and nothing in `reference`."""
+    rolling = {"roll_deg": 3.0, "roll_period_s": 9.0}
+    shared = {}
+    for name, body, fidelity in (("ship", SHIP, "balanced"), ("exact", SHIP, "reference"), ("box", BOX, "balanced")):
+        passages = passages_of(body, fidelity, **rolling)
+        crossing = passages.crossing(0, 1.0)
+        assert len(passages.nodes(0, crossing)) > 3
+        shared[name] = passages.runs(0, crossing)
+    assert shared["ship"] and not shared["exact"] and not shared["box"]
 
 
 def test_the_share_above_a_level_is_that_of_the_parts_that_rise_above_it() -> None:
