@@ -164,7 +164,7 @@ class PhysicalOptics(AspectModel):
 
     @override
     def trace_step(self, b: int) -> float:
-        return self._trace_step if self._optical[b].planes.may_rebounce.any() else 0.0  # all else takes as long
+        return self._trace_step if self._optical[b].is_concave else 0.0  # of other bodies a trace takes little
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:

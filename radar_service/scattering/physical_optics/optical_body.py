@@ -90,6 +90,12 @@ class OpticalBody:
     facets: ResultCache[tuple[int, float, float], BodyFacets]
     lean: Floats | None = None
 
+    @property
+    def is_concave(self) -> bool:
+        """Whether parts of it may face each other, so that it has bounces and shadows of its own."""
+        rises = self.planes.may_rebounce
+        return bool((rises[:, 0] & (self.outside >= 0)).any() or (rises[:, 1] & (self.outside <= 0)).any())
+
     def leaning(self, lean: Floats) -> "OpticalBody":
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
         mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
