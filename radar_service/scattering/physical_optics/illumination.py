@@ -50,16 +50,14 @@ class KeptTubes(NamedTuple):
     def traced(
         self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg], polarization: str, water: float
     ) -> RayTubes:
-        """The tubes where they end, for legs at another pose. water: height of the sea [m], below which nothing leaves."""
+        """The tubes where they end, for legs at another pose. water: height of the sea [m]: as in a trace, those count
+        whose middles end above it."""
         corners = self.corners if lean is None else np.einsum("ik,ckm->cim", lean, self.corners)
         centre = (corners[0] + corners[1] + corners[2]) / 3.0
         rays = legs[self.out].rays(centre.T)
-        direction, field = by_axis(rays.direction), by_axis(rays.polarization(polarization))
+        outward, polarized = by_axis(rays.direction), by_axis(rays.polarization(polarization))
+        direction, field = outward, polarized
         count = self.corners.shape[2]
-        launch = Launch(
-            direction, field, np.full(count, self.out), self.share * share_above(corners[:, 2] - water), self.cell,
-            np.zeros(count), self.chain[0], self.chain[0],
-        )  # fmt: skip
         begin, length, normal = centre, rays.length, _facing(planes, self.chain[0], direction)
         bounces = 1 + (self.chain[1:] >= 0).sum(axis=0)
         for number in range(1, len(self.chain)):
@@ -76,6 +74,10 @@ class KeptTubes(NamedTuple):
             centre = _with(centre, on, centre[:, on] + middle * direction[:, on])
             length, normal = _with(length, on, length[on] + middle), _with(normal, on, facing)
         last = self.chain[bounces - 1, np.arange(count)]
+        share = self.share * (centre[2] > water)
+        launch = Launch(
+            outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), self.chain[0], self.chain[0]
+        )  # fmt: skip
         return RayTubes(
             launch, np.arange(count), corners, centre, normal, last, direction, field, length, begin, rays.length, bounces,
             self.chain,
@@ -122,15 +124,6 @@ def lift(vertices: Floats, position: Floats, rotation: Floats) -> float:
     box = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
     height = position[:, 2] + box @ rotation[:, 2].T
     return 0.0 if height.min() > 0.0 else max(0.0, float((height - height[:, :1]).max()))
-
-
-def share_above(height: Floats) -> Floats:
-    """The share of the area of triangles whose corners have these heights (3, M) that lies where they are not negative (M,)."""
-    low, middle, high = np.sort(height, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tip = high * high / ((high - low) * (high - middle))
-        stump = 1.0 - low * low / ((low - middle) * (low - high))
-    return np.where(low >= 0.0, 1.0, np.where(high <= 0.0, 0.0, np.where(middle <= 0.0, tip, stump)))
 
 
 def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices, Indices, Floats]:
