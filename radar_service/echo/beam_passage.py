@@ -229,19 +229,21 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        if not self._may_pass(time, middle, half):
+        some = self._may_pass(time, middle, half)
+        if not len(some):
             return []
-        bearing, distance = self._bearings(time)
+        bearing, distance = self._bearings(time, some)
         off = wrap_angle(bearing - middle)
-        near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
+        near = np.abs(off) <= half + self._sway + _aside(self._radius[some], distance)
         turns = self._scene.radar.turns_at(time) + off / (2.0 * np.pi)
-        return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
+        return [(int(some[k]), self.crossing(int(some[k]), float(turns[k]))) for k in np.flatnonzero(near)]
 
-    def _may_pass(self, time: float, middle: float, half: float) -> bool:
-        """A quick test for `passing`: whether any body may be there, wherever it is during the slot of time."""
+    def _may_pass(self, time: float, middle: float, half: float) -> Indices:
+        """A quick test for `passing`: which bodies (M,) may be there, wherever they are during the slot of time."""
         number = int(time * SLOTS // self._scene.radar.rotation_period)
         bearing, aside = self._sectors.get(number, lambda: self._slot_sectors(number))
-        return bool((np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside).any())
+        near = np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside
+        return np.flatnonzero(near.reshape(2, -1).any(axis=0))
 
     def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
         """Sectors (2 N,) that no body leaves during a slot: bearings of its middle at both ends, and half the widths [rad]."""
@@ -348,14 +350,14 @@ class BeamPassages:
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
-        poses = self._poses.at(np.array([instant.time]))
+        poses = self._poses.at(np.array([instant.time]), np.array([n]))
         position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
-    def _bearings(self, time: float) -> tuple[Floats, Floats]:
-        """Bearings (N,) [rad] and ground distances (N,) [m] of the middles of all bodies."""
-        poses = self._poses.at(np.array([time]))
-        middle = poses.map_from_bodies(0, self._middle, np.arange(len(self)))
+    def _bearings(self, time: float, some: Indices | None = None) -> tuple[Floats, Floats]:
+        """Bearings (M,) [rad] and ground distances (M,) [m] of the middles of some bodies (M,), None: of all."""
+        poses, which = self._poses.at(np.array([time]), some), np.arange(len(self)) if some is None else some
+        middle = poses.map_from_bodies(0, self._middle[which], which)
         east, north, _ = (middle - self._scene.antenna(time)[0]).T
         return np.arctan2(east, north), np.hypot(east, north)
 
