@@ -27,7 +27,9 @@ RADAR = {"range_max_m": 600, "azimuths": 64, "beamwidth_deg": 12, "pulse_s": 1e-
 SWAY = {"roll_deg": 20.0, "roll_period_s": 6.0, "roll_phase_deg": 40.0, "pitch_deg": 8.0, "pitch_period_s": 5.0,
         "pitch_phase_deg": 200.0, "yaw_deg": 10.0, "yaw_period_s": 7.0, "heave_m": 0.8, "heave_period_s": 4.0,
         "heave_phase_deg": 100.0}  # fmt: skip
-BALANCED = fidelity_from_name("balanced")
+BALANCED = replace(
+    fidelity_from_name("balanced"), trace_step_deg=0.0
+)  # each aspect is traced; what is kept has tests of its own
 REST_DB = -45.0  # what rests goes over the grid, -60 dB of its peak, a fifth of which a spoke may be (docs/engine.md#errors)
 TUBES_DB = -40.0  # the size of a patch, which divides tubes, depends on the axes: some 4 % (bounces err by 0.4 dB)
 EARTH = 4.0 / 3.0 * 6_371_000.0

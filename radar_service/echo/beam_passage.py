@@ -15,7 +15,7 @@ How fast the shadows of other bodies move over one in the meantime is here too.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
+from radar_service.echo.passage_traces import TraceRun, trace_runs
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
@@ -40,6 +41,7 @@ STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move be
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
+TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
@@ -131,9 +133,11 @@ class BeamPassages:
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
-        self._nodes: ResultCache[tuple[int, int, bytes], ObservedEchoes] = ResultCache(
+        self._nodes: ResultCache[tuple[int, int, TraceRun | None, bytes], ObservedEchoes] = ResultCache(
             NODES_PER_BODY * count, scene.revision
         )
+        self._runs: ResultCache[tuple[int, int], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
+        self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
         self._schedules: ResultCache[tuple[int, int], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
@@ -155,7 +159,7 @@ class BeamPassages:
             if not present[n]:
                 continue
             for node, fade in self._weighted_nodes(n, crossing, spoke):
-                parts.append(self._node(n, node, azimuths.middle))
+                parts.append(self._node(n, crossing, node, azimuths.middle))
                 fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
@@ -169,10 +173,27 @@ class BeamPassages:
                 if fade.any():
                     yield node, fade
 
-    def _node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke, where those bodies occlude that are present at `time` [s]."""
-        state = self._line_of_sight.presences.state(time)
-        return self._nodes.get((n, spoke, state), lambda: self.evaluated(n, spoke, time))
+    def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
+        run = self.runs(n, crossing).get(spoke)
+        key = n, spoke, run, self._line_of_sight.presences.state(time)
+        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
+
+    def _trace(self, n: int, run: TraceRun, time: float) -> Any:
+        """What a run of nodes of body n shares; time: as of `_node`."""
+        model, local, _ = self._aspects[n]
+
+        def traced() -> Any:
+            times = self._scene.radar.time_of_spokes(np.array(run.nodes, dtype=np.float64))
+            return model.traced(local, *self._observed(run.spoke, time), times)
+
+        return self._traces.get((n, run, self._line_of_sight.presences.state(time)), traced)
+
+    def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
+        """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""
+        time = self._scene.radar.time_of_spokes(float(spoke))
+        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
+        return self._scene.antenna(time)[0], instant
 
     def crossing(self, n: int, turns: float) -> int:
         """The spoke, numbered from the start, at which the beam points at body n, within a quarter of a scan of `turns` scans.
@@ -186,6 +207,16 @@ class BeamPassages:
         """The parts of the passage of body n around a crossing, with the spokes at which it is evaluated."""
         return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
 
+    def runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest."""
+        return self._runs.get((n, crossing), lambda: self._found_runs(n, crossing))
+
+    def turned(self, n: int, spokes: Indices) -> Floats:
+        """By how much body n has turned as the antenna sees it (K,) [rad], since the first of spokes (K,) from the start."""
+        model, local, _ = self._aspects[n]
+        time = self._scene.radar.time_of_spokes(spokes.astype(np.float64))
+        return model.turned(local, self._scene.antenna(time), time)
+
     def nodes(self, n: int, crossing: int) -> Indices:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
         return np.concatenate([part.nodes for part in self.parts(n, crossing)])
@@ -198,19 +229,21 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        if not self._may_pass(time, middle, half):
+        some = self._may_pass(time, middle, half)
+        if not len(some):
             return []
-        bearing, distance = self._bearings(time)
+        bearing, distance = self._bearings(time, some)
         off = wrap_angle(bearing - middle)
-        near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
+        near = np.abs(off) <= half + self._sway + _aside(self._radius[some], distance)
         turns = self._scene.radar.turns_at(time) + off / (2.0 * np.pi)
-        return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
+        return [(int(some[k]), self.crossing(int(some[k]), float(turns[k]))) for k in np.flatnonzero(near)]
 
-    def _may_pass(self, time: float, middle: float, half: float) -> bool:
-        """A quick test for `passing`: whether any body may be there, wherever it is during the slot of time."""
+    def _may_pass(self, time: float, middle: float, half: float) -> Indices:
+        """A quick test for `passing`: which bodies (M,) may be there, wherever they are during the slot of time."""
         number = int(time * SLOTS // self._scene.radar.rotation_period)
         bearing, aside = self._sectors.get(number, lambda: self._slot_sectors(number))
-        return bool((np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside).any())
+        near = np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside
+        return np.flatnonzero(near.reshape(2, -1).any(axis=0))
 
     def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
         """Sectors (2 N,) that no body leaves during a slot: bearings of its middle at both ends, and half the widths [rad]."""
@@ -238,9 +271,7 @@ class BeamPassages:
 
     def _scheduled(self, n: int, crossing: int) -> tuple[Part, ...]:
         """Computes `parts` anew."""
-        radar, rates = self._scene.radar, self._rates[n]
-        (position,), _ = rates.track(np.array([radar.time_of_spokes(float(crossing))]))
-        aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+        radar, rates, aside = self._scene.radar, self._rates[n], self._half_angle(n, crossing)
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         around = np.arange(-int(reach) - 2, int(reach) + 3)
         corners = around[rates.corners(radar.time_of_spokes(crossing + around.astype(np.float64)), reach)]
@@ -269,6 +300,21 @@ class BeamPassages:
             parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
         return tuple(parts)
 
+    def _found_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+        """Computes `runs` anew."""
+        model, local, _ = self._aspects[n]
+        runs, step = dict[int, TraceRun](), 0.0 if self._at_rest else model.trace_step(local)
+        for part in self.parts(n, crossing) if step > 0.0 else ():
+            if len(part.nodes) > 1:
+                away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - self._half_angle(n, crossing)
+                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
+        return runs
+
+    def _half_angle(self, n: int, crossing: int) -> float:
+        """Half the angle that body n fills at a crossing [rad]."""
+        (position,), _ = self._rates[n].track(np.array([self._scene.radar.time_of_spokes(float(crossing))]))
+        return float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+
     def _casters(self, n: int, crossing: int, aside: float) -> list[Caster]:
         """The bodies whose shadows may move over body n around a crossing, while its gain is above SHADOW_GAIN anywhere; aside:
         half the angle that it fills [rad]."""
@@ -295,24 +341,23 @@ class BeamPassages:
     def _envelope_gain(self, offset: Floats) -> Floats:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`."""
+    def evaluated(self, n: int, spoke: int, presence_time: float, run: TraceRun | None = None) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke; presence_time: as of `_node`; run: whose trace serves, None: it is traced."""
         model, local, body = self._aspects[n]
-        time = self._scene.radar.time_of_spokes(float(spoke))
-        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
-        antenna = self._scene.antenna(time)[0]
-        echoes = model.body_echoes(local, antenna, instant)
+        antenna, instant = self._observed(spoke, presence_time)
+        trace = None if run is None else self._trace(n, run, presence_time)
+        echoes = model.body_echoes(local, antenna, instant, trace)
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
-        poses = self._poses.at(np.array([time]))
+        poses = self._poses.at(np.array([instant.time]), np.array([n]))
         position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
-    def _bearings(self, time: float) -> tuple[Floats, Floats]:
-        """Bearings (N,) [rad] and ground distances (N,) [m] of the middles of all bodies."""
-        poses = self._poses.at(np.array([time]))
-        middle = poses.map_from_bodies(0, self._middle, np.arange(len(self)))
+    def _bearings(self, time: float, some: Indices | None = None) -> tuple[Floats, Floats]:
+        """Bearings (M,) [rad] and ground distances (M,) [m] of the middles of some bodies (M,), None: of all."""
+        poses, which = self._poses.at(np.array([time]), some), np.arange(len(self)) if some is None else some
+        middle = poses.map_from_bodies(0, self._middle[which], which)
         east, north, _ = (middle - self._scene.antenna(time)[0]).T
         return np.arctan2(east, north), np.hypot(east, north)
 

@@ -6,7 +6,7 @@ then know its name. All that readers of scenes, the plan and the truth need to k
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -217,8 +217,26 @@ class AspectModel(ScatteringModel, Protocol):
 
     upright: ClassVar[float]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, exactly as it is at the instant; arguments as in `echoes`."""
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Any = None) -> BodyEchoes:
+        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`.
+
+        trace: of body b at an instant near by, as from `traced`, of which it uses what holds; None: echoes are exactly those of
+        the instant.
+        """
+        ...
+
+    def trace_step(self, b: int) -> float:
+        """By which body b may have turned, as of `turned`, since it was traced for `body_echoes` [rad]; 0: it is traced anew."""
+        ...
+
+    def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
+        """By how much body b has turned (K,) [rad] since the first of times (K,) [s], as antennas (K, 3) see it: the sum over
+        steps of the root of the squares of how its aspect turned and how it leaned."""
+        ...
+
+    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Any:
+        """What takes long to find out of body b at an instant, for others near by (K,) [s]; None where that holds for this
+        instant alone."""
         ...
 
     def casters(

@@ -1,7 +1,7 @@
 """Poses of many bodies at many instants. Bodies at rest are computed once, straight courses all together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -39,6 +39,10 @@ class BodyPose:
     def lean(self) -> Floats | None:
         """The rotation (3, 3) from the body's own frame to that of the upright body; None for an upright one."""
         return None if self.rotation is None else body_rotation(self.heading).T @ self.rotation
+
+    def lifted(self, height: float) -> "BodyPose":
+        """The pose of the same body `height` [m] higher."""
+        return self if height == 0.0 else replace(self, position=self.position + [0.0, 0.0, height])
 
     def map_from_frame(self, points: Floats) -> Floats:
         """Points (..., 3) of the body's own frame on the map [m]."""

@@ -1,5 +1,6 @@
 """The scenes that benchmarks are run on."""
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -42,3 +43,48 @@ def many_ships(ships: int = 20, azimuths: int = 4096, bins: int = 4096, rpm: flo
         bodies.append({**body, "position_m": position, "course_deg": float(rng.uniform(0, 360)), **kind})
     radar = {"azimuths": azimuths, "rpm": rpm, "range_max_m": reach, "beamwidth_deg": max(0.9, 360 / azimuths)}
     return scene(bodies, radar=radar, environment={"noise": True, "sea_state": 3, **environment})
+
+
+def rolling_harbour() -> rs.Scene:
+    """The harbour, whose ships roll by 5 degrees in 10 s."""
+    table = tomllib.loads((SCENES / "harbour.toml").read_text(encoding="utf-8"))
+    for body in table["body"]:
+        if body.get("mesh") in ("coaster.obj", "ferry.obj", "freighter.obj", "tanker.obj"):
+            body |= {"roll_deg": 5.0, "roll_period_s": 10.0}
+    return rs.load_scene(table, folder=SCENES)
+
+
+def coasters(at_sea: bool, count: int = 20) -> rs.Scene:
+    """Steel coasters under way 0.8 to 4.5 km off, in calm water or in sea state 3, in which they roll, pitch and heave."""
+    rng = np.random.default_rng(1)
+    bodies = []
+    for k, (east, north) in enumerate(_spread(rng, count, 800.0, 4500.0)):
+        body = {"name": f"coaster {k}", "mesh": "coaster.obj", "scattering": "optics", "speed_kn": 10.0}
+        sway = {
+            "roll_deg": float(rng.uniform(2, 5)),
+            "roll_period_s": float(rng.uniform(6, 10)),
+            "pitch_deg": 1.0,
+            "heave_m": 0.4,
+        }
+        where = {"position_m": [east, north, 0.0], "course_deg": float(rng.uniform(0, 360))}
+        bodies.append(body | where | (sway if at_sea else {}))
+    radar = {"range_max_m": 5000, "azimuths": 2048, "height_m": 15, "beamwidth_deg": 1.2}
+    table = {"radar": radar, "environment": {"multipath": True, "sea_state": 3 if at_sea else 0}, "body": bodies}
+    return rs.load_scene(table, folder=SCENES)
+
+
+def steel_boxes(count: int) -> rs.Scene:
+    """Moving steel boxes of 12 triangles all over 6 km."""
+    rng = np.random.default_rng(1)
+    bodies = [
+        {"name": f"box {k}", "shape": "box", "length_m": 8 + 6 * (k % 8) / 8, "width_m": 4, "height_m": 3, "material": "steel",
+         "position_m": [east, north, 0.0], "speed_kn": 5 + k % 11, "course_deg": k * 37 % 360}
+        for k, (east, north) in enumerate(_spread(rng, count, 200.0, 5500.0))
+    ]  # fmt: skip
+    return scene(bodies, radar={"range_max_m": 6000, "azimuths": 2048}, environment={"multipath": True})
+
+
+def _spread(rng: np.random.Generator, count: int, nearest: float, farthest: float) -> list[tuple[float, float]]:
+    """Positions evenly over a ring [m]."""
+    bearing, distance = rng.uniform(0, 2 * np.pi, count), np.sqrt(rng.uniform(nearest**2, farthest**2, count))
+    return [(float(d * np.sin(b)), float(d * np.cos(b))) for b, d in zip(bearing, distance, strict=True)]

@@ -91,21 +91,22 @@ class CastShadows:
         """
         pieces, origin = triangles, np.arange(len(triangles))
         for plane, offset, near in self._cutting(triangles[..., 3:]):
-            may = np.flatnonzero(np.isin(origin, near))
+            may = np.flatnonzero(near[origin])
             side = pieces[may, :, 3:] @ plane.T - offset
             crossed = (side.max(axis=1) > ON_PLANE).all(axis=1) & (side[..., 0].min(axis=1) < -ON_PLANE)
             which, value = may[crossed], side[crossed, :, 0]
             if len(which):
                 value[np.abs(value) < ON_PLANE] = 0.0
                 (above, from_above), (below, from_below) = cut(pieces[which], value)
-                left, triangle = np.setdiff1d(np.arange(len(pieces)), which, assume_unique=True), origin[which]
+                left, triangle = np.ones(len(pieces), dtype=np.bool_), origin[which]
+                left[which] = False
                 pieces = np.concatenate([pieces[left], above, below])
                 origin = np.concatenate([origin[left], triangle[from_above], triangle[from_below]])
         return pieces, origin
 
-    def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Indices]]:
+    def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Flags]]:
         """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), of which the first one cuts what lies on
-        the inner side of the others, and the triangles (N,) that it may cut.
+        the inner side of the others, and which triangles (M,) it may cut.
 
         Shadows end at silhouettes, and where a body's triangle meets one that casts a shadow.
         """
@@ -117,19 +118,23 @@ class CastShadows:
         step = max(1, TESTS // max(1, len(virtual)))
         for first in range(0, len(plane), step):
             some = slice(first, first + step)
-            side = (centre @ plane[some].reshape(-1, 3).T - offset[some].ravel()).reshape(len(centre), len(offset[some]), 4)
-            near = (side > -radius[:, None, None]).all(axis=2) & (side[..., 0] < radius[:, None])
-            for number in np.flatnonzero(near.any(axis=0)).tolist():
-                yield plane[first + number], offset[first + number], np.flatnonzero(near[:, number])
+            cuts, *bounds = (plane[some, k] @ centre.T - offset[some, k, None] for k in range(4))
+            near = np.abs(cuts) < radius
+            for side in bounds:
+                near &= side > -radius
+            for number in np.flatnonzero(near.any(axis=1)).tolist():
+                yield plane[first + number], offset[first + number], near[number]
 
     def _lit(self, virtual: Floats) -> Flags:
         """Which points (M, 3) at virtual positions lie in no shadow."""
         lit = np.ones(len(virtual), dtype=np.bool_)
         step = max(1, TESTS // max(1, len(self)))
         for first in range(0, len(virtual), step):
-            side = virtual[first : first + step] @ self._plane.reshape(-1, 3).T
-            inside = (side >= self._offset.ravel()).reshape(len(side), *self._offset.shape)
-            lit[first : first + step] = ~inside.all(axis=2).any(axis=1)
+            some = slice(first, first + step)
+            inside = np.ones((len(virtual[some]), len(self)), dtype=np.bool_)
+            for k in range(4):
+                inside &= virtual[some] @ self._plane[:, k].T >= self._offset[:, k]
+            lit[some] = ~inside.any(axis=1)
         return lit
 
 

@@ -105,7 +105,6 @@ class LitFacets:
     side, share: (M, L) as of `Surface`.
     rays: of each leg at the centroids.
     lengths: of each leg to the points (V,) [m].
-    surface: the triangles that they are cut from.
     """
 
     corner: Indices
@@ -119,7 +118,6 @@ class LitFacets:
     share: Floats
     rays: tuple[LegRays, ...]
     lengths: tuple[Floats, ...]
-    surface: Surface
 
     @property
     def point_cell(self) -> Floats:

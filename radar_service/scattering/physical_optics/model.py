@@ -8,12 +8,12 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.frames import map_from_body
+from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
@@ -24,6 +24,7 @@ from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, C
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
@@ -78,6 +79,32 @@ def _key(body: Body) -> tuple[bytes, str]:
     return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
+class _View(NamedTuple):
+    """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
+
+    lean: from its own frame to that one; None: they are the same. by_paths: whether echoes by the sea are apart.
+    """
+
+    optical: OpticalBody
+    legs: tuple[BodyLeg, ...]
+    pose: BodyPose
+    lean: Floats | None
+    by_paths: bool
+
+    @property
+    def water(self) -> float:
+        """Height of the sea [m]."""
+        return -float(self.pose.position[2])
+
+    @property
+    def is_shaded(self) -> bool:
+        """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
+        pose."""
+        return any(
+            leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
+        )
+
+
 class PhysicalOptics(AspectModel):
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
@@ -95,6 +122,7 @@ class PhysicalOptics(AspectModel):
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
         self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
         self._over_horizon = diffraction_height(context.radar, context.environment)
+        self._trace_step = math.radians(context.fidelity.trace_step_deg)
 
     @classmethod
     @override
@@ -123,9 +151,39 @@ class PhysicalOptics(AspectModel):
         near = instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, as it is at the instant."""
-        posed = pose_at(self.bodies[b], instant.time)
+    @override
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Illumination | None = None) -> BodyEchoes:
+        seen = self._view(b, antenna, instant)
+        if trace is not None and not seen.is_shaded:
+            centres = seen.optical.echoes_near(trace, seen.legs, seen.water)
+        else:
+            centres = seen.optical.echoes(seen.legs, seen.water)
+        if seen.lean is not None:
+            centres = [path._replace(position=path.position @ seen.lean) for path in centres]
+        return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
+
+    @override
+    def trace_step(self, b: int) -> float:
+        return self._trace_step if self._optical[b].is_concave else 0.0  # of other bodies a trace takes little
+
+    @override
+    def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
+        position, matrix = _poses(self.bodies[b], time)
+        view = antenna - position
+        toward = np.einsum("ki,kij->kj", view / np.linalg.norm(view, axis=1, keepdims=True), matrix)
+        step = np.linalg.norm(np.diff(np.concatenate([toward, matrix[:, 2]], axis=1), axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(step)])
+
+    @override
+    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Illumination | None:
+        body = self.bodies[b]
+        assert body.mesh is not None
+        seen = self._view(b, antenna, instant, lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times))))
+        return None if seen.is_shaded else seen.optical.illuminated(seen.legs, seen.water)
+
+    def _view(self, b: int, antenna: Floats, instant: Instant, lift: float = 0.0) -> "_View":
+        """Body b as the antenna has it at an instant, `lift` [m] higher than it floats."""
+        posed = pose_at(self.bodies[b], instant.time).lifted(lift)
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
@@ -135,14 +193,11 @@ class PhysicalOptics(AspectModel):
         others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
         legs = [
-            self._leg(b, optical, leg.by_sea, pose, antenna, instant, others, cast)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
-        centres = optical.echoes(tuple(legs), water=-float(pose.position[2]))
-        if lean is not None:
-            centres = [path._replace(position=path.position @ lean) for path in centres]
-        return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
+        return _View(optical, tuple(legs), pose, lean, by_paths)
 
     @override
     def casters(
@@ -164,15 +219,15 @@ class PhysicalOptics(AspectModel):
         return Onlooker(_box(optical, pose), legs, len(optical.mesh.faces))
 
     def _leg(
-        self, b: int, optical: OpticalBody, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant,
+        self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
         others: list[int], shadows: CastShadows | None,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it. shadows: that they
-        cast, as from `Onlooker.shadows`.
+        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
+        shadows: that they cast, as from `Onlooker.shadows`.
         """
-        scene, key = instant.line_of_sight, int(self.key[b])
+        scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
 
         def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
@@ -187,7 +242,7 @@ class PhysicalOptics(AspectModel):
         seen: Visible = partial(visible, bodies=others if crowded else [])
         own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
         if own is not None and self._in_reach(b, pose, antenna, instant):
-            own_shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
+            own_shadows = OwnShadows(own[0], posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
@@ -307,3 +362,11 @@ def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:
     count = len(centres.amplitude)
     path = np.full(count, centres.path if by_paths else ALL_PATHS)
     return BodyEchoes(centres.position, centres.amplitude, np.full(count, b), path, np.zeros(count))
+
+
+def _poses(body: Body, time: Floats) -> tuple[Floats, Floats]:
+    """Positions (K, 3) on the map [m] and rotations (K, 3, 3) map_from_body of a body at times (K,) [s]."""
+    pose = body.motion.pose(time)
+    if pose.rotation is not None:
+        return pose.position, pose.rotation
+    return pose.position, np.array([body_rotation(heading) for heading in pose.heading.tolist()])

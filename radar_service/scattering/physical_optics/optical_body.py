@@ -15,6 +15,7 @@ from radar_service.scattering.physical_optics.body_columns import BodyColumn, bo
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
+from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -23,9 +24,10 @@ from radar_service.scattering.physical_optics.path_fields import (
     facet_fields,
     facet_phases,
     path_phasor,
+    received_fields,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, cross, dot, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.triangle_cuts import above_water
@@ -88,6 +90,12 @@ class OpticalBody:
     facets: ResultCache[tuple[int, float, float], BodyFacets]
     lean: Floats | None = None
 
+    @property
+    def is_concave(self) -> bool:
+        """Whether parts of it may face each other, so that it has bounces and shadows of its own."""
+        rises = self.planes.may_rebounce
+        return bool((rises[:, 0] & (self.outside >= 0)).any() or (rises[:, 1] & (self.outside <= 0)).any())
+
     def leaning(self, lean: Floats) -> "OpticalBody":
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
         mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
@@ -98,12 +106,43 @@ class OpticalBody:
 
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        lit = self.lit_facets(legs, water)
+        return self._summed(*self._traced(legs, water)[:2], legs, water)
+
+    def illuminated(self, legs: tuple[BodyLeg, ...], water: float) -> Illumination:
+        """What legs reach, for `echoes_near` at poses near by; water: as of `echoes`."""
+        lit, _, kept = self._traced(legs, water)
+        return Illumination.of(lit, self.lean, kept)
+
+    def echoes_near(self, kept: Illumination, legs: tuple[BodyLeg, ...], water: float) -> list[PathCentres]:
+        """The centres of each path, of what was traced at a pose near by; legs, water: as of `echoes`."""
+        lit = kept.facets(self.planes, self.lean, legs, water)
+        fields = []
+        for group in kept.tubes:
+            tubes = group.traced(self.planes, self.lean, legs, self.wave.polarization, water)
+            receive = legs[group.back]
+            field = received_fields(tubes, receive.rays(tubes.centre.T), receive, self.wave)
+            fields.append((group.ways, field._replace(amplitude=field.amplitude * group.factor)))
+        return self._summed(lit, fields, legs, water)
+
+    def _traced(
+        self, legs: tuple[BodyLeg, ...], water: float
+    ) -> tuple[LitFacets, list[tuple[int, PathFields]], list[KeptTubes]]:
+        """Lit facets, the fields of tubes by path, and these tubes."""
+        surface, lit = self.lit_facets(legs, water)
+        fields, kept = [], []
+        for ways, back, tubes, factor, field in self._tube_fields(surface, legs, water):
+            fields.append((ways, field))
+            kept.append(KeptTubes.of(tubes, self.planes, self.lean, ways, back, factor))
+        return lit, fields, kept
+
+    def _summed(
+        self, lit: LitFacets, tubes: list[tuple[int, PathFields]], legs: tuple[BodyLeg, ...], water: float
+    ) -> list[PathCentres]:
+        """The centres of each path, of facets and of tubes by path."""
         phases = facet_phases(lit, self.wave)
-        tubes = list(self._tube_fields(lit, legs, water))
         paths = PATHS if len(legs) > 1 else PATHS[:1]
         fields = [facet_fields(lit, phases, out, back, self.wave) * self.reflectivity**0.5 for out, back in paths]
-        parts = [[field for path, field in tubes if path == out + back] for out, back in paths]
+        parts = [[field for ways, field in tubes if ways == out + back] for out, back in paths]
         position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
         lattice = Lattice.over(position, cell, _flattest(legs), water)
@@ -121,8 +160,8 @@ class OpticalBody:
             result.append(PathCentres(out + back, lattice.nodes[kept], sums[kept]))
         return result
 
-    def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
-        """All facets that a leg reaches, above the water and past all shadows, cut as finely as the phase needs."""
+    def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> tuple[Surface, LitFacets]:
+        """What a leg reaches, above the water and past all shadows, and the facets of it, cut as finely as the phase needs."""
         sea = legs[0].sea
         longest = np.inf if sea is None else sea.longest
         facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf), longest)
@@ -131,24 +170,22 @@ class OpticalBody:
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
         lit = lit_surface(surface, legs, self.planes, self.outside, facets.samples)
         origin, corner, points = facets.cut(lit)
-        corners, triangle = by_axis(points).take(corner, axis=1), lit.triangle[origin]
-        edges, centre = corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
-        across = cross(edges[:, 0], edges[:, 1])
-        rays, lengths = tuple(leg.rays(centre.T) for leg in legs), tuple(leg.length(points) for leg in legs)
-        return LitFacets(
-            corner, points, edges, np.sqrt(dot(across, across)) / 2.0, by_axis(self.planes.normal).take(triangle, axis=1),
-            triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays, lengths, lit,
-        )  # fmt: skip
+        part = lit.chosen(origin)
+        facets_of_legs = lit_facets(points, corner, part.triangle, part.cell, part.side, part.share, self.planes, legs)
+        return lit, facets_of_legs
 
-    def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
-        """What bounces on the body, by path.
+    def _tube_fields(
+        self, surface: Surface, legs: tuple[BodyLeg, ...], water: float
+    ) -> Iterator[tuple[int, int, RayTubes, Floats, PathFields]]:
+        """What bounces on the body: by how many ways by the sea, by which leg back, the tubes, how often each counts,
+        and their fields.
 
         Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
         """
-        reached = self._reached(lit.surface, len(legs))
+        reached = self._reached(surface, len(legs))
         launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
         every = [len(launches) < len(legs), True][: len(launches)]
-        tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
+        tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, self.rank, every)
         smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
         ends = Ends(self.mesh, np.asarray(reached.any(axis=0)), self.rank, smallest)
         scene = self.scene if self.lean is None else self.scene.rotated(self.lean)
@@ -165,7 +202,9 @@ class OpticalBody:
             factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
             fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
-                yield number + back, PathFields._make(column[out[which] == number] for column in fields)
+                some = np.flatnonzero(out[which] == number)
+                field = PathFields._make(column[some] for column in fields)
+                yield number + back, back, tubes.chosen(which[some]), factor[some], field
 
     def _reached(self, surface: Surface, legs: int) -> Flags:
         """Which triangles (L, F) each leg reaches in part."""

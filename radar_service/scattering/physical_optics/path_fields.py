@@ -136,14 +136,18 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
     back = receive.rays(tubes.centre.T)
     facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
     seen = facing[receive.reaches(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
-    tubes, back = tubes.chosen(seen), back.chosen(seen)
+    return seen, received_fields(tubes.chosen(seen), back.chosen(seen), receive, wave)
+
+
+def received_fields(tubes: RayTubes, back: LegRays, receive: BodyLeg, wave: Wave) -> PathFields:
+    """What tubes (M,) scatter into a leg, all of which it reaches. back: its rays at their centres."""
     share, cell = (column.take(tubes.launched) for column in (tubes.launch.share, tubes.launch.cell))
     surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
     amplitude *= path_phasor(tubes.length + back.length, wave)
     both_ends = receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
-    return seen, PathFields(_behind(tubes, back), amplitude, cell, both_ends)
+    return PathFields(_behind(tubes, back), amplitude, cell, both_ends)
 
 
 def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:

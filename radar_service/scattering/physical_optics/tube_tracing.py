@@ -249,6 +249,8 @@ def _projected(tubes: RayTubes, planes: Planes) -> RayTubes:
     corners = tubes.corners + travel[:, None] * tubes.direction
     middle = (travel[0] + travel[1] + travel[2]) / 3.0
     centre, length = tubes.centre + middle * tubes.direction, tubes.length + middle
+    chain = tubes.chain.copy()
+    chain[tubes.bounces, np.arange(len(tubes))] = tubes.triangle
     bounces = tubes.bounces + 1
-    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=length, bounces=bounces)
+    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=length, bounces=bounces, chain=chain)
     return projected.chosen(np.flatnonzero((middle > 0.0) & (facing > GRAZING)))

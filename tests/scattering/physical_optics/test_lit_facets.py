@@ -37,7 +37,7 @@ def test_a_flare_is_lit_from_below_alone() -> None:
     flare = optical_body(replace(box, mesh=Mesh(wide, box.mesh.faces)), made.radar, 1)
     pose, antenna = BodyPose(np.array([0.0, 100.0, 0.0]), 0.0), np.array([0.0, 0.0, 300.0])
     legs = tuple(BodyLeg(by_sea, pose, antenna, np.inf, seen, crowded=False) for by_sea in (False, True))
-    lit = flare.lit_facets(legs, 0.0)
+    surface, lit = flare.lit_facets(legs, 0.0)
     south, deck = lit.normal[1] < -0.5, lit.normal[2] > 0.9
     assert south.any() and not (lit.share[south, 0] > 0).any() and (lit.share[south, 1] == 1.0).all()
     assert deck.any() and (lit.share[deck, 0] == 1.0).all() and not (lit.share[deck, 1] > 0).any()

@@ -27,7 +27,7 @@ def test_a_bistatic_plate_follows_the_closed_form(polarization: str, incident: f
     angles = np.deg2rad([incident, scattered])
     antennas = [middle + 4000.0 * np.array([np.sin(a), np.cos(a), 0.0]) for a in angles]
     legs = tuple(BodyLeg(False, MAP_POSE, antenna, np.inf, seen, crowded=False) for antenna in antennas)
-    lit = body.lit_facets(legs, -np.inf)
+    _, lit = body.lit_facets(legs, -np.inf)
     fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 1, body.wave)
     result = fields.sum()
     peak = np.sqrt(4 * np.pi) * 0.15 / WAVELENGTH
@@ -40,7 +40,7 @@ def test_a_field_is_what_its_corners_share() -> None:
     body = optical(scene([PLATE]))
     middle = body.mesh.vertices.mean(axis=0)
     leg = BodyLeg(False, MAP_POSE, middle + [0.0, 4000.0, 0.0], np.inf, seen, crowded=False)
-    lit = body.lit_facets((leg,), -np.inf)
+    surface, lit = body.lit_facets((leg,), -np.inf)
     fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 0, body.wave)
     assert len(fields) == len(np.unique(lit.points, axis=0)) < lit.corner.size
     np.testing.assert_allclose(((fields @ lit.points) / fields.sum()).real, middle, atol=1e-4)

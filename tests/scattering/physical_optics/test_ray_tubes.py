@@ -38,7 +38,7 @@ def field(body: OpticalBody, evaluated_at: Floats, received_at: Floats) -> compl
 def started(body: OpticalBody, antenna: Floats) -> RayTubes:
     """Tubes at their first surface, which count wherever they end."""
     leg = direct(body, antenna)
-    return launched_tubes(body.lit_facets((leg,), -np.inf).surface, [leg], "h", body.planes, body.rank, [True])
+    return launched_tubes(body.lit_facets((leg,), -np.inf)[0], [leg], "h", body.planes, body.rank, [True])
 
 
 def bounced(body: OpticalBody, antenna: Floats, bounces: int) -> list[tuple[RayTubes, PathFields]]:

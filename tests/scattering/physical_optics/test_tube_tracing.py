@@ -50,7 +50,7 @@ def test_tubes_count_where_they_end_on_a_larger_surface(tmp_path: Path) -> None:
     here = toward([1, 0.8, 0.0], 2000)
     leg, faces = direct(body, here), len(body.mesh.faces)
     ends = Ends(body.mesh, np.ones(faces, dtype=np.bool_), body.rank, np.full(faces, SMALLEST))
-    surface = body.lit_facets((leg,), -np.inf).surface
+    surface = body.lit_facets((leg,), -np.inf)[0]
     tubes = launched_tubes(surface, [leg], "h", body.planes, body.rank, [False])
     (arrived,) = hits(tubes, body.planes, body.scene, 2, ends)
     assert (body.rank[arrived.triangle] >= arrived.launch.rank[arrived.launched]).all()
