@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
-from radar_service.numerics.types import Flags, Floats
-=======
-from radar_service.numerics.types import Flags, Indices
->>>>>>> lines
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.sidelobes import Boxes, DetectionTree, SidelobeGate, azimuth_envelope, distances, range_envelope
 from radar_service.radar.parameters import Radar
