@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from radar_service.ports.app import create_app
-from radar_service.ports.http import json_socket
+from radar_service.ports.http import conversation
 from radar_service.ports.rest import change_feed
 from radar_service.service.access import Access
 from radar_service.service.fanout.client_queue import TOO_SLOW
@@ -102,7 +102,7 @@ def test_a_stranger_is_told_nothing() -> None:
 
 def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_WAITING", 5)
-    monkeypatch.setattr(json_socket, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
+    monkeypatch.setattr(conversation, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
 
     async def test(server: Server) -> None:
         deaf = await server.open("/api/changes")

@@ -112,7 +112,7 @@ class Slow:
         ended = threading.Event()
         progress.ends_with(lambda: (ended.set(), self.go.set()))  # type: ignore[func-returns-value]
         self.running.release()
-        assert self.go.wait(20)
+        assert self.go.wait(60)
         if ended.is_set():
             raise RuntimeError("its process has ended")
         return factory()(order, progress)
