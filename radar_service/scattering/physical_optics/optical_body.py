@@ -59,6 +59,18 @@ class PathCentres(NamedTuple):
     amplitude: Complexes
 
 
+class _Bounces(NamedTuple):
+    """What leaves by one leg and returns by another: how many of the two go by the sea, the number of the leg back, tubes where
+    they end, those of them `which` (M,) count, how often each counts (M,), and their fields."""
+
+    ways: int
+    back: int
+    tubes: RayTubes
+    which: Indices
+    factor: Floats
+    fields: PathFields
+
+
 @dataclass(frozen=True)
 class OpticalBody:
     """A mesh that scatters by physical optics.
@@ -106,11 +118,17 @@ class OpticalBody:
 
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        return self._summed(*self._traced(legs, water)[:2], legs, water)
+        surface, lit = self.lit_facets(legs, water)
+        fields = [(bounces.ways, bounces.fields) for bounces in self._bounces(surface, legs, water)]
+        return self._summed(lit, fields, legs, water)
 
     def illuminated(self, legs: tuple[BodyLeg, ...], water: float) -> Illumination:
         """What legs reach, for `echoes_near` at poses near by; water: as of `echoes`."""
-        lit, _, kept = self._traced(legs, water)
+        surface, lit = self.lit_facets(legs, water)
+        kept = [
+            KeptTubes.of(tubes.chosen(which), self.planes, self.lean, ways, back, factor)
+            for ways, back, tubes, which, factor, _ in self._bounces(surface, legs, water)
+        ]
         return Illumination.of(lit, self.lean, kept)
 
     def echoes_near(self, kept: Illumination, legs: tuple[BodyLeg, ...], water: float) -> list[PathCentres]:
@@ -123,17 +141,6 @@ class OpticalBody:
             field = received_fields(tubes, receive.rays(tubes.centre.T), receive, self.wave)
             fields.append((group.ways, field._replace(amplitude=field.amplitude * group.factor)))
         return self._summed(lit, fields, legs, water)
-
-    def _traced(
-        self, legs: tuple[BodyLeg, ...], water: float
-    ) -> tuple[LitFacets, list[tuple[int, PathFields]], list[KeptTubes]]:
-        """Lit facets, the fields of tubes by path, and these tubes."""
-        surface, lit = self.lit_facets(legs, water)
-        fields, kept = [], []
-        for ways, back, tubes, factor, field in self._tube_fields(surface, legs, water):
-            fields.append((ways, field))
-            kept.append(KeptTubes.of(tubes, self.planes, self.lean, ways, back, factor))
-        return lit, fields, kept
 
     def _summed(
         self, lit: LitFacets, tubes: list[tuple[int, PathFields]], legs: tuple[BodyLeg, ...], water: float
@@ -174,11 +181,8 @@ class OpticalBody:
         facets_of_legs = lit_facets(points, corner, part.triangle, part.cell, part.side, part.share, self.planes, legs)
         return lit, facets_of_legs
 
-    def _tube_fields(
-        self, surface: Surface, legs: tuple[BodyLeg, ...], water: float
-    ) -> Iterator[tuple[int, int, RayTubes, Floats, PathFields]]:
-        """What bounces on the body: by how many ways by the sea, by which leg back, the tubes, how often each counts,
-        and their fields.
+    def _bounces(self, surface: Surface, legs: tuple[BodyLeg, ...], water: float) -> Iterator[_Bounces]:
+        """What bounces on the body.
 
         Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
         """
@@ -203,8 +207,8 @@ class OpticalBody:
             fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
                 some = np.flatnonzero(out[which] == number)
-                field = PathFields._make(column[some] for column in fields)
-                yield number + back, back, tubes.chosen(which[some]), factor[some], field
+                path = PathFields._make(column[some] for column in fields)
+                yield _Bounces(number + back, back, tubes, which[some], factor[some], path)
 
     def _reached(self, surface: Surface, legs: int) -> Flags:
         """Which triangles (L, F) each leg reaches in part."""
