@@ -20,6 +20,7 @@ from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, TARGETS, box, ech
 pytestmark = BROWSER
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize(
     ("renderer", "orientation", "heading_deg"),
     list(product(("webgl", "canvas"), ("north-up", "head-up"), (0.0, 70.0))),
@@ -119,6 +120,7 @@ def test_own_ship_is_the_centre_of_the_scope(radar: FakeRadar, opened: Opened) -
     assert np.abs(centre + 0.5 - (x + side / 2, y + side / 2)).max() < 1.0  # a pixel: the ring's edges are whole pixels
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
 @pytest.mark.parametrize("heading_deg", [0.0, 180.0])
 def test_an_echo_across_north_is_whole(radar: FakeRadar, opened: Opened, renderer: str, heading_deg: float) -> None:

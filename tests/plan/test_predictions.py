@@ -44,6 +44,7 @@ def error_db(field: np.ndarray[Any, Any], exact: np.ndarray[Any, Any]) -> float:
     return float(10.0 * np.log10(np.sum(np.abs(field - exact) ** 2) / np.sum(np.abs(exact) ** 2)))
 
 
+@pytest.mark.sample(11)
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
     """Against `reference` with everything in it, on the same scatterers, looked at as often: below -40 dB (required), below the

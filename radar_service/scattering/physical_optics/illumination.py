@@ -7,7 +7,7 @@ at the waterline, bodies are traced a little higher than they float (`lift`).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ class KeptTubes(NamedTuple):
     factor: Floats
 
     @classmethod
-    def of(cls, tubes: RayTubes, planes: Planes, lean: Floats | None, ways: int, back: int, factor: Floats) -> "KeptTubes":
+    def of(cls, tubes: RayTubes, planes: Planes, lean: Floats | None, ways: int, back: int, factor: Floats) -> Self:
         """Tubes where they end, all by one leg out; lean: of the frame that they are in."""
         out = int(tubes.launch.leg[tubes.launched[0]]) if len(tubes) else 0
         corners = _launch_corners(tubes, planes)
@@ -100,7 +100,7 @@ class Illumination:
     tubes: tuple[KeptTubes, ...]
 
     @classmethod
-    def of(cls, lit: LitFacets, lean: Floats | None, tubes: Sequence[KeptTubes]) -> "Illumination":
+    def of(cls, lit: LitFacets, lean: Floats | None, tubes: Sequence[KeptTubes]) -> Self:
         """Of lit facets in a frame that leans by `lean`."""
         points = lit.points if lean is None else lit.points @ lean
         return cls(points, lit.corner, lit.triangle, lit.cell, lit.side, lit.share, tuple(tubes))

@@ -170,7 +170,8 @@ class PhysicalOptics(AspectModel):
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
         position, matrix = _poses(self.bodies[b], time)
         view = antenna - position
-        toward = np.einsum("ki,kij->kj", view / np.linalg.norm(view, axis=1, keepdims=True), matrix)
+        distance = np.maximum(np.linalg.norm(view, axis=1, keepdims=True), 1e-9)
+        toward = np.einsum("ki,kij->kj", view / distance, matrix)
         step = np.linalg.norm(np.diff(np.concatenate([toward, matrix[:, 2]], axis=1), axis=0), axis=1)
         return np.concatenate([[0.0], np.cumsum(step)])
 
@@ -181,9 +182,9 @@ class PhysicalOptics(AspectModel):
         seen = self._view(b, antenna, instant, lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times))))
         return None if seen.is_shaded else seen.optical.illuminated(seen.legs, seen.water)
 
-    def _view(self, b: int, antenna: Floats, instant: Instant, lift: float = 0.0) -> "_View":
-        """Body b as the antenna has it at an instant, `lift` [m] higher than it floats."""
-        posed = pose_at(self.bodies[b], instant.time).lifted(lift)
+    def _view(self, b: int, antenna: Floats, instant: Instant, height: float = 0.0) -> _View:
+        """Body b as the antenna has it at an instant, `height` [m] higher than it floats."""
+        posed = pose_at(self.bodies[b], instant.time).lifted(height)
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0

@@ -89,6 +89,7 @@ def power_of(field: NDArray[np.complexfloating], floor: float) -> float:
     return max(float((np.abs(field) ** 2).sum(dtype=np.float64)), (NOTHING * floor) ** 2)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(
     "number", [*HOLDING, SLOW], ids=lambda number: f"{number}-{KINDS[number % len(KINDS)].replace(' ', '-')}"
 )
