@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.corner_samples import renumbered
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, cross, dot
@@ -136,9 +137,9 @@ def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices
     dry = np.flatnonzero(~low.any(axis=0))
     crossed = wet[~low[:, wet].all(axis=0)]
     parts, origin = above_water(points[corner[:, crossed].T], water)
-    used, dry_corner = np.unique(corner[:, dry], return_inverse=True)
+    used, dry_corner = renumbered(corner[:, dry], len(points))
     new = len(used) + np.arange(3 * len(parts)).reshape(-1, 3).T
-    corners = np.concatenate([dry_corner.reshape(3, -1), new], axis=1)
+    corners = np.concatenate([dry_corner, new], axis=1)
     return np.concatenate([dry, crossed[origin]]), corners, np.concatenate([points[used], parts.reshape(-1, 3)])
 
 
