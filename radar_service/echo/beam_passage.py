@@ -208,7 +208,8 @@ class BeamPassages:
         return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
 
     def runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
-        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest."""
+        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest, and
+        where the antenna is so near that parts of the body turn otherwise than its middle."""
         return self._runs.get((n, crossing), lambda: self._found_runs(n, crossing))
 
     def turned(self, n: int, spokes: Indices) -> Floats:
@@ -303,10 +304,11 @@ class BeamPassages:
     def _found_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
         """Computes `runs` anew."""
         model, local, _ = self._aspects[n]
-        runs, step = dict[int, TraceRun](), 0.0 if self._at_rest else model.trace_step(local)
+        half_angle, runs = self._half_angle(n, crossing), dict[int, TraceRun]()
+        step = 0.0 if self._at_rest or half_angle >= np.pi else model.trace_step(local)
         for part in self.parts(n, crossing) if step > 0.0 else ():
             if len(part.nodes) > 1:
-                away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - self._half_angle(n, crossing)
+                away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - half_angle
                 runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
         return runs
 

@@ -44,7 +44,7 @@ class Fidelity:
     beam_kernel_width: int = 4
     beam_extent: float = 12.0
     azimuths_per_block: int = 16
-    trace_step_deg: float = 0.2
+    trace_step_deg: float = 0.1
     visibility_step: float = 5.0
     beam_table_oversampling: int = 1
     error_db: float = 0.0

@@ -51,8 +51,8 @@ class KeptTubes(NamedTuple):
     def traced(
         self, planes: Planes, lean: Floats | None, legs: Sequence[BodyLeg], polarization: str, water: float
     ) -> RayTubes:
-        """The tubes where they end, for legs at another pose. water: height of the sea [m]: as in a trace, those count
-        whose middles end above it."""
+        """The tubes where they end, for legs at another pose. water: height of the sea [m]: those count whose middles
+        leave and end above it."""
         corners = self.corners if lean is None else np.einsum("ik,ckm->cim", lean, self.corners)
         centre = (corners[0] + corners[1] + corners[2]) / 3.0
         rays = legs[self.out].rays(centre.T)
@@ -75,7 +75,7 @@ class KeptTubes(NamedTuple):
             centre = _with(centre, on, centre[:, on] + middle * direction[:, on])
             length, normal = _with(length, on, length[on] + middle), _with(normal, on, facing)
         last = self.chain[bounces - 1, np.arange(count)]
-        share = self.share * (centre[2] > water)
+        share = self.share * ((begin[2] > water) & (centre[2] > water))
         launch = Launch(
             outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), self.chain[0], self.chain[0]
         )  # fmt: skip

@@ -101,6 +101,15 @@ def test_what_shares_a_trace() -> None:
     assert shared["ship"] and not shared["exact"] and not shared["box"]
 
 
+def test_a_ship_within_whose_radius_the_antenna_is_shares_no_trace() -> None:
+    """Her house turns otherwise than her middle."""
+    runs = {}
+    for north in (30.0, 120.0):
+        passages = passages_of(SHIP | {"position_m": [0, north, 0]}, roll_deg=3.0, roll_period_s=9.0)
+        runs[north] = passages.runs(0, passages.crossing(0, 1.0))
+    assert not runs[30.0] and runs[120.0]
+
+
 def test_a_body_is_lifted_by_what_its_waterline_sinks() -> None:
     box = np.array([[-2.0, -9.0, -1.0], [2.0, 9.0, 5.0]])
     level = np.repeat(np.eye(3)[None], 2, axis=0)
