@@ -45,9 +45,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     if session.config.option.markexpr == SUITE:
         gc.collect()
         gc.freeze()
-        gc.set_threshold(
-            5_000, 10, 10
-        )  # seven times as seldom: what a test leaves may wait, and each full search takes 0.1 s
+        gc.set_threshold(5_000, 10, 10)  # seven times as seldom: what a test leaves may wait, a full search takes 0.1 s
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.lit_facets import Planes, Surface
 
 LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
-SURFACES = 3  # in a row, at most: `Fidelity.bounces`
 EVERY = -(2**31)  # rank below all: of tubes that count wherever they end
 
 
@@ -59,7 +58,7 @@ class RayTubes:
     begin: (3, M) where the ray through the centre meets the first surface, on its way there or a little beyond [m].
     first_length: (M,) of the way from the antenna to there [m].
     bounces: (M,) surfaces on the way here.
-    chain: (SURFACES, M) the triangle of each surface on the way, this one too, -1 where there is none.
+    chain: (S, M) the triangle of each of up to S surfaces on the way, this one too, -1 where there are fewer.
     """
 
     launch: Launch
@@ -116,11 +115,9 @@ def launched_tubes(
         direction, field, leg, surface.share[which, leg], surface.cell[which], longest, rank[triangle], least
     )  # fmt: skip
     count = len(which)
-    chain = np.full((SURFACES, count), -1)
-    chain[0] = triangle
     return RayTubes(
         launch, np.arange(count), corners, centre, normal, triangle, direction, field, length, centre, length,
-        np.ones(count, dtype=np.int64), chain,
+        np.ones(count, dtype=np.int64), triangle[None],
     )  # fmt: skip
 
 

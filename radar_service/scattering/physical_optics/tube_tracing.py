@@ -60,6 +60,7 @@ class _Targets(NamedTuple):
 
 def hits(tubes: RayTubes, planes: Planes, scene: Rays, bounces: int, ends: Ends) -> Iterator[RayTubes]:
     """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
+    tubes = replace(tubes, chain=np.pad(tubes.chain, ((0, bounces - 1), (0, 0)), constant_values=-1))
     for bounce in range(2, bounces + 1):
         count = MAX_DIVIDED[min(bounce - 2, 1)]
         tubes = _reflected(tubes.chosen(_may_hit_more(tubes, planes)), planes, scene, ends, bounce == bounces, count)
