@@ -8,12 +8,10 @@ parts, and no azimuth takes a node of another part. Where a shadow moves over a 
 
 Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
-
-How fast the shadows of other bodies move over one in the meantime is here too.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -24,6 +22,7 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
 from radar_service.echo.passage_traces import TraceRun, trace_runs
+from radar_service.echo.shadow_nodes import ShadowRates, telling_nodes
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
@@ -33,11 +32,9 @@ from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Inst
 from radar_service.scattering.predictions import NEAREST
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body
 from radar_service.world.poses import BodyPoses
 from radar_service.world.scene import Scene
 
-STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
@@ -47,50 +44,6 @@ SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
-
-
-@dataclass(frozen=True)
-class ShadowRates:
-    """The shadows on one body.
-
-    scene: with own ship and all bodies. body: the one that is shadowed.
-    """
-
-    scene: Scene
-    body: Body
-
-    def moving(self, others: Sequence[int], time: Floats) -> list[int]:
-        """Those of other bodies whose shadow may move noticeably over the body between times (K,) [s], wherever it is."""
-        antenna, span = self.scene.antenna(time), float(np.ptp(time))
-        moving = []
-        for key in others:
-            body = self.scene.bodies[key]
-            nearest = float(np.hypot(*(body.middles_at(time) - antenna)[:, :2].T).min()) - body.radius
-            if float(self.rate([Caster(key, nearest)], time).max()) * span > 1.0:
-                moving.append(key)
-        return moving
-
-    def rate(self, casters: list[Caster], time: Floats) -> Floats:
-        """How many times `STEADY` the fastest shadow moves in a second (K,) at times (K,) [s], at least two."""
-        antenna = self.scene.antenna(time)
-        own, spin = self._velocity(self.body, time, antenna)
-        position = self.body.middles_at(time) - antenna
-        distance = np.maximum(np.linalg.norm(position, axis=1), NEAREST)
-        fastest = np.zeros(len(time))
-        for caster in casters:
-            other, other_spin = self._velocity(self.scene.bodies[caster.key], time, antenna)
-            ratio = distance / max(caster.distance, NEAREST)
-            edge = ratio[:, None] * other - own
-            radial = np.einsum("kx,kx->k", edge, position) / distance
-            across = np.sqrt(np.maximum((edge**2).sum(axis=1) - radial**2, 0.0))
-            np.maximum(fastest, across + spin + ratio * other_spin, out=fastest)
-        return fastest / (STEADY * self.body.diagonal)
-
-    def _velocity(self, body: Body, time: Floats, antenna: Floats) -> tuple[Floats, Floats]:
-        """Velocities (K, 3) of a body's middle against the antenna, and speeds (K,) of its parts about it [m/s]."""
-        velocity = np.gradient(body.middles_at(time) - antenna, time, axis=0)
-        turn = np.abs(np.gradient(np.unwrap(body.motion.pose(time).heading), time))
-        return velocity, turn * body.radius + (body.top_speed - body.motion.top_speed)
 
 
 class Aspect(NamedTuple):
@@ -136,9 +89,9 @@ class BeamPassages:
         self._nodes: ResultCache[tuple[int, int, TraceRun | None, bytes], ObservedEchoes] = ResultCache(
             NODES_PER_BODY * count, scene.revision
         )
-        self._runs: ResultCache[tuple[int, int], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
+        self._runs: ResultCache[tuple[int, int, bytes], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
         self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
-        self._schedules: ResultCache[tuple[int, int], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
+        self._schedules: ResultCache[tuple[int, int, bytes], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._alone: ResultCache[int, BodyEchoes] = ResultCache(count)  # at rest, as no mover shades them
@@ -158,7 +111,7 @@ class BeamPassages:
         for n, crossing in self.passing(azimuths.middle, middle, half):
             if not present[n]:
                 continue
-            for node, fade in self._weighted_nodes(n, crossing, spoke):
+            for node, fade in self._weighted_nodes(n, crossing, spoke, azimuths.middle):
                 parts.append(self._node(n, crossing, node, azimuths.middle))
                 fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
@@ -166,16 +119,19 @@ class BeamPassages:
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
-    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[int, Singles]]:
-        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,)."""
-        for part in self.parts(n, crossing):
+    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats, time: float) -> Iterator[tuple[int, Singles]]:
+        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,); time: as of `_node`."""
+        for part in self.parts(n, crossing, time):
             for node, fade in zip(part.nodes.tolist(), part.weights(spoke), strict=True):
                 if fade.any():
                     yield node, fade
 
     def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
-        run = self.runs(n, crossing).get(spoke)
+        return self._kept(n, spoke, time, self.runs(n, crossing, time).get(spoke))
+
+    def _kept(self, n: int, spoke: int, time: float, run: TraceRun | None = None) -> ObservedEchoes:
+        """As `evaluated`, once for all azimuths."""
         key = n, spoke, run, self._line_of_sight.presences.state(time)
         return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
 
@@ -203,14 +159,23 @@ class BeamPassages:
         eighth = round(turns * 8.0)
         return self._crossings.get((n, eighth), lambda: self._found_crossing(n, eighth / 8.0))
 
-    def parts(self, n: int, crossing: int) -> tuple[Part, ...]:
-        """The parts of the passage of body n around a crossing, with the spokes at which it is evaluated."""
-        return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
+    def parts(self, n: int, crossing: int, time: float | None = None) -> tuple[Part, ...]:
+        """The parts of the passage of body n around a crossing, with the spokes at which it is evaluated; those bodies shade it
+        that are present at `time` [s], None: at the crossing."""
+        key, time = self._passage(n, crossing, time)
+        return self._schedules.get(key, lambda: self._scheduled(n, crossing, time))
 
-    def runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
-        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest, and
-        where the antenna is so near that parts of the body turn otherwise than its middle."""
-        return self._runs.get((n, crossing), lambda: self._found_runs(n, crossing))
+    def runs(self, n: int, crossing: int, time: float | None = None) -> dict[int, TraceRun]:
+        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest, where
+        shadows move over it, and where the antenna is so near that parts of the body turn otherwise than its middle. time: as of
+        `parts`."""
+        key, time = self._passage(n, crossing, time)
+        return self._runs.get(key, lambda: self._found_runs(n, crossing, time))
+
+    def _passage(self, n: int, crossing: int, time: float | None) -> tuple[tuple[int, int, bytes], float]:
+        """What a passage of body n depends on, and the time at which bodies are present [s]; time: as of `parts`."""
+        time = self._scene.radar.time_of_spokes(float(crossing)) if time is None else time
+        return (n, crossing, self._line_of_sight.presences.state(time)), time
 
     def turned(self, n: int, spokes: Indices) -> Floats:
         """By how much body n has turned as the antenna sees it (K,) [rad], since the first of spokes (K,) from the start."""
@@ -270,7 +235,7 @@ class BeamPassages:
         lost = abs(ahead) * radar.azimuths > 1.0 or abs(turns - start) > 1.0
         return round(start) * radar.azimuths if lost else round(turns * radar.azimuths)
 
-    def _scheduled(self, n: int, crossing: int) -> tuple[Part, ...]:
+    def _scheduled(self, n: int, crossing: int, time: float) -> tuple[Part, ...]:
         """Computes `parts` anew."""
         radar, rates, aside = self._scene.radar, self._rates[n], self._half_angle(n, crossing)
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
@@ -287,10 +252,18 @@ class BeamPassages:
         if self._at_rest and not casters:
             return ()
 
+        def motion(offset: Floats) -> Floats:
+            return rates.phase_rate(radar.time_of_spokes(crossing + offset)) * radar.spoke_period
+
         def rate(offset: Floats) -> Floats:
-            time = radar.time_of_spokes(crossing + offset)
-            shadow = self._shadows[n].rate(casters, time) * np.minimum(self._envelope_gain(away(offset)) / MAIN_BEAM, 1.0)
-            return (rates.phase_rate(time) + CUBIC_PHASE * shadow) * radar.spoke_period
+            shadow = self._shadows[n].rate(casters, radar.time_of_spokes(crossing + offset)) * radar.spoke_period
+            return motion(offset) + CUBIC_PHASE * shadow * np.minimum(self._envelope_gain(away(offset)) / MAIN_BEAM, 1.0)
+
+        def slack(nodes: Indices) -> Floats:
+            return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
+
+        def evaluate(spoke: int) -> BodyEchoes:
+            return self._kept(n, spoke, time).echoes
 
         parts = []
         for stretch in stretches(corners.tolist(), reach):
@@ -298,16 +271,21 @@ class BeamPassages:
                 crossing + stretch.first if stretch.begins else -np.inf,
                 crossing + stretch.last if stretch.ends else np.inf,
             )
-            parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
+            nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
+            shaded = bool(casters) and self._bodies[n].motion.sway is None and len(nodes) > 1
+            if shaded:
+                unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
+                nodes = telling_nodes(nodes, unshaded, slack, evaluate)
+            parts.append(Part(first, last, nodes, shaded))
         return tuple(parts)
 
-    def _found_runs(self, n: int, crossing: int) -> dict[int, TraceRun]:
+    def _found_runs(self, n: int, crossing: int, time: float) -> dict[int, TraceRun]:
         """Computes `runs` anew."""
         model, local, _ = self._aspects[n]
         half_angle, runs = self._half_angle(n, crossing), dict[int, TraceRun]()
         step = 0.0 if self._at_rest or half_angle >= np.pi else model.trace_step(local)
-        for part in self.parts(n, crossing) if step > 0.0 else ():
-            if len(part.nodes) > 1:
+        for part in self.parts(n, crossing, time) if step > 0.0 else ():
+            if len(part.nodes) > 1 and not part.shaded:
                 away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - half_angle
                 runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
         return runs

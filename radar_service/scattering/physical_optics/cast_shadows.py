@@ -184,7 +184,8 @@ class Onlooker(NamedTuple):
 
     def shadows(self, others: Posed) -> list[CastShadows | None]:
         """The shadows of other bodies that may lie on it along each leg; None where those of too many triangles may."""
-        dry = [above_water(self._before(triangles, pose), 0.0)[0] for triangles, pose in others]
+        own = self._windows()
+        dry = [above_water(self._before(triangles, pose, own), 0.0)[0] for triangles, pose in self._near(others, own)]
         corners = np.concatenate([np.zeros((0, 3, 3)), *dry])
         result: list[CastShadows | None] = []
         for number, leg in enumerate(self.legs):
@@ -198,7 +199,7 @@ class Onlooker(NamedTuple):
 
         moved, own_moved: how far the other body and this one may be from where they are, against the antenna [m].
         """
-        corners = above_water(self._before(triangles, pose, moved, own_moved), -moved)[0]
+        corners = above_water(self._before(triangles, pose, self._windows(own_moved), moved), -moved)[0]
         nearest, middle = np.inf, np.hypot(*(self.box[:, :2].mean(axis=0) - self.legs[0].antenna[:2]))
         for number, leg in enumerate(self.legs):
             shadows = self._along(number, corners)
@@ -212,20 +213,30 @@ class Onlooker(NamedTuple):
         virtual = [picture.virtual(corners) for picture in self.legs[: number + 1]]
         return CastShadows(self.legs[number], np.concatenate(virtual))
 
-    def _before(self, triangles: TriangleClusters, pose: BodyPose, moved: float = 0.0, own_moved: float = 0.0) -> Floats:
+    def _near(self, others: Posed, own: Sequence[Windows]) -> Posed:
+        """Those of other bodies of which any triangle may stand before this one: all at once, by their boxes."""
+        if not others:
+            return others
+        boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
+        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, own)).tolist()]
+
+    def _before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
         """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.
 
-        moved, own_moved: as of `nearest`.
+        own: as from `_windows`. moved: as of `nearest`.
         """
-        own = [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
+        chosen = triangles.chosen(lambda points: self._stand_before(pose.map_from_frame(points), own, moved))
+        return pose.map_from_frame(chosen)
 
-        def concerns(points: Floats) -> Flags:
-            position = pose.map_from_frame(points)
-            direct = Windows.of(position, self.legs[0]).widened(moved)
-            stand = np.logical_or.reduce([direct.overlap(window) for window in own])
-            if len(own) > 1:
-                left = np.flatnonzero(direct.before(own[1]) & ~stand)
-                stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
-            return np.asarray(stand)
+    def _windows(self, own_moved: float = 0.0) -> list[Windows]:
+        """Its windows in the picture of each leg; own_moved: as of `nearest`."""
+        return [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
 
-        return pose.map_from_frame(triangles.chosen(concerns))
+    def _stand_before(self, position: Floats, own: Sequence[Windows], moved: float = 0.0) -> Flags:
+        """Which hulls of points (N, P, 3) on the map [m] may stand before this one along a leg; own, moved: as of `_before`."""
+        direct = Windows.of(position, self.legs[0]).widened(moved)
+        stand = np.logical_or.reduce([direct.overlap(window) for window in own])
+        if len(own) > 1:
+            left = np.flatnonzero(direct.before(own[1]) & ~stand)
+            stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
+        return np.asarray(stand)

@@ -1,0 +1,130 @@
+"""Which nodes of a passage a shadow needs that moves over a body: those between which what the body scatters changes.
+
+How fast a shadow may move bounds how close nodes must be (`ShadowRates`), mostly at every spoke. But most of the time
+its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where the one in the middle between
+two is not the mean of both, the halves are divided likewise, down to neighbours.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.scattering.model import BodyEchoes, Caster
+from radar_service.scattering.predictions import NEAREST
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
+
+STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
+SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
+CHANGE = 0.02  # of the field, by which the one in the middle may differ from the mean: what is between errs by less
+GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
+BITS = 20  # of a coordinate in steps of GRID
+
+Evaluate = Callable[[int], BodyEchoes]
+
+
+@dataclass(frozen=True)
+class ShadowRates:
+    """The shadows on one body.
+
+    scene: with own ship and all bodies. body: the one that is shadowed.
+    """
+
+    scene: Scene
+    body: Body
+
+    def moving(self, others: Sequence[int], time: Floats) -> list[int]:
+        """Those of other bodies whose shadow may move noticeably over the body between times (K,) [s], wherever it is."""
+        antenna, span = self.scene.antenna(time), float(np.ptp(time))
+        moving = []
+        for key in others:
+            body = self.scene.bodies[key]
+            nearest = float(np.hypot(*(body.middles_at(time) - antenna)[:, :2].T).min()) - body.radius
+            if float(self.rate([Caster(key, nearest)], time).max()) * span > 1.0:
+                moving.append(key)
+        return moving
+
+    def rate(self, casters: list[Caster], time: Floats) -> Floats:
+        """How many times `STEADY` the fastest shadow moves in a second (K,) at times (K,) [s], at least two."""
+        antenna = self.scene.antenna(time)
+        own, spin = self._velocity(self.body, time, antenna)
+        position = self.body.middles_at(time) - antenna
+        distance = np.maximum(np.linalg.norm(position, axis=1), NEAREST)
+        fastest = np.zeros(len(time))
+        for caster in casters:
+            other, other_spin = self._velocity(self.scene.bodies[caster.key], time, antenna)
+            ratio = distance / max(caster.distance, NEAREST)
+            edge = ratio[:, None] * other - own
+            radial = np.einsum("kx,kx->k", edge, position) / distance
+            across = np.sqrt(np.maximum((edge**2).sum(axis=1) - radial**2, 0.0))
+            np.maximum(fastest, across + spin + ratio * other_spin, out=fastest)
+        return fastest / (STEADY * self.body.diagonal)
+
+    def _velocity(self, body: Body, time: Floats, antenna: Floats) -> tuple[Floats, Floats]:
+        """Velocities (K, 3) of a body's middle against the antenna, and speeds (K,) of its parts about it [m/s]."""
+        velocity = np.gradient(body.middles_at(time) - antenna, time, axis=0)
+        turn = np.abs(np.gradient(np.unwrap(body.motion.pose(time).heading), time))
+        return velocity, turn * body.radius + (body.top_speed - body.motion.top_speed)
+
+
+def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], Floats], evaluate: Evaluate) -> Indices:
+    """Those of nodes (M,) that are needed [spokes, rising], the first and the last one always.
+
+    unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
+    evaluate: the echoes at a spoke.
+    """
+    stride, last = SKIPPED, len(nodes) - 1
+    if len(unshaded) > 1:
+        while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
+            stride //= 2
+    firm = sorted({*range(0, last, stride), last})
+    size = max((_size(evaluate(int(nodes[each]))) for each in firm), default=0.0)
+    allowed = CHANGE * size * slack(nodes)
+    chosen = set(firm)
+    left = list(zip(firm[:-1], firm[1:], strict=True))
+    while left:
+        begin, end = left.pop()
+        middle = (begin + end) // 2
+        if middle == begin:
+            continue
+        chosen.add(middle)
+        if _bend(*(evaluate(int(nodes[each])) for each in (begin, middle, end))) > allowed[middle]:
+            left += [(begin, middle), (middle, end)]
+    return nodes[_graded(sorted(chosen))]
+
+
+def _graded(chosen: Sequence[int]) -> Indices:
+    """Rising numbers, and so many between them that no gap is over twice the one beside it, as cubics need."""
+    every = list(chosen)
+    at = 0
+    while at < len(every) - 1:
+        gap = every[at + 1] - every[at]
+        beside = [every[k + 1] - every[k] for k in (at - 1, at + 1) if 0 <= k < len(every) - 1]
+        if gap > 2 * min(beside, default=gap):
+            every.insert(at + 1, every[at] + gap // 2)
+            at = max(at - 1, 0)
+        else:
+            at += 1
+    return np.array(every, dtype=np.int64)
+
+
+def _size(echoes: BodyEchoes) -> float:
+    """The root of the summed powers of echoes."""
+    return float(np.linalg.norm(echoes.amplitude))
+
+
+def _bend(before: BodyEchoes, middle: BodyEchoes, after: BodyEchoes) -> float:
+    """By how much the field of echoes differs from the mean of those before and after, centre by centre; a root of powers."""
+    key = np.concatenate([_centres(echoes) for echoes in (before, middle, after)])
+    field: Complexes = np.concatenate([before.amplitude / 2.0, -middle.amplitude, after.amplitude / 2.0])
+    _, centre = np.unique(key, return_inverse=True)
+    real, imaginary = np.bincount(centre, field.real), np.bincount(centre, field.imag)
+    return float(np.sqrt(np.sum(real * real + imaginary * imaginary)))
+
+
+def _centres(echoes: BodyEchoes) -> Indices:
+    """A number (E,) for the place and the path of each echo."""
+    x, y, z = (np.rint(axis / GRID).astype(np.int64) & (2**BITS - 1) for axis in echoes.position.T)
+    return np.asarray((((x << BITS | y) << BITS | z) << 2) | (echoes.path & 3))

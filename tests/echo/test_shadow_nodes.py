@@ -1,0 +1,150 @@
+"""How fast shadows move over bodies, and the nodes that they need, for fields whose change is known at every spoke."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from radar_service.echo.passage_nodes import node_weights
+from radar_service.echo.shadow_nodes import CHANGE, SKIPPED, STEADY, ShadowRates, telling_nodes
+from radar_service.engine.preparation import prepare
+from radar_service.numerics.types import Floats, Indices
+from radar_service.records.fidelity import PRESETS
+from radar_service.scattering.model import BodyEchoes, Caster
+from tests.scenes import scene
+
+EVERY = np.arange(200, 297)
+NONE = np.array([250])
+
+
+def at_places(field: Floats) -> BodyEchoes:
+    """Echoes of one path, a scattering centre each metre."""
+    place = np.stack([np.arange(len(field)), np.zeros(len(field)), np.zeros(len(field))], axis=1)
+    same = np.zeros(len(field), dtype=np.int64)
+    return BodyEchoes(place.astype(np.float64), field.astype(np.complex128), same, same, np.zeros(len(field)))
+
+
+def told(field: Callable[[int], Floats], unshaded: Indices = NONE, slack: float = 1.0) -> tuple[list[int], list[int]]:
+    """The nodes, and the spokes at which the field was asked for."""
+    asked: list[int] = []
+
+    def evaluate(spoke: int) -> BodyEchoes:
+        asked.append(spoke)
+        return at_places(np.atleast_1d(field(spoke)))
+
+    nodes = telling_nodes(EVERY, unshaded, lambda spokes: np.full(len(spokes), slack), evaluate)
+    return nodes.tolist(), sorted(set(asked))
+
+
+@pytest.mark.parametrize("field", [lambda _: 3.0, lambda spoke: 1.0 + 0.1j * spoke], ids=["steady", "straight"])
+def test_what_is_straight_between_nodes_needs_every_eighth(field: Callable[[int], Floats]) -> None:
+    """Each sixteenth, and the one in the middle that says so."""
+    nodes, asked = told(field)
+    assert nodes == asked == list(range(200, 297, SKIPPED // 2))
+
+
+def test_nodes_are_close_where_the_field_steps_and_nowhere_else() -> None:
+    """From spoke 263 to 264 the field falls by half; the gaps double away from there."""
+    nodes, _ = told(lambda spoke: 1.0 if spoke < 264 else 0.5)
+    assert {263, 264} < set(nodes) and len(nodes) < 25
+    gaps = np.diff(nodes)
+    assert gaps.max() == SKIPPED // 2 and np.max(np.maximum(gaps[1:] / gaps[:-1], gaps[:-1] / gaps[1:])) <= 2.0
+
+
+def test_a_step_below_the_limit_is_left_between_two_nodes() -> None:
+    """The middle differs by at most half a step from the mean of both."""
+    (above, below) = (told(lambda spoke, size=size: 1.0 if spoke < 264 else 1.0 - size)[0] for size in (0.05, 0.03))
+    assert len(above) > len(below) == len(EVERY) // (SKIPPED // 2) + 1
+
+
+def test_what_moves_from_centre_to_centre_has_changed() -> None:
+    """The edge of a shadow crosses centres of equal strength: the sum of powers stays, the field does not."""
+    nodes, _ = told(lambda spoke: np.where(np.arange(97) == spoke - 200, 1.0, 0.0))
+    assert nodes == EVERY.tolist()
+
+
+def test_motion_that_needs_closer_nodes_keeps_them() -> None:
+    nodes, _ = told(lambda _: 3.0, unshaded=np.arange(200, 297, 6))
+    assert np.diff(nodes).max() <= 6
+
+
+def test_a_faint_beam_lets_the_field_change_more() -> None:
+    """At 20 dB below the main beam's edge the step of a tenth changes as much as one of a hundredth there."""
+    step = 0.1
+    loud, faint = (told(lambda spoke: 1.0 if spoke < 264 else 1.0 - step, slack=slack)[0] for slack in (1.0, 10.0))
+    assert len(faint) < len(loud)
+
+
+@pytest.mark.parametrize("width", [2.0, 5.0, 20.0, 100.0])
+def test_what_is_between_errs_by_less_than_the_limit(width: float) -> None:
+    """An edge that crosses a facet: the field turns as it falls. Cubics between nodes meet it at every spoke."""
+
+    def field(spoke: int) -> Floats:
+        fallen = 0.5 + np.arctan((spoke - 251.3) / width) / np.pi
+        return np.array([1.0, 0.3 * (1.0 - fallen) * np.exp(2j * fallen)])
+
+    nodes, _ = told(field)
+    exact = np.array([field(int(spoke)) for spoke in EVERY])
+    between = node_weights(np.array(nodes), EVERY.astype(np.float64)).T @ exact[np.array(nodes) - 200]
+    assert np.abs(between - exact).max() < CHANGE
+    assert len(nodes) < len(EVERY)
+
+
+def test_a_passage_of_two_nodes_keeps_both() -> None:
+    nodes = telling_nodes(np.array([5, 6]), NONE, lambda spokes: np.ones(len(spokes)), lambda _: at_places(np.ones(1)))
+    assert nodes.tolist() == [5, 6]
+
+
+KNOT = 1852.0 / 3600.0
+HULL = {"shape": "box", "scattering": "optics", "length_m": 6.0, "width_m": 3.0, "height_m": 2.0, "heading_deg": 0}
+TIME = np.array([10.0, 10.1, 10.2])
+SIZE = float(np.sqrt(6.0**2 + 3.0**2 + 2.0**2))
+
+
+def rates(target: dict[str, object], other: dict[str, object], **own: object) -> ShadowRates:
+    made = scene(
+        [{"name": "target", **HULL, **target}, {"name": "other", **HULL, **other}], own_ship={"position_m": [0, 0], **own}
+    )
+    return ShadowRates(made, made.bodies[0])
+
+
+def test_a_shadow_moves_as_many_times_faster_as_it_falls_farther_off() -> None:
+    """A hull at 500 m that crosses at 10 kn moves its shadow at 20 kn over a body at 1000 m."""
+    sideways = {"position_m": [-10.0 * KNOT * 10.1, 500.0, 0.0], "speed_kn": 10.0, "course_deg": 90.0}
+    shadow = rates({"position_m": [0.0, 1000.0, 0.0]}, sideways)
+    assert shadow.rate([Caster(1, 500.0)], TIME)[1] == pytest.approx(
+        20.0 * KNOT / (STEADY * SIZE), rel=1e-3
+    )  # straight course
+    assert shadow.moving([1], TIME) == [1]
+
+
+def test_a_shadow_rests_where_both_keep_one_bearing() -> None:
+    """A body at 1000 m and one at 500 m that cross at 10 and 5 kn."""
+    both = [
+        {"position_m": [-speed * KNOT * 10.1, north, 0.0], "speed_kn": speed, "course_deg": 90.0}
+        for speed, north in ((10.0, 1000.0), (5.0, 500.0))
+    ]
+    assert rates(*both).rate([Caster(1, 500.0)], TIME)[1] < 0.001 * 10.0 * KNOT / (STEADY * SIZE)
+
+
+def test_own_ship_moves_shadows_of_what_rests() -> None:
+    """At 10 kn across, the shadow of what stands half way moves at 10 kn over what rests."""
+    shadow = rates({"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0]}, speed_kn=10.0, course_deg=90.0)
+    assert shadow.rate([Caster(1, 500.0)], TIME)[1] == pytest.approx(
+        10.0 * KNOT / (STEADY * SIZE), rel=1e-2
+    )  # 52 m aside by then
+
+
+def test_what_rests_moves_no_shadow_over_what_rests() -> None:
+    shadow = rates({"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0]})
+    assert not shadow.rate([Caster(1, 500.0)], TIME).any() and shadow.moving([1], TIME) == []
+
+
+@pytest.mark.parametrize(("width", "fewest", "most"), [(80.0, 4, 13), (3.0, 25, 100)], ids=["along-its-edge", "across"])
+def test_a_shadow_that_moves_along_its_own_edge_needs_few_nodes(width: float, fewest: int, most: int) -> None:
+    """A low hull sails across before a high one: a long one hides its foot all the while, a short one bit by bit."""
+    high = {"name": "high", **HULL, "height_m": 6.0, "position_m": [0.0, 500.0, 0.0], "speed_kn": 0.1}
+    sailing = {"position_m": [-10.0 * KNOT * 2.5, 470.0, 0.0], "speed_kn": 10.0, "course_deg": 90.0}
+    made = scene([high, {"name": "low", **HULL, "width_m": width, **sailing}], radar={"azimuths": 2048})
+    passages = prepare(made, PRESETS["balanced"], 1).moving.passages
+    assert fewest <= len(passages.nodes(0, passages.crossing(0, 1.0))) <= most
