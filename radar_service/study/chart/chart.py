@@ -23,6 +23,7 @@ from radar_service.study.chart.power_panel import power_points, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.samplers import samplers
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
+from radar_service.study.chart.ships_panel import METHODS, rolling_ships, ships_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
@@ -48,7 +49,8 @@ class Effort:
     seconds: CPU time after which a panel repeats nothing [s];
     rays: largest number of rays in a box of 3 x 3 beamwidths;
     lattice: columns and rows of the reference lattice of rays;
-    turns: random turns of the canonical targets.
+    turns: random turns of the canonical targets;
+    scans: in each of which the beam passes the ships.
     """
 
     echoes: int
@@ -60,11 +62,12 @@ class Effort:
     rays: int
     lattice: tuple[int, int]
     turns: int
+    scans: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # two and a half minutes for a big scene
-QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
-PANELS = ("field", "power", "scattering")
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2)  # two and a half minutes for a big scene
+QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1)
+PANELS = ("field", "power", "scattering", "ships")
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,8 @@ def measure(scene: Scene, seed: int = 0, effort: Effort = FULL, progress: bool =
         progress,
         lambda done: scattering_points(frozen_scene, effort.turns, seed, done),
     )
+    if ships := rolling_ships(scene):
+        points += _with_bar("ships", effort.scans * METHODS, progress, lambda done: ships_points(ships, effort.scans, done))
     return Chart(scene, tuple(points), facts)
 
 
@@ -203,6 +208,7 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
         "field": ("Signal chain: field against the closed form", "relative field error [dB]", FLOOR_DB, False),
         "power": ("Samplers: mean power of diffuse targets", power_error, 0.01, True),
         "scattering": ("Scattering models: targets of known cross-section", power_error, 0.1, True),
+        "ships": ("Ships rolling by 5 degrees: power against finer facets and tubes", power_error, 0.01, True),
     }
     return [
         Panel(title, ylabel, chart.of_panel(panel), lowest, notes[panel], log)

@@ -7,13 +7,18 @@ from radar_service.study.plotting import duration, percent
 
 BUDGET_DB = -40.0  # default error budget of the field
 UNDER_WAY = " under way"
-TITLES = {"field": "Signal chain", "power": "Samplers", "scattering": "Scattering models"}
+TITLES = {"field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships"}
 
 
 def summary(points: Sequence[Point], real_time: float) -> dict[str, list[str]]:
     """Returns the lines of each panel that has points; real_time: time of one azimuth at the scene's rpm [s]."""
-    field, power, models = ([p for p in points if p.panel == panel] for panel in TITLES)
-    lines = {"field": _field(field, real_time), "power": _samplers(power), "scattering": [_model(p) for p in models]}
+    field, power, models, ships = ([p for p in points if p.panel == panel] for panel in TITLES)
+    lines = {
+        "field": _field(field, real_time),
+        "power": _samplers(power),
+        "scattering": [_model(p) for p in models],
+        "ships": [f"{_model(p)}, {duration(p.seconds)}" for p in ships],
+    }
     return {panel: panel_lines for panel, panel_lines in lines.items() if panel_lines}
 
 

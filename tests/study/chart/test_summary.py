@@ -29,6 +29,7 @@ def test_the_summary_names_misses_and_models() -> None:
         Point("power", "uniform rays", "500", (1e-4,), False, None, None, 1.0),
         Point("power", "uniform rays", "8000", (1e-3,), False, 1.0, 2.0, 0.016),
         Point("scattering", "physical optics", "2 bounces", (1e-5,), False, 23.0, 18.0, 0.0, "fast"),
+        Point("ships", "aspects share a trace", "0.1 degrees", (1.2e-3,), False, 0.8, 1.1, None, "balanced"),
     ]
     lines = summary(points, 3.5e-3)
     assert lines["power"] == [
@@ -38,5 +39,6 @@ def test_the_summary_names_misses_and_models() -> None:
         "miss more than half of their targets: 2 of 4 settings",
     ]
     assert lines["scattering"] == ["physical optics, 2 bounces = fast: mean 23 dB, spread 18 dB"]
+    assert lines["ships"] == ["aspects share a trace, 0.1 degrees = balanced: mean 0.8 dB, spread 1.1 dB, 1.2 ms"]
     text = summary_text(lines)
     assert text.startswith("Samplers\n- balanced") and "\nScattering models\n- physical optics" in text
