@@ -27,7 +27,7 @@ def error_of(body: dict[str, Any], scatterers: int | None = None, **sections: An
     return body_error(world.bodies[0], world, PRESETS["balanced"], scatterers)
 
 
-def every_azimuth(passages: BeamPassages, n: int, crossing: int) -> tuple[Part, ...]:
+def every_azimuth(passages: BeamPassages, n: int, crossing: int, time: float) -> tuple[Part, ...]:
     """Nodes at all azimuths within 12 beamwidths of a crossing, for `BeamPassages._scheduled`."""
     return (Part(-np.inf, np.inf, crossing + np.arange(-47, 48)),)
 
