@@ -73,6 +73,13 @@ class Compression:
             received -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
         return received
 
+    def rows_with(self, gridded: Profiles | None, spectrum: Profiles) -> Profiles:
+        """Rows (K, size) with those of a spectrum (K, size) before compression, which is used up."""
+        rows: Profiles = scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)
+        if gridded is not None:
+            rows += gridded
+        return rows
+
     def transformed(self, gridded: bool, noise: bool) -> int:
         """Samples of all Fourier transforms of one profile; gridded: whether its row has echoes; noise: whether it has noise."""
         forward = self.size if gridded else 0

@@ -19,6 +19,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
+from radar_service.scattering.resting_points import RestingPoints
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
@@ -112,6 +113,10 @@ class FixedScatterers(ScatteringModel, ABC):
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
         """Positions (E, 3) [m] and normals (E, 3) on the map at time 0; those of bodies at rest hold at all times."""
+        return self._map_at_start()
+
+    def _map_at_start(self) -> tuple[Floats, Floats]:
+        """Computes `_at_start`."""
         poses = self._poses.each_at(0.0)
         position = map_from_ordered_bodies(self._position, self._body, poses)
         return position, rotated_from_bodies(self._normal, self._body, poses)
@@ -168,7 +173,7 @@ class FixedScatterers(ScatteringModel, ABC):
         self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
     ) -> Floats:
         """Area (A,) of each scatterer projected across the line of sight [m^2]."""
-        cosine = _cosine(position, normal, antenna, earth_radius)
+        cosine = cosines(position, normal, antenna, earth_radius)
         cosine = np.where(self._one_sided[self._body[which]], np.maximum(cosine, 0.0), np.abs(cosine))
         cosine[self._triangle[which] < 0] = 1.0
         return np.asarray(cosine * self._area[which])
@@ -198,6 +203,23 @@ class DiffuseScattering(FixedScatterers):
             of_body = np.flatnonzero(body == b)
             place[of_body] = self._position[which[of_body]] + lift[of_body, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
+
+    def resting_points(self) -> RestingPoints:
+        """The points of bodies that all rest; as many as there are scatterers."""
+        position, normal = self._map_at_start()
+        height, span = self._heights(np.arange(len(position)), position)
+        gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
+        strength = np.sqrt(gamma[self._body] * self._area) * self._phasor
+        return RestingPoints.by_cell(
+            position,
+            normal.astype(np.float32),
+            self._triangle.astype(np.int32),
+            self._body.astype(np.int32),
+            self._one_sided[self._body],
+            (height - position[:, 2]).astype(np.float32),
+            span.astype(np.float32),
+            strength.astype(np.complex64),
+        )
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -253,7 +275,7 @@ def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scat
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
-def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
+def cosines(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
     """cos (A,) of the angle between normals and lines of sight from an end (3,)."""
     line = end - position
     line[:, 2] -= (line[:, 0] ** 2 + line[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
