@@ -16,7 +16,10 @@ from radar_service.numerics.types import Floats
 from radar_service.world.scene import Scene
 
 NODES = 5  # instants over a part of the track, through which it is a polynomial: 1e-9 m over 0.1 s of a roll of 8 s
-NEWTON_STEPS = 2  # each squares the error of a crossing, as a share of way over range times turn: at most 1/10, mostly 1/45
+NEWTON_STEPS = (
+    2,
+    3,
+)  # each squares the error of a crossing; where the antenna sways, it leaves 0.5 % of it (10 degrees in 8 s)
 BEARING_STEPS = 6  # towards the bearing on the map of a boresight; each leaves 2 % of the error at a roll of 12 degrees
 BEFORE = 1e-6  # s before the start, when own ship rests
 MAX_TURN = 0.5  # of the antenna's own turn: bearings that change faster are too near for a crossing
@@ -74,7 +77,9 @@ class BoresightTrack:
         swaying = np.zeros((NODES, 0)) if level is None else level.reshape(NODES, 9)
         values = np.column_stack([self.antenna(nodes), self.shift(nodes), swaying])
         powers = np.vander(np.linspace(-1.0, 1.0, NODES), increasing=True)
-        return TrackPart(self, (first + last) / 2.0, (last - first) / 2.0, np.linalg.solve(powers, values))
+        return TrackPart(
+            self, (first + last) / 2.0, (last - first) / 2.0, np.asarray(np.linalg.solve(powers, values), np.float64)
+        )
 
     def points_on_boresight(self, number: Floats, distance: Floats, height: float) -> Floats:
         """Positions (D, K, 3) on the map [m] of what boresight points at, at azimuth numbers (K,), along the ground `distance`
@@ -108,6 +113,11 @@ class TrackPart:
     half: float
     polynomial: Floats
 
+    @property
+    def sways(self) -> bool:
+        """Whether the antenna sways."""
+        return len(self.polynomial[0]) > 4
+
     def at(self, number: Floats) -> tuple[Floats, Floats, Floats | None]:
         """Antenna (N, 3) on the map [m], S (N,) [m] and level (N, 3, 3) at azimuth numbers (N,)."""
         u = (number - self.middle) / self.half
@@ -115,12 +125,12 @@ class TrackPart:
         for coefficients in self.polynomial[::-1]:
             values *= u
             values += coefficients[:, None]
-        return values[:3].T, values[3], values[4:].T.reshape(-1, 3, 3) if len(values) > 4 else None
+        return values[:3].T, values[3], values[4:].T.reshape(-1, 3, 3) if self.sways else None
 
     def crossings(self, position: Floats) -> Floats:
         """Azimuth numbers (N,) at which boresight points at positions (N, 3) on the map [m], those about the middle."""
         number = np.full(len(position), self.middle)
-        for _ in range(NEWTON_STEPS + 1):
+        for _ in range(NEWTON_STEPS[self.sways]):
             number += self._left_to_turn(number, position) / self.track.scene.radar.azimuth_step
         return number
 

@@ -5,17 +5,18 @@ boresight passes over PIECE azimuths, whose numbers are the same wherever a run 
 enough, its range follows S (`echo.boresight_track`). Nearer points keep a range history each (`echo.moving`).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.boresight_track import MAX_TURN, BoresightTrack, TrackPart
+from radar_service.echo.boresight_track import BoresightTrack, TrackPart
 from radar_service.echo.range_history import apparent_position, elevation_above, elevation_of, slant_range
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import Polar, effective_earth_radius
-from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, cosines
@@ -28,9 +29,10 @@ PIECE = 64  # azimuths
 NEAREST_BORDER = 150.0  # m
 BORDER_WAY = 45.0  # times the way in which boresight turns by 1 rad: bearings change by 1/45 of that at most
 GROUND = 2.0  # m above the sea: land whose range changes exactly as S is assumed to, beside what the bearing changes
-MAX_HEIGHT_PHASE = 0.04  # rad at the edge of the beam, by which points at other heights may leave that: -38 dB of a point
+MAX_HEIGHT_PHASE = 0.04  # rad at half a beamwidth off boresight, by which points at other heights may leave that: -38 dB
+LOW, MAX_LOW_PHASE = 3.0, 0.014  # m, rad: what land of that height may change of its way by the sea, -38 dB of its F^2
 NEAR_CROSSING = 10.0  # times that way: of anything nearer it is not certain that it is on boresight once a turn
-MARGIN = 1.2  # of the width of a piece: by a tenth more bearings change while it passes
+MARGIN = 1.3  # of the width of a piece: by a tenth more, or less, bearings change while it passes
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,9 @@ class LandPassages:
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
         self._way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
-        self.border = max(NEAREST_BORDER, BORDER_WAY * self._way)
+        self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
+        low = self._phase_change(self._sea_slant * LOW) / MAX_LOW_PHASE
+        self.border = max(NEAREST_BORDER, BORDER_WAY * self._way, math.sqrt(float(low)))
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
 
     def of_scene(self, scene: Scene) -> "LandPassages":
@@ -76,58 +80,57 @@ class LandPassages:
 
     def _within(self, antenna: Floats, distance: float) -> bool:
         """Whether any point lies within a distance [m] along the ground of the antenna (3,)."""
-        near = self.points.within(BearingWedge(antenna, 0.0, 0.0, distance))
+        near = self.points.cells.within(BearingWedge(antenna, 0.0, 0.0, distance))
         east, north, _ = (self.points.position[near] - antenna).T
         return bool((east * east + north * north <= distance * distance).any())
 
     def piece(self, number: int) -> LandPiece:
         """The piece of that number; number 0 begins at azimuth number 0."""
         part = self.track.between(number * PIECE - 1.0, (number + 1) * PIECE + 1.0)
-        which, crossing = self._passed(part, number * PIECE)
-        which, crossing, amplitude = self._visible(part, which, crossing)
+        (antenna,), _, _ = part.at(np.array([part.middle]))
+        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))))
+        crossing = part.crossings(self._middles(which))
+        passed = np.flatnonzero((crossing >= number * PIECE) & (crossing < (number + 1) * PIECE))
+        passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
+        return self._evaluated(part, number * PIECE, which[passed], crossing[passed], amplitude[passed])
+
+    def _evaluated(self, part: TrackPart, first: int, which: Indices, crossing: Floats, amplitude: Complexes) -> LandPiece:
+        """The piece from azimuth number `first` on, of visible points (N,) with roots of cross-sections `amplitude` (N,) [m]."""
         antenna, shift, level = part.at(crossing)
         offset = self._middles(which) - antenna
         near = self._near(offset, antenna[:, 2])
         far = np.flatnonzero(~near)
         levels = None if level is None else level[far]
-        distance, factor = self._received(which[far], offset[far], antenna[far, 2], levels)
+        distance, received = self._received(which[far], offset[far], antenna[far, 2], levels)
         distance -= shift[far]
-        return LandPiece(
-            crossing[far] - number * PIECE,
-            distance,
-            amplitude[far] * factor * two_way_phase(distance, self._scene.radar.wavelength),
-            self._observed(which[near], amplitude[near]),
-        )
+        phase = two_way_phase(distance, self._scene.radar.wavelength)
+        observed = self._observed(which[near], amplitude[near])
+        return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed)
 
-    def _passed(self, part: TrackPart, first: int) -> tuple[Indices, Floats]:
-        """Points (N,) that boresight passes over the azimuths of a piece, and at which azimuth numbers (N,)."""
-        (antenna,), _, _ = part.at(np.array([part.middle]))
-        step, sway = self._scene.radar.azimuth_step, self._scene.own_ship.sway
-        half = MARGIN * PIECE / 2.0 * step + (0.0 if sway is None else sway.max_tilt)
-        way = self._way * PIECE * step
-        which = self.points.within(BearingWedge(antenna, float(self.track.bearing(np.array(part.middle))), half, way / MAX_TURN))
-        crossing = part.crossings(self._middles(which))
-        passed = np.flatnonzero((crossing >= first) & (crossing < first + PIECE))
-        return which[passed], crossing[passed]
-
-    def _visible(self, part: TrackPart, which: Indices, crossing: Floats) -> tuple[Indices, Floats, Complexes]:
-        """Those of points (N,) that the antenna observes in the middle of a piece, their azimuth numbers, and their amplitudes as
-        roots of cross-sections [m]."""
-        (antenna,), _, _ = part.at(np.array([part.middle]))
-        points, time = self.points, float(self._scene.radar.time_of_spokes(part.middle))
+    def _facing(self, antenna: Floats, boresight: float) -> tuple[Indices, Complexes]:
+        """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
+        cross-sections [m]; those that the beam may pass meanwhile, and some more."""
+        points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
+        half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
+        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * self._way)
+        which = points.cells.within(wedge)
         position = points.position.take(which, axis=0)
-        cosine = cosines(position, points.normal.take(which, axis=0), antenna, self._earth_radius)
+        inside = np.flatnonzero(wedge.contains(position))
+        which = which[inside]
+        normal = points.normal.take(which, axis=0)
+        cosine = cosines(position.take(inside, axis=0), normal, antenna, self._earth_radius)
         cosine = np.where(points.one_sided[which], cosine, np.abs(cosine))
         facing = np.flatnonzero(cosine > 0.0)
-        seen = SurfacePoints(
-            self._model.key[points.body[which[facing]]], points.triangle[which[facing]], position.take(facing, axis=0)
-        )
-        visible = facing[
-            self._line_of_sight.visible(
-                seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon
-            )
-        ]
-        return which[visible], crossing[visible], points.strength[which[visible]] * np.sqrt(cosine[visible])
+        return which[facing], np.asarray(points.strength[which[facing]] * np.sqrt(cosine[facing]), dtype=np.complex128)
+
+    def _visible(self, which: Indices, antenna: Floats, time: float) -> Indices:
+        """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]."""
+        points, body = self.points, self._model.key[self.points.body[which]]
+        triangle = points.triangle[which].astype(np.int64)
+        seen = SurfacePoints(body, triangle, points.position.take(which, axis=0))
+        sight = self._line_of_sight.visible
+        visible = sight(seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon)
+        return np.flatnonzero(visible)
 
     def _middles(self, which: Indices) -> Floats:
         """Positions (N, 3) on the map [m] of the middles of what points `which` stand for."""
@@ -135,20 +138,27 @@ class LandPassages:
         position[:, 2] += self.points.lift[which]
         return position
 
-    def _near(self, offset: Floats, antenna_height: Floats) -> Indices:
-        """Flags (N,) of echoes at offsets (N, 3) from the antenna [m] that are near, or too high or low for their distance."""
+    def _near(self, offset: Floats, antenna_height: Floats) -> Flags:
+        """Which echoes at offsets (N, 3) from the antenna [m] are near, or too high or low for their distance."""
         distance2 = offset[:, 0] ** 2 + offset[:, 1] ** 2
         slant = np.abs(offset[:, 2] ** 2 - (antenna_height - GROUND) ** 2)
-        radar = self._scene.radar
-        phase = np.pi / radar.wavelength * self._way * radar.beamwidth * slant  # 2 k (1 - cos(elevation)) way at half a beam
+        by_sea = self._sea_slant * np.maximum(offset[:, 2] + antenna_height, 0.0)
+        phase = self._phase_change(np.maximum(slant, by_sea))
         return np.asarray((distance2 < self.border**2) | (phase > MAX_HEIGHT_PHASE * distance2))
+
+    def _phase_change(self, slant: Floats | float) -> Floats:
+        """Phase [rad], times the square of the distance [m], that gathers up to half a beamwidth off boresight between two ranges of
+        which one is slant / (2 R) longer [m]: by other heights, or by the sea, 2 h1 h2 / R."""
+        radar = self._scene.radar
+        return np.asarray(np.pi / radar.wavelength * self._way * radar.beamwidth * slant)
 
     def _received(
         self, which: Indices, offset: Floats, antenna_height: Floats, level: Floats | None
     ) -> tuple[Floats, Complexes]:
         """Ranges (N,) [m] of points at offsets (N, 3) [m], and by what their amplitudes are received."""
         radar, distance = self._scene.radar, slant_range(offset, self._earth_radius)
-        elevation, tilt_error = elevation_above(offset, self._earth_radius), 0.0
+        elevation = elevation_above(offset, self._earth_radius)
+        tilt_error: Floats | float = 0.0
         if level is not None:
             tilt_error = elevation_of(apparent_position(offset[:, None], level, self._earth_radius)[:, 0]) - elevation
         polar = Polar(distance, elevation, elevation, np.hypot(offset[:, 0], offset[:, 1]))
@@ -161,7 +171,9 @@ class LandPassages:
         """Points `which` (N,) as echoes, of bodies that rest on the map."""
         position, path = self._middles(which), np.full(len(which), ALL_PATHS)
         span = self.points.span[which].astype(np.float64)
-        return ObservedEchoes(BodyEchoes(position, amplitude, self.points.body[which].astype(np.int64), path, span), position)
+        return ObservedEchoes(
+            BodyEchoes(position, amplitude, self.points.body[which].astype(np.int64), path, span), position
+        )
 
 
 def joined(parts: list[ObservedEchoes]) -> ObservedEchoes:

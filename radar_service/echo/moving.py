@@ -100,9 +100,7 @@ class MovingEchoes:
         """Those echoes alone of `observed`, which rest on the map, that lie within the beam's extent of any of these azimuths."""
         return self._weighted(azimuths, [(observed, np.arange(len(observed.echoes)))])
 
-    def _weighted(
-        self, azimuths: AzimuthTimes, observed_echoes: list[tuple[ObservedEchoes, Indices]]
-    ) -> BeamWeightedEchoes:
+    def _weighted(self, azimuths: AzimuthTimes, observed_echoes: list[tuple[ObservedEchoes, Indices]]) -> BeamWeightedEchoes:
         """Those of observed echoes, each with indices (M,), that lie within the beam's extent of any of these azimuths."""
         if not sum(len(which) for _, which in observed_echoes):
             return concatenated([], len(azimuths.time))

@@ -36,11 +36,12 @@ MAX_BEAM = 1.8 * np.pi  # rad that the beam, and pieces at its ends, may cover: 
 
 
 class GridPiece(NamedTuple):
-    """A piece of land on the grid: rows (R, columns) from its own on, the first column, and the echoes that are near."""
+    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, and how many all are."""
 
     rows: Profiles
     first_column: int
     near: ObservedEchoes
+    echoes: int
 
 
 class LandRows:
@@ -79,6 +80,10 @@ class LandRows:
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
         return joined([self._piece(number).near for number in self._pieces_of(azimuths)])
+
+    def echoes_about(self, azimuths: AzimuthTimes) -> int:
+        """How many echoes the pieces have that the beam may meet at these azimuths."""
+        return sum(self._piece(number).echoes for number in self._pieces_of(azimuths))
 
     def spectrum(self, azimuths: AzimuthTimes) -> Profiles:
         """Spectra (K, size) of the grid rows of all other land, before compression."""
@@ -137,7 +142,7 @@ class LandRows:
         shape = PIECE * self._per_azimuth + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
         rows = spread_by_tables(shape, row, column - first, piece.amplitude, self._tables, self._compression.tables)
-        return GridPiece(rows, first, piece.near)
+        return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
 
     def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: float) -> Profiles:
         """The field (K, R) at each azimuth of what boresight points at on each row, `distance` [m] away, over that on boresight

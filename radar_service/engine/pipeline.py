@@ -149,9 +149,7 @@ def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, in
             yield first, min(first + size, end)
 
 
-def moving_echoes(
-    prepared: Prepared, azimuths: AzimuthTimes, near_land: ObservedEchoes | None = None
-) -> BeamWeightedEchoes:
+def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: ObservedEchoes | None = None) -> BeamWeightedEchoes:
     """All moving echoes, and the resting ones that they shadow, with range, phase and beam weight at each azimuth.
 
     near_land: the only echoes of land that count; None: all of them.

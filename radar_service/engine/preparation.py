@@ -33,7 +33,9 @@ from radar_service.world.body import Body
 from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
-LAND_PER_AZIMUTH = 50  # points of land for each azimuth of a scan; with fewer, the rows of land take longer than their echoes
+LAND_PER_AZIMUTH = (
+    50  # points of land for each azimuth of a scan; with fewer, the rows of land take longer than their echoes
+)
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
 
 

@@ -13,13 +13,13 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics.random import SCATTER, generator, name_key
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
-from radar_service.scattering.resting_points import RestingPoints
+from radar_service.scattering.resting_points import MapCells, RestingPoints
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
@@ -210,15 +210,17 @@ class DiffuseScattering(FixedScatterers):
         height, span = self._heights(np.arange(len(position)), position)
         gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
         strength = np.sqrt(gamma[self._body] * self._area) * self._phasor
-        return RestingPoints.by_cell(
-            position,
-            normal.astype(np.float32),
-            self._triangle.astype(np.int32),
-            self._body.astype(np.int32),
-            self._one_sided[self._body],
-            (height - position[:, 2]).astype(np.float32),
-            span.astype(np.float32),
-            strength.astype(np.complex64),
+        cells, order = MapCells.of(position)
+        return RestingPoints(
+            cells,
+            position[order],
+            normal[order].astype(np.float32),
+            self._triangle[order].astype(np.int32),
+            self._body[order].astype(np.int32),
+            self._one_sided[self._body[order]],
+            (height - position[:, 2])[order].astype(np.float32),
+            span[order].astype(np.float32),
+            strength[order].astype(np.complex64),
         )
 
     @staticmethod
@@ -275,7 +277,7 @@ def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scat
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
-def cosines(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
+def cosines(position: Floats, normal: Floats | Singles, end: Floats, earth_radius: float) -> Floats:
     """cos (A,) of the angle between normals and lines of sight from an end (3,)."""
     line = end - position
     line[:, 2] -= (line[:, 0] ** 2 + line[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna

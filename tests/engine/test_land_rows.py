@@ -1,0 +1,229 @@
+"""Land under way on the grid: points against a loop over azimuths by own formulas, and coasts against a range history for each
+point, with the same visibility."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.engine import preparation
+from radar_service.engine.pipeline import moving_rows
+from radar_service.engine.preparation import Prepared, prepare
+from radar_service.radar.parameters import Origin
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import PRESETS
+from tests.echo.test_moving import reference_echo
+from tests.engine.land_scenes import FEW, OWN_SHIP, azimuths_of, coast, fields, on_grid, with_points
+from tests.reference.compressed_pulse import LIGHT, compressed_pulse
+from tests.scenes import point, scene
+from tests.test_motion import SWAY
+
+FINE = {"azimuths": 2048, "beamwidth_deg": 1.2, "range_max_m": 5600, "rpm": 24, "pulse_s": 1e-6}
+MOTIONS: dict[str, dict[str, Any]] = {
+    "straight": {},
+    "turning 3 degrees a second": {"turn_rate_deg_s": 3.0},
+    "rolling 12 degrees in 9 s": {"heading_deg": 40.0, **SWAY},  # faster than 10 degrees in 8 s, and pitch and yaw
+}
+SLAB = {
+    "name": "slab",
+    "shape": "box",
+    "length_m": 9,
+    "width_m": 9,
+    "height_m": 2,
+    "position_m": [0, 3000, 0],
+    "material": "land",
+}
+POINTS = {1.001: -38.0, 1000.0: -50.0, 5000.0: -50.0}  # dB (required) by distance [m], or in borders
+
+
+def points_under_way(own_ship: dict[str, Any], azimuth: int) -> tuple[Prepared, rs.Scene]:
+    """Three points on boresight of an azimuth, as land on the grid, and as bodies of a scene."""
+    made = scene([SLAB], radar=FINE, own_ship=own_ship)
+    prepared = on_grid(made)
+    assert prepared.land is not None
+    antenna = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0]
+    bearing = azimuth * made.radar.azimuth_step
+    distance = np.array([each * prepared.land.passages.border if each < 2 else each for each in POINTS])
+    heights = [3.0, 4.0, 9.0]
+    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.zeros(3)])
+    position[:, :2] += antenna[:2]
+    position[:, 2] = heights
+    bodies = [point(f"p{k}", east, north, up, 0.0) for k, (east, north, up) in enumerate(position.tolist())]
+    return with_points(prepared, position, antenna), scene(bodies, radar=FINE, own_ship=own_ship)
+
+
+@pytest.mark.parametrize("speed_kn", [8.0, 25.0])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn: float) -> None:
+    """Largest error over a beam of 12 widths each side, over the largest sample: -38 dB at the border, -50 dB from 1 km on."""
+    azimuth, tiles = 2 * 2048 + 700, 6
+    prepared, reference = points_under_way({"course_deg": 40.0, "speed_kn": speed_kn, **MOTIONS[motion]}, azimuth)
+    first = azimuth // 32 * 32 - 32 * (tiles // 2)
+    computed, radar = fields(prepared, first, tiles), reference.radar
+    azimuths = azimuths_of(reference, first, tiles * 32)
+    sampled = (np.arange(radar.bins) + 0.5) * radar.range_step
+    for k, limit_db in enumerate(POINTS.values()):
+        ranges, amplitude, _ = reference_echo(reference, k, azimuths)
+        near = np.abs(sampled - ranges.mean()) < 150.0
+        delay = 2.0 * (sampled[near] - ranges[:, None]) / LIGHT
+        exact = amplitude[:, None] * compressed_pulse(delay, radar.bandwidth, radar.pulse, (0.54, 0.46))
+        error_db = 20 * np.log10(np.abs(computed[:, near] - exact).max() / np.abs(exact).max())
+        assert error_db < limit_db, (k, error_db)
+
+
+COURSES: list[dict[str, Any]] = [
+    OWN_SHIP,
+    {"course_deg": 200.0, "speed_kn": 25.0},
+    {**OWN_SHIP, "turn_rate_deg_s": 3.0},
+    {**OWN_SHIP, "roll_deg": 10.0, "roll_period_s": 8.0},
+]
+
+
+@pytest.mark.parametrize("own_ship", COURSES)
+def test_coasts_are_those_of_a_range_history_for_each_point(own_ship: dict[str, Any], tmp_path: Path) -> None:
+    """Mean power within 0.02 dB in each ring, and at most 0.5 % of cells 20 dB over noise off by 1 dB (required)."""
+    made = coast(tmp_path, own_ship, bay=140.0)
+    prepared, by_histories = on_grid(made, FEW), on_grid(made, FEW)
+    assert prepared.land is not None and by_histories.land is not None
+    by_histories.land.passages.border = np.inf
+    first, radar = 128, made.radar
+    assert prepared.land.holds(azimuths_of(made, first))
+    power, exact = (np.abs(fields(each, first, 3, 352)) ** 2 for each in (prepared, by_histories))
+    distance = (np.arange(radar.bins) + 0.5) * radar.range_step
+    for low, high in ((100, 200), (200, 400), (400, 800), (800, 1400)):
+        ring = (distance >= low) & (distance < high)
+        assert abs(10 * np.log10(power[:, ring].sum() / exact[:, ring].sum())) < 0.02
+        strong = exact[:, ring] > 100 * receiver_noise_power(radar)
+        off_db = np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong]))
+        assert np.mean(off_db > 1.0) < 0.005
+
+
+def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: Path) -> None:
+    """A tenth of the echoes at most. Beyond the border of 150 m only heights by which phases turn by 0.04 rad at half a beam."""
+    prepared = on_grid(coast(tmp_path, environment={"multipath": False}))
+    assert prepared.land is not None and prepared.land.passages.border == 150.0
+    azimuths, radar = azimuths_of(prepared.scene, 1024), prepared.scene.radar
+    near = prepared.land.near(azimuths).position - prepared.scene.antenna(azimuths.middle)[0]
+    distance = np.hypot(near[:, 0], near[:, 1])
+    assert 0 < len(distance) < 0.1 * prepared.land.echoes_about(azimuths)
+    way = 8 * 1852 / 3600 / (2 * np.pi / radar.rotation_period)
+    slant = np.abs(near[:, 2] ** 2 - 13.0**2) / 2 / distance**2
+    phase = 4 * np.pi / radar.wavelength * slant * way * radar.beamwidth / 2
+    assert np.all(
+        (distance < prepared.land.passages.border + 4.0) | (phase > 0.037)
+    )  # own ship moves by 3.2 m over these pieces
+
+
+def test_each_point_is_passed_once_a_scan() -> None:
+    """300 points all round, but for 23 degrees about north, where scans begin: none is lost and none is twice."""
+    made = scene([SLAB], radar={**FINE, "range_max_m": 3500}, own_ship={"course_deg": 100.0, "speed_kn": 25.0})
+    rng = np.random.default_rng(2)
+    bearing, distance = rng.uniform(0.2, 2 * np.pi - 0.2, 300), rng.uniform(240.0, 3000.0, 300)
+    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.full(300, 2.0)])
+    prepared = with_points(on_grid(made), position, np.array([0.0, 0.0, 15.0]))
+    assert prepared.land is not None
+    for scan in range(2):
+        pieces = [prepared.land.passages.piece(number) for number in range(scan * 32, (scan + 1) * 32)]
+        assert sum(len(piece.row) + len(piece.near.echoes) for piece in pieces) == 300
+
+
+def simulators(made: rs.Scene, *threads: int) -> list[rs.Simulator]:
+    """Simulators of a quarter of each scan with land on the grid."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(preparation, "LAND_PER_AZIMUTH", 0)
+        return [rs.Simulator(made, fidelity=FEW, sector=(6.0, 0.5), threads=count) for count in threads]
+
+
+def test_bytes_do_not_depend_on_where_a_run_began_on_threads_or_on_what_is_told_of_sources(tmp_path: Path) -> None:
+    run, late, threads, labelled = simulators(coast(tmp_path, environment={"noise": True}), 1, 1, 2, 1)
+    labelled.request_sources(labels=True)
+    late.skip_to(1)
+    expected = [run.scan() for _ in range(2)][1]
+    for other in (late, threads, labelled):
+        if other is not late:
+            other.scan()
+        assert np.array_equal(other.scan().field, expected.field, equal_nan=True)
+
+
+def test_the_power_of_land_is_that_of_its_field(tmp_path: Path) -> None:
+    """Land is the only source without noise. Labels and powers have a range history for each echo, with visibility of up to 2.5 m
+    of way later: a tenth of a dB in the sum."""
+    (sim,) = simulators(coast(tmp_path), 1)
+    sim.request_sources(labels=True, powers="all")
+    spokes = [spoke for spoke in sim.spokes(scans=1)]
+    land = next(number for number, name in sim.label_names.items() if name.startswith("land"))
+    power = sum(float(spoke.power.sum()) for spoke in spokes)
+    alone = sum(float(spoke.powers[land].sum()) for spoke in spokes if spoke.powers is not None and land in spoke.powers)
+    assert abs(10 * np.log10(alone / power)) < 0.1
+    labels = np.concatenate([spoke.labels for spoke in spokes if spoke.labels is not None])
+    assert set(np.unique(labels).tolist()) <= {0, land}
+
+
+CORNER = {"waypoints": [{"position_m": [0.0, 4.0], "speed_kn": 8.0}, {"position_m": [400.0, 4.0], "speed_kn": 8.0}]}
+
+
+@pytest.mark.parametrize("first, holds", [(0, True), (320, False), (512, False), (768, True)])
+def test_land_has_range_histories_about_a_corner(first: int, holds: bool, tmp_path: Path) -> None:
+    """4 m ahead at 8 kn: after 0.972 s, at azimuth 398 of 1024; the beam covers 68 azimuths each side, its pieces 64 more."""
+    made = coast(tmp_path, CORNER)
+    prepared = on_grid(made)
+    assert prepared.land is not None
+    assert prepared.land.holds(azimuths_of(made, first)) == holds
+
+
+def test_own_ship_on_land_has_range_histories(tmp_path: Path) -> None:
+    prepared = on_grid(coast(tmp_path, bay=0.0))
+    assert prepared.land is not None
+    azimuths = azimuths_of(prepared.scene, 1024)
+    assert not prepared.land.holds(azimuths)
+    assert np.isfinite(fields(prepared, 1024, 1)).all()
+
+
+def test_at_100_kn_the_border_lies_as_far_as_boresight_needs(tmp_path: Path) -> None:
+    """45 x 51.4 m/s over 2.51 rad/s: 921 m."""
+    prepared = on_grid(coast(tmp_path, {"course_deg": 200.0, "speed_kn": 100.0}, bay=300.0))
+    assert prepared.land is not None
+    assert prepared.land.passages.border == pytest.approx(45 * 100 * 1852 / 3600 / (2 * np.pi / 2.5))
+    field = fields(prepared, 0, 1)
+    assert prepared.land.holds(azimuths_of(prepared.scene, 0)) and np.isfinite(field).all() and field.any()
+
+
+def test_reference_wide_beams_and_second_times_keep_range_histories(tmp_path: Path) -> None:
+    """`reference` computes each azimuth by itself, 12 beamwidths of 15 degrees cover points twice."""
+    assert on_grid(coast(tmp_path), PRESETS["reference"]).land is None
+    assert on_grid(coast(tmp_path, radar={"beamwidth_deg": 15.0})).land is None
+    assert on_grid(coast(tmp_path, radar={"prf_hz": 3000.0, "second_time_around": True})).land is None
+    assert on_grid(coast(tmp_path, {"speed_kn": 0.0})).land is None
+
+
+def test_a_coast_of_few_points_keeps_range_histories() -> None:
+    """48 points at 2048 azimuths: the rows of the grid would take longer (tests/measurements)."""
+    prepared = prepare(scene([SLAB], radar=FINE, own_ship=OWN_SHIP), PRESETS["balanced"], 1)
+    assert prepared.land is None and len(prepared.moving) == 1
+
+
+def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
+    """A run that is steered after its first scan, and one that replays the command: the same bytes, others than straight on."""
+    made = coast(tmp_path, {**OWN_SHIP, "steerable": {}})
+    steered, replayed, straight = simulators(made, 1, 1, 1)
+    for sim in (steered, straight):
+        sim.scan()
+    steered.command(course_deg=300.0)
+    after, before = steered.scan(), straight.scan()
+    replayed.replay(steered.commands)
+    replayed.scan()
+    assert np.array_equal(replayed.scan().field, after.field, equal_nan=True)
+    assert not np.array_equal(before.field, after.field, equal_nan=True)
+
+
+def test_another_rpm_has_the_same_land(tmp_path: Path) -> None:
+    prepared = on_grid(coast(tmp_path))
+    other = prepared.at_origin(Origin(3, 8.0), 1)
+    assert prepared.land is not None and other.land is not None
+    assert other.land.passages.points is prepared.land.passages.points
+    azimuths = AzimuthTimes(number := np.arange(4096, 4128), *other.scene.radar.schedule(number))
+    rows = moving_rows(other, azimuths)
+    assert rows is not None and rows.any()
