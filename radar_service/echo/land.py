@@ -57,15 +57,18 @@ class LandPassages:
     def __init__(
         self, scene: Scene, model: DiffuseScattering, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
     ) -> None:
-        """model: of bodies at rest, with its points; max_range: beyond it no echo is received [m]."""
+        """model: of bodies at rest, with its points; max_range: beyond it no echo is received [m].
+
+        way: of the antenna while boresight turns by 1 rad [m]; border: from which distance on points have no range history [m].
+        """
         self._scene, self._model, self._line_of_sight, self._max_range = scene, model, line_of_sight, max_range
         self.points, self.track = points, BoresightTrack(scene)
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
-        self._way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
+        self.way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
         self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
         low = self._phase_change(self._sea_slant * LOW) / MAX_LOW_PHASE
-        self.border = max(NEAREST_BORDER, BORDER_WAY * self._way, math.sqrt(float(low)))
+        self.border = max(NEAREST_BORDER, BORDER_WAY * self.way, math.sqrt(float(low)))
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
 
     def of_scene(self, scene: Scene) -> "LandPassages":
@@ -75,7 +78,7 @@ class LandPassages:
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
         middle = np.array([(first + last) / 2.0])
-        reach = NEAR_CROSSING * self._way + (last - first) * self._scene.radar.azimuth_step * self._way
+        reach = NEAR_CROSSING * self.way + (last - first) * self._scene.radar.azimuth_step * self.way
         return self.track.is_smooth(first, last) and not self._within(self.track.antenna(middle)[0], reach)
 
     def _within(self, antenna: Floats, distance: float) -> bool:
@@ -112,7 +115,7 @@ class LandPassages:
         cross-sections [m]; those that the beam may pass meanwhile, and some more."""
         points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
-        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * self._way)
+        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * self.way)
         which = points.cells.within(wedge)
         position = points.position.take(which, axis=0)
         inside = np.flatnonzero(wedge.contains(position))
@@ -147,10 +150,10 @@ class LandPassages:
         return np.asarray((distance2 < self.border**2) | (phase > MAX_HEIGHT_PHASE * distance2))
 
     def _phase_change(self, slant: Floats | float) -> Floats:
-        """Phase [rad], times the square of the distance [m], that gathers up to half a beamwidth off boresight between two ranges of
-        which one is slant / (2 R) longer [m]: by other heights, or by the sea, 2 h1 h2 / R."""
+        """Phase [rad], times the square of the distance [m], that gathers up to half a beamwidth off boresight between two ranges
+        of which one is slant / (2 R) longer [m]: by other heights, or by the sea, 2 h1 h2 / R."""
         radar = self._scene.radar
-        return np.asarray(np.pi / radar.wavelength * self._way * radar.beamwidth * slant)
+        return np.asarray(np.pi / radar.wavelength * self.way * radar.beamwidth * slant)
 
     def _received(
         self, which: Indices, offset: Floats, antenna_height: Floats, level: Floats | None

@@ -13,7 +13,7 @@ from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
-from radar_service.engine.land_rows import LandRows, follows_own_ship, is_land
+from radar_service.engine.land_rows import LandRows, follows_own_ship, is_land, saves_time
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
@@ -33,9 +33,6 @@ from radar_service.world.body import Body
 from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
-LAND_PER_AZIMUTH = (
-    50  # points of land for each azimuth of a scan; with fewer, the rows of land take longer than their echoes
-)
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
 
 
@@ -153,7 +150,7 @@ def _scatterers(
         return build_scatterers([scene.bodies[i] for i in keys], keys, context)
 
     land, others = build(False, True), build(False, False)
-    if int(land.scatterers.sum()) < LAND_PER_AZIMUTH * scene.radar.azimuths:
+    if not saves_time(int(land.scatterers.sum()), scene.radar, fidelity):
         land, others = build_scatterers([], [], context), others.joined(land)
     return build(True, False), land, others
 

@@ -9,7 +9,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.engine import preparation
+from radar_service.engine import land_rows
 from radar_service.engine.pipeline import moving_rows
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Floats, Profiles
@@ -41,7 +41,7 @@ def coast(folder: Path, own_ship: dict[str, Any] = OWN_SHIP, bay: float = 100.0,
 def on_grid(made: rs.Scene, fidelity: Fidelity = FEW) -> Prepared:
     """A scene prepared with its land on the grid, however little that is."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(preparation, "LAND_PER_AZIMUTH", 0)
+        patch.setattr(land_rows, "ROW_SECONDS", 0.0)
         return prepare(made, fidelity, 1)
 
 

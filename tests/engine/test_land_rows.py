@@ -1,6 +1,7 @@
 """Land under way on the grid: points against a loop over azimuths by own formulas, and coasts against a range history for each
 point, with the same visibility."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.engine import preparation
+from radar_service.engine import land_rows
 from radar_service.engine.pipeline import moving_rows
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.radar.parameters import Origin
@@ -84,7 +85,8 @@ COURSES: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("own_ship", COURSES)
 def test_coasts_are_those_of_a_range_history_for_each_point(own_ship: dict[str, Any], tmp_path: Path) -> None:
-    """Mean power within 0.02 dB in each ring, and at most 0.5 % of cells 20 dB over noise off by 1 dB (required)."""
+    """Mean power within 0.02 dB in each ring, and at most 0.5 % of cells 20 dB over noise off by 1 dB (required). Cells 30 dB
+    under their ring are water that holds sidelobes, and do not count."""
     made = coast(tmp_path, own_ship, bay=140.0)
     prepared, by_histories = on_grid(made, FEW), on_grid(made, FEW)
     assert prepared.land is not None and by_histories.land is not None
@@ -96,7 +98,7 @@ def test_coasts_are_those_of_a_range_history_for_each_point(own_ship: dict[str, 
     for low, high in ((100, 200), (200, 400), (400, 800), (800, 1400)):
         ring = (distance >= low) & (distance < high)
         assert abs(10 * np.log10(power[:, ring].sum() / exact[:, ring].sum())) < 0.02
-        strong = exact[:, ring] > 100 * receiver_noise_power(radar)
+        strong = exact[:, ring] > max(100 * receiver_noise_power(radar), exact[:, ring].mean() / 1000)
         off_db = np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong]))
         assert np.mean(off_db > 1.0) < 0.005
 
@@ -133,7 +135,7 @@ def test_each_point_is_passed_once_a_scan() -> None:
 def simulators(made: rs.Scene, *threads: int) -> list[rs.Simulator]:
     """Simulators of a quarter of each scan with land on the grid."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(preparation, "LAND_PER_AZIMUTH", 0)
+        patch.setattr(land_rows, "ROW_SECONDS", 0.0)
         return [rs.Simulator(made, fidelity=FEW, sector=(6.0, 0.5), threads=count) for count in threads]
 
 
@@ -200,9 +202,12 @@ def test_reference_wide_beams_and_second_times_keep_range_histories(tmp_path: Pa
 
 
 def test_a_coast_of_few_points_keeps_range_histories() -> None:
-    """48 points at 2048 azimuths: the rows of the grid would take longer (tests/measurements)."""
-    prepared = prepare(scene([SLAB], radar=FINE, own_ship=OWN_SHIP), PRESETS["balanced"], 1)
+    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too."""
+    made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
+    prepared = prepare(made, PRESETS["balanced"], 1)
     assert prepared.land is None and len(prepared.moving) == 1
+    assert land_rows.saves_time(1_000_000, made.radar, PRESETS["balanced"])
+    assert not land_rows.saves_time(100_000, made.radar, replace(PRESETS["balanced"], beam_extent=1.5))
 
 
 def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
