@@ -28,6 +28,7 @@ from radar_service.scattering.surface_sampling import (
     sample_surface,
     surface_db,
     triangle_frames,
+    triangle_middles,
 )
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.world.body import Body
@@ -268,8 +269,7 @@ def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scat
     """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
     assert body.mesh is not None
     pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
-    centroid, _, _ = triangle_frames(body.mesh)
-    middle = pose.map_from_frame(centroid)
+    middle = pose.map_from_frame(triangle_middles(body.mesh))
     distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
     density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
     rng = generator(context.seed, SCATTER, name_key(context.scene_name, body.name))

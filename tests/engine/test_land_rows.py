@@ -153,6 +153,16 @@ def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: P
     )  # own ship moves by 3.2 m over these pieces
 
 
+def test_what_is_high_for_its_distance_keeps_a_range_history() -> None:
+    """300 m off at 8 kn and 1.2 degrees: 0.06 rad against the ground 55 m high, 0.006 rad 20 m high; the limit is 0.04 rad."""
+    made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
+    antenna = np.array([0.0, 0.0, 15.0])
+    for height, near in ((20.0, 0), (55.0, 1)):
+        prepared = with_points(on_grid(made), np.array([[300.0, 0.0, height]]), antenna)
+        assert prepared.land is not None
+        assert len(prepared.land.near(azimuths_of(made, 512)).echoes) == near
+
+
 def test_each_point_is_passed_once_a_scan() -> None:
     """300 points all round, but for 23 degrees about north, where scans begin: none is lost and none is twice."""
     made = scene([SLAB], radar={**FINE, "range_max_m": 3500}, own_ship={"course_deg": 100.0, "speed_kn": 25.0})
@@ -228,8 +238,9 @@ def test_at_100_kn_the_border_lies_as_far_as_boresight_needs(tmp_path: Path) -> 
 
 
 def test_reference_wide_beams_and_second_times_keep_range_histories(tmp_path: Path) -> None:
-    """`reference` computes each azimuth by itself, 12 beamwidths of 15 degrees cover points twice."""
+    """`reference` computes each azimuth by itself, all round; 12 beamwidths of 15 degrees cover points twice."""
     assert on_grid(coast(tmp_path), PRESETS["reference"]).land is None
+    assert on_grid(coast(tmp_path), replace(FEW, azimuths_per_block=1)).land is None
     assert on_grid(coast(tmp_path, radar={"beamwidth_deg": 15.0})).land is None
     assert on_grid(coast(tmp_path, radar={"prf_hz": 3000.0, "second_time_around": True})).land is None
     assert on_grid(coast(tmp_path, {"speed_kn": 0.0})).land is None
@@ -245,7 +256,8 @@ def test_a_coast_of_few_points_keeps_range_histories() -> None:
 
 
 def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
-    """A run that is steered after its first scan, and one that replays the command: the same bytes, others than straight on."""
+    """A run that is steered after its first scan, and one that begins there with that command: the same bytes, others than
+    straight on."""
     made = coast(tmp_path, {**OWN_SHIP, "steerable": {}})
     steered, replayed, straight = simulators(made, 1, 1, 1)
     for sim in (steered, straight):
@@ -253,7 +265,7 @@ def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
     steered.command(course_deg=300.0)
     after, before = steered.scan(), straight.scan()
     replayed.replay(steered.commands)
-    replayed.scan()
+    replayed.skip_to(1)
     assert np.array_equal(replayed.scan().field, after.field, equal_nan=True)
     assert not np.array_equal(before.field, after.field, equal_nan=True)
 
