@@ -59,16 +59,15 @@ class LandPassages:
     ) -> None:
         """model: of bodies at rest, with its points; max_range: beyond it no echo is received [m].
 
-        way: of the antenna while boresight turns by 1 rad [m]; border: from which distance on points have no range history [m].
+        top_way: of the antenna while boresight turns by 1 rad, at its highest speed [m]; least_border: of any piece [m].
         """
         self._scene, self._model, self._line_of_sight, self._max_range = scene, model, line_of_sight, max_range
         self.points, self.track = points, BoresightTrack(scene)
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
-        self.way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
+        self.top_way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
+        self.least_border = NEAREST_BORDER
         self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
-        low = self._phase_change(self._sea_slant * LOW) / MAX_LOW_PHASE
-        self.border = max(NEAREST_BORDER, BORDER_WAY * self.way, math.sqrt(float(low)))
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
 
     def of_scene(self, scene: Scene) -> "LandPassages":
@@ -77,9 +76,19 @@ class LandPassages:
 
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
-        middle = np.array([(first + last) / 2.0])
-        reach = NEAR_CROSSING * self.way + (last - first) * self._scene.radar.azimuth_step * self.way
-        return self.track.is_smooth(first, last) and not self._within(self.track.antenna(middle)[0], reach)
+        middle = (first + last) / 2.0
+        reach = self.way_at(middle) * (NEAR_CROSSING + (last - first) * self._scene.radar.azimuth_step)
+        return self.track.is_smooth(first, last) and not self._within(self.track.antenna(np.array([middle]))[0], reach)
+
+    def way_at(self, number: float) -> float:
+        """How far the antenna moves over the ground while boresight turns by 1 rad [m], as fast as at an azimuth number."""
+        before, after = self.track.antenna(np.array([number - 0.5, number + 0.5]))[:, :2]
+        return float(np.hypot(*(after - before))) / self._scene.radar.azimuth_step
+
+    def border(self, way: float) -> float:
+        """Distance [m] from which on points have no range history, by `way_at` [m]."""
+        low = float(self._phase_change(way, self._sea_slant * LOW)) / MAX_LOW_PHASE
+        return max(self.least_border, BORDER_WAY * way, math.sqrt(low))
 
     def _within(self, antenna: Floats, distance: float) -> bool:
         """Whether any point lies within a distance [m] along the ground of the antenna (3,)."""
@@ -91,17 +100,20 @@ class LandPassages:
         """The piece of that number; number 0 begins at azimuth number 0."""
         part = self.track.between(number * PIECE - 1.0, (number + 1) * PIECE + 1.0)
         (antenna,), _, _ = part.at(np.array([part.middle]))
-        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))))
+        way = self.way_at(part.middle)
+        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), way)
         crossing = part.crossings(self._middles(which))
         passed = np.flatnonzero((crossing >= number * PIECE) & (crossing < (number + 1) * PIECE))
         passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
-        return self._evaluated(part, number * PIECE, which[passed], crossing[passed], amplitude[passed])
+        return self._evaluated(part, way, number * PIECE, which[passed], crossing[passed], amplitude[passed])
 
-    def _evaluated(self, part: TrackPart, first: int, which: Indices, crossing: Floats, amplitude: Complexes) -> LandPiece:
+    def _evaluated(
+        self, part: TrackPart, way: float, first: int, which: Indices, crossing: Floats, amplitude: Complexes
+    ) -> LandPiece:
         """The piece from azimuth number `first` on, of visible points (N,) with roots of cross-sections `amplitude` (N,) [m]."""
         antenna, shift, level = part.at(crossing)
         offset = self._middles(which) - antenna
-        near = self._near(offset, antenna[:, 2])
+        near = self._near(offset, antenna[:, 2], way)
         far = np.flatnonzero(~near)
         levels = None if level is None else level[far]
         distance, received = self._received(which[far], offset[far], antenna[far, 2], levels)
@@ -110,12 +122,12 @@ class LandPassages:
         observed = self._observed(which[near], amplitude[near])
         return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed)
 
-    def _facing(self, antenna: Floats, boresight: float) -> tuple[Indices, Complexes]:
+    def _facing(self, antenna: Floats, boresight: float, way: float) -> tuple[Indices, Complexes]:
         """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
         cross-sections [m]; those that the beam may pass meanwhile, and some more."""
         points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
-        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * self.way)
+        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * way)
         which = points.cells.within(wedge)
         position = points.position.take(which, axis=0)
         inside = np.flatnonzero(wedge.contains(position))
@@ -141,19 +153,19 @@ class LandPassages:
         position[:, 2] += self.points.lift[which]
         return position
 
-    def _near(self, offset: Floats, antenna_height: Floats) -> Flags:
+    def _near(self, offset: Floats, antenna_height: Floats, way: float) -> Flags:
         """Which echoes at offsets (N, 3) from the antenna [m] are near, or too high or low for their distance."""
         distance2 = offset[:, 0] ** 2 + offset[:, 1] ** 2
         slant = np.abs(offset[:, 2] ** 2 - (antenna_height - GROUND) ** 2)
         by_sea = self._sea_slant * np.maximum(offset[:, 2] + antenna_height, 0.0)
-        phase = self._phase_change(np.maximum(slant, by_sea))
-        return np.asarray((distance2 < self.border**2) | (phase > MAX_HEIGHT_PHASE * distance2))
+        phase = self._phase_change(way, np.maximum(slant, by_sea))
+        return np.asarray((distance2 < self.border(way) ** 2) | (phase > MAX_HEIGHT_PHASE * distance2))
 
-    def _phase_change(self, slant: Floats | float) -> Floats:
+    def _phase_change(self, way: float, slant: Floats | float) -> Floats:
         """Phase [rad], times the square of the distance [m], that gathers up to half a beamwidth off boresight between two ranges
         of which one is slant / (2 R) longer [m]: by other heights, or by the sea, 2 h1 h2 / R."""
         radar = self._scene.radar
-        return np.asarray(np.pi / radar.wavelength * self.way * radar.beamwidth * slant)
+        return np.asarray(np.pi / radar.wavelength * way * radar.beamwidth * slant)
 
     def _received(
         self, which: Indices, offset: Floats, antenna_height: Floats, level: Floats | None

@@ -12,7 +12,7 @@ import scipy.fft
 
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.land import GROUND, PIECE, LandPassages, joined
+from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.range_history import slant_range
 from radar_service.numerics.frames import wrap_angle
@@ -28,7 +28,7 @@ from radar_service.scattering.models import scattering_model
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
-RINGS = 6  # bearings of points in a ring change by less than 1/12 of what they do at the border in other ways
+RINGS = 8  # bearings of points in a ring differ by less than 1/16 of what they change 150 m off
 BEAM_BAND, OVERSAMPLING = 0.8859, 2.9  # as of `antenna.grid_rows`
 WIDTHS = 2.0  # beamwidths off boresight up to which the phase that is left counts: beyond, sidelobes are below -26 dB
 EDGE = 8  # rows beyond the beam, into which the correction for the kernel reaches
@@ -61,15 +61,15 @@ class LandRows:
         self.passages, self.echoes = passages, echoes
         self._scene, self._fidelity, self._compression = scene, fidelity, compression
         band = BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # cycles per radian, either way
-        band += 2.0 / radar.wavelength * passages.way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
+        band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
         self._per_azimuth = int(np.ceil(OVERSAMPLING * 4.0 * np.pi * band / radar.azimuths))
         oversampling = self._per_azimuth * radar.azimuths / (4.0 * np.pi * band)
         self._kernel = Kernel(fidelity.beam_kernel_width, oversampling)
         self._tables = self._kernel.tables()
         self._extent = fidelity.beam_extent * radar.beamwidth
         rings = np.arange(RINGS)
-        self._ring_begin = np.append(0.0, passages.border * RINGS / (RINGS - rings[1:]))
-        self._ring_middle = passages.border * RINGS / (RINGS - rings - 0.5)
+        self._ring_begin = np.append(0.0, NEAREST_BORDER * RINGS / (RINGS - rings[1:]))
+        self._ring_middle = NEAREST_BORDER * RINGS / (RINGS - rings - 0.5)
         pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // PIECE + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
 

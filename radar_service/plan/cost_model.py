@@ -68,7 +68,8 @@ def first_visibility_update(prepared: Prepared) -> int:
 def engine_statistics(set_up: SetUp) -> EngineStatistics:
     """Counts and costs of an engine. Costs are measured now, which takes about a second."""
     prepared = set_up.prepared
-    border = None if prepared.land is None else prepared.land.passages.border
+    land = None if prepared.land is None else prepared.land.passages
+    border = None if land is None else land.border(land.way_at(0.0))
     return EngineStatistics(set_up.culling, engine_counts(set_up), counts_per_body(prepared), timed_costs(prepared), border)
 
 

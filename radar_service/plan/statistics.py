@@ -76,7 +76,7 @@ class EngineStatistics:
 
     culling: bodies and effects that are not modelled.
     counts, bodies, costs: of the engine; None before it is prepared, and for `documented`.
-    land_border: distance [m] from which on land under way is evaluated once a passage; None where none is.
+    land_border: distance [m] from which on land under way is evaluated once a passage at the start; None where none is.
     """
 
     culling: Culling = field(default_factory=Culling)

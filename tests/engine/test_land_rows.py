@@ -50,7 +50,8 @@ def points_under_way(own_ship: dict[str, Any], azimuth: int) -> tuple[Prepared, 
     assert prepared.land is not None
     antenna = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0]
     bearing = azimuth * made.radar.azimuth_step
-    distance = np.array([each * prepared.land.passages.border if each < 2 else each for each in POINTS])
+    border = prepared.land.passages.border(prepared.land.passages.way_at(float(azimuth)))
+    distance = np.array([each * border if each < 2 else each for each in POINTS])
     heights = [3.0, 4.0, 9.0]
     position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.zeros(3)])
     position[:, :2] += antenna[:2]
@@ -94,7 +95,8 @@ def test_points_of_land_are_those_of_a_loop_over_the_sea(
     made = scene([SLAB], radar=FINE, own_ship=own_ship, environment={"multipath": True})
     prepared = on_grid(made)
     assert prepared.land is not None
-    distance = max(distance, 1.001 * prepared.land.passages.border)
+    passages = prepared.land.passages
+    distance = max(distance, 1.001 * passages.border(passages.way_at(float(azimuth))))
     antenna, bearing = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0], azimuth * made.radar.azimuth_step
     position = antenna * [1, 1, 0] + [distance * np.sin(bearing), distance * np.cos(bearing), height]
     reference = scene([point("p", *position.tolist(), 0.0)], radar=FINE, own_ship=own_ship)
@@ -124,7 +126,7 @@ def test_coasts_are_those_of_a_range_history_for_each_point(own_ship: dict[str, 
     made = coast(tmp_path, own_ship, bay=140.0)
     prepared, by_histories = on_grid(made, FEW), on_grid(made, FEW)
     assert prepared.land is not None and by_histories.land is not None
-    by_histories.land.passages.border = np.inf
+    by_histories.land.passages.least_border = np.inf
     first, radar = 128, made.radar
     assert prepared.land.holds(azimuths_of(made, first))
     power, exact = (np.abs(fields(each, first, 3, 352)) ** 2 for each in (prepared, by_histories))
@@ -140,7 +142,9 @@ def test_coasts_are_those_of_a_range_history_for_each_point(own_ship: dict[str, 
 def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: Path) -> None:
     """A tenth of the echoes at most. Beyond the border of 150 m only heights by which phases turn by 0.04 rad at half a beam."""
     prepared = on_grid(coast(tmp_path, environment={"multipath": False}))
-    assert prepared.land is not None and prepared.land.passages.border == 150.0
+    assert prepared.land is not None
+    border = prepared.land.passages.border(prepared.land.passages.way_at(1024.0))
+    assert border == 150.0
     azimuths, radar = azimuths_of(prepared.scene, 1024), prepared.scene.radar
     near = prepared.land.near(azimuths).position - prepared.scene.antenna(azimuths.middle)[0]
     distance = np.hypot(near[:, 0], near[:, 1])
@@ -148,9 +152,7 @@ def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: P
     way = 8 * 1852 / 3600 / (2 * np.pi / radar.rotation_period)
     slant = np.abs(near[:, 2] ** 2 - 13.0**2) / 2 / distance**2
     phase = 4 * np.pi / radar.wavelength * slant * way * radar.beamwidth / 2
-    assert np.all(
-        (distance < prepared.land.passages.border + 4.0) | (phase > 0.037)
-    )  # own ship moves by 3.2 m over these pieces
+    assert np.all((distance < border + 4.0) | (phase > 0.037))  # own ship moves by 3.2 m over these pieces
 
 
 def test_what_is_high_for_its_distance_keeps_a_range_history() -> None:
@@ -176,11 +178,11 @@ def test_each_point_is_passed_once_a_scan() -> None:
         assert sum(len(piece.row) + len(piece.near.echoes) for piece in pieces) == 300
 
 
-def simulators(made: rs.Scene, *threads: int) -> list[rs.Simulator]:
-    """Simulators of a quarter of each scan with land on the grid."""
+def simulators(made: rs.Scene, *threads: int, until: float = 0.5) -> list[rs.Simulator]:
+    """Simulators of a part of each scan, from 6 rad to `until`, with land on the grid."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(land_rows, "ROW_SECONDS", 0.0)
-        return [rs.Simulator(made, fidelity=FEW, sector=(6.0, 0.5), threads=count) for count in threads]
+        return [rs.Simulator(made, fidelity=FEW, sector=(6.0, until), threads=count) for count in threads]
 
 
 def test_bytes_do_not_depend_on_where_a_run_began_on_threads_or_on_what_is_told_of_sources(tmp_path: Path) -> None:
@@ -232,7 +234,8 @@ def test_at_100_kn_the_border_lies_as_far_as_boresight_needs(tmp_path: Path) -> 
     """45 x 51.4 m/s over 2.51 rad/s: 921 m."""
     prepared = on_grid(coast(tmp_path, {"course_deg": 200.0, "speed_kn": 100.0}, bay=300.0))
     assert prepared.land is not None
-    assert prepared.land.passages.border == pytest.approx(45 * 100 * 1852 / 3600 / (2 * np.pi / 2.5))
+    passages = prepared.land.passages
+    assert passages.border(passages.way_at(1024.0)) == pytest.approx(45 * 100 * 1852 / 3600 / (2 * np.pi / 2.5))
     field = fields(prepared, 0, 1)
     assert prepared.land.holds(azimuths_of(prepared.scene, 0)) and np.isfinite(field).all() and field.any()
 
@@ -259,7 +262,7 @@ def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
     """A run that is steered after its first scan, and one that begins there with that command: the same bytes, others than
     straight on."""
     made = coast(tmp_path, {**OWN_SHIP, "steerable": {}})
-    steered, replayed, straight = simulators(made, 1, 1, 1)
+    steered, replayed, straight = simulators(made, 1, 1, 1, until=1.6)  # to pieces without the corner of the command
     for sim in (steered, straight):
         sim.scan()
     steered.command(course_deg=300.0)
