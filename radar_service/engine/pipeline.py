@@ -57,7 +57,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     if record is not None:
         record.transmitting = ~blind
     rows = moving_rows(prepared, azimuths, record)
-    field = receive(prepared, azimuths, rows, blind)
+    field = receive(prepared, azimuths, rows, blind, land_spectra(prepared, azimuths))
     if record is not None:
         record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
@@ -79,17 +79,29 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
 
 
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
-    """Moving echoes spread on grid rows (K, size), before compression; None where there are none.
+    """Moving echoes spread on grid rows (K, size), before compression, without those of `land_spectra`; None without any.
 
     record: as of `profiles`. Land there has a row for each echo, from which sources are told apart.
     """
-    land = prepared.land
-    if land is None or not land.holds(azimuths):
+    if not land_holds(prepared, azimuths):
         return echo_rows(prepared, azimuths, record)
+    assert prepared.land is not None
     if record is not None:
         record.rows = echo_rows(prepared, azimuths, record)
-    rows = echo_rows(prepared, azimuths, near_land=land.near(azimuths))
-    return prepared.compression.rows_with(rows, land.spectrum(azimuths))
+    return echo_rows(prepared, azimuths, near_land=prepared.land.near(azimuths))
+
+
+def land_spectra(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
+    """Spectra (K, size) of grid rows of land under way, before compression; None where it has range histories, or is none."""
+    if not land_holds(prepared, azimuths):
+        return None
+    assert prepared.land is not None
+    return prepared.land.spectrum(azimuths)
+
+
+def land_holds(prepared: Prepared, azimuths: AzimuthTimes) -> bool:
+    """Whether land under way is taken from its grid at these azimuths."""
+    return prepared.land is not None and prepared.land.holds(azimuths)
 
 
 def echo_rows(
@@ -121,8 +133,8 @@ def echo_rows(
 
 
 def with_silence(rows: Profiles | None, blind: Flags) -> Profiles | None:
-    """Grid rows (K, size) of which the blind ones (K,) are 0, in place."""
-    if rows is not None:
+    """Grid rows (K, size), or their spectra, of which the blind ones (K,) are 0, in place."""
+    if rows is not None and blind.any():
         rows[blind] = 0.0
     return rows
 
@@ -169,14 +181,15 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: Observe
     return concatenated(parts, len(azimuths.time))
 
 
-def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, blind: Flags) -> Profiles:
-    """Compresses grid rows (K, size) and adds receiver noise: profiles (K, bins) [sqrt(W)]. Nothing is received where blind."""
+def receive(
+    prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, blind: Flags, land: Profiles | None = None
+) -> Profiles:
+    """Compresses grid rows (K, size) and adds receiver noise: profiles (K, bins) [sqrt(W)]. Nothing is received where blind.
+
+    land: spectra (K, size) of other rows, which are used up.
+    """
     compression = prepared.compression
-    spectrum = None
-    if rows is not None:
-        if blind.any():
-            rows[blind] = 0.0
-        spectrum = compression.spectrum(rows)
+    spectrum = compression.joined_spectrum(with_silence(rows, blind), with_silence(land, blind))
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
         rng = generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile)

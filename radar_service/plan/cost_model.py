@@ -20,6 +20,7 @@ from radar_service.engine.pipeline import (
     add_interference,
     add_resting,
     blocks,
+    land_spectra,
     moving_rows,
     receive,
     tile_azimuths,
@@ -198,9 +199,9 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
             prepared.moving.passing(azimuths.part(first, stop))
     watch.add("aspects")
-    rows = moving_rows(prepared, azimuths)
+    rows, land = moving_rows(prepared, azimuths), land_spectra(prepared, azimuths)
     watch.add("moving")
-    profiles = receive(prepared, azimuths, rows, blind)
+    profiles = receive(prepared, azimuths, rows, blind, land)
     watch.add("receiver")
     add_resting(prepared, profiles, azimuths, blind)
     watch.add("profiles")

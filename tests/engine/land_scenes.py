@@ -10,7 +10,7 @@ import pytest
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine import land_rows
-from radar_service.engine.pipeline import moving_rows
+from radar_service.engine.pipeline import profiles
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.records.fidelity import PRESETS, Fidelity
@@ -71,7 +71,5 @@ def fields(prepared: Prepared, first: int, tiles: int, apart: int = 32) -> Profi
     """Compressed profiles (tiles 32, bins) of some tiles of 32 azimuths, without noise."""
     parts = []
     for start in range(first, first + tiles * apart, apart):
-        rows = moving_rows(prepared, azimuths_of(prepared.scene, start))
-        assert rows is not None
-        parts.append(prepared.compression.profiles(rows))
+        parts.append(profiles(prepared, azimuths_of(prepared.scene, start)))
     return np.concatenate(parts)
