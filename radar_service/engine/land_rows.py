@@ -185,8 +185,8 @@ def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
 
 
 def is_land(body: Body, fidelity: Fidelity) -> bool:
-    """Whether a body is a diffuse surface that rests on the map and does not fluctuate."""
-    return body.at_rest and not body.swerling and scattering_model(body, fidelity.sampler) is DiffuseScattering
+    """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
+    return body.at_rest and scattering_model(body, fidelity.sampler) is DiffuseScattering
 
 
 def _turned_back(phase: Floats) -> Profiles:
