@@ -21,7 +21,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.echo.test_moving import EARTH, Floats, observed, reference_echo
 from tests.engine.land_scenes import FEW, OWN_SHIP, RADAR, azimuths_of, coast, fields, on_grid, with_points
-from tests.reference.compressed_pulse import LIGHT, compressed_pulse
+from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
 from tests.scenes import point, scene
 from tests.test_motion import SWAY
 
@@ -141,6 +141,27 @@ def test_coasts_are_those_of_a_range_history_for_each_point(
         strong = exact[:, ring] > max(100 * receiver_noise_power(made.radar), exact[:, ring].mean() / 1000)
         off_db = np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong]))
         assert np.mean(off_db > 1.0) < 0.005
+
+
+@pytest.mark.parametrize("way", [0.005, 0.01, 0.02, 0.3])
+def test_speckle_changes_from_scan_to_scan_as_the_beam_says(way: float, tmp_path: Path) -> None:
+    """Own ship moves by `way` [m] a scan, land lies abeam. The energy of what changes beside the phase of her way along the line
+    of sight is 2 (1 - rho), rho the transform of the two-way beam at 2 k times her way across: to 15 %, four standard errors of
+    some 800 cells in the beams of these azimuths."""
+    made = coast(
+        tmp_path, {"course_deg": 0.0, "speed_kn": way / 2.5 * 3600 / 1852}, bay=170.0, environment={"multipath": False}
+    )
+    prepared, radar, first = on_grid(made), made.radar, 240
+    assert prepared.land is not None and prepared.land.holds(azimuths_of(made, first))
+    even = ((np.arange(radar.bins) + 0.5) * radar.range_step) ** 1.5  # power of land falls as R^-3: all ranges count
+    before, after = (fields(prepared, first + scan * radar.azimuths, 2) * even for scan in (1, 2))
+    bearing = azimuths_of(made, first, 64).boresight
+    wavenumber, offset = 4 * np.pi / radar.wavelength, np.linspace(-0.2, 0.2, 40_001)
+    changed = after - before * np.exp(1j * wavenumber * way * np.cos(bearing))[:, None]
+    weight = sinc2_beam(offset, radar.beamwidth) ** 2
+    rho = float(np.sum(weight * np.cos(wavenumber * way * offset)) / np.sum(weight))
+    ratio = float(np.sum(np.abs(changed) ** 2) / np.sum(np.abs(before) ** 2))
+    assert ratio == pytest.approx(2 * (1 - rho), rel=0.15)
 
 
 def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: Path) -> None:
