@@ -25,6 +25,7 @@ from radar_service.scattering.surface_sampling import (
     Scatterers,
     cell_density,
     density_db,
+    normals_and_areas,
     sample_surface,
     surface_db,
     triangle_frames,
@@ -233,7 +234,9 @@ class DiffuseScattering(FixedScatterers):
     @staticmethod
     @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        return f"diffuse, {computed}, {conditions.fidelity.scatterers_per_cell:g} scatterers per resolution cell"
+        per_cell, requested = cell_scatterers(body, conditions), conditions.fidelity.scatterers_per_cell
+        fewer = f"; the limit of {MAX_SCATTERERS} allows no {requested:g}" if per_cell < requested else ""
+        return f"diffuse, {computed}, {per_cell:.3g} scatterers per resolution cell{fewer}"
 
     @staticmethod
     @override
@@ -243,7 +246,7 @@ class DiffuseScattering(FixedScatterers):
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """That of the scatterers in a cell, and of all of them."""
-        error, scatterers = density_db(conditions.fidelity.scatterers_per_cell), conditions.scatterers
+        error, scatterers = density_db(cell_scatterers(body, conditions)), conditions.scatterers
         if scatterers is None or scatterers <= 1:
             return error
         return max(error, cls.sampling_db(scatterers, conditions.environment.multipath))
@@ -268,13 +271,30 @@ class DiffuseScattering(FixedScatterers):
 def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
     """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
     assert body.mesh is not None
-    pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
-    middle = pose.map_from_frame(triangle_middles(body.mesh))
-    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
-    density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
+    density, fidelity = surface_density(body, context), context.fidelity
     rng = generator(context.seed, SCATTER, name_key(context.scene_name, body.name))
-    sea = -float(pose.position[2]) if body.motion.sway is None else -np.inf  # what is above it differs by instant
+    sea = (
+        -float(pose_at(body, 0.0).position[2]) if body.motion.sway is None else -np.inf
+    )  # what is above it differs by instant
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
+
+
+def surface_density(body: Body, context: ScatteringContext | Conditions) -> Floats:
+    """Scatterers per m^2 (F,) on each triangle of a body's mesh at time 0 that a fidelity asks for."""
+    assert body.mesh is not None
+    middle, radar = pose_at(body, 0.0).map_from_frame(triangle_middles(body.mesh)), context.radar
+    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
+    return cell_density(distance, radar.range_step, radar.beamwidth, context.fidelity.scatterers_per_cell)
+
+
+def cell_scatterers(body: Body, conditions: Conditions) -> float:
+    """Scatterers in a resolution cell of a surface: those of the fidelity, or what MAX_SCATTERERS leaves of them."""
+    requested, scatterers = conditions.fidelity.scatterers_per_cell, conditions.scatterers
+    if scatterers is None or scatterers < MAX_SCATTERERS:
+        return requested
+    assert body.mesh is not None
+    expected = float(surface_density(body, conditions) @ normals_and_areas(body.mesh)[1])
+    return requested * min(1.0, MAX_SCATTERERS / expected)
 
 
 def cosines(position: Floats, normal: Floats | Singles, end: Floats, earth_radius: float) -> Floats:
