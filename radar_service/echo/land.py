@@ -143,8 +143,9 @@ class LandPassages:
         points, body = self.points, self._model.key[self.points.body[which]]
         triangle = points.triangle[which].astype(np.int64)
         seen = SurfacePoints(body, triangle, points.position.take(which, axis=0))
-        sight = self._line_of_sight.visible
-        visible = sight(seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon)
+        visible = self._line_of_sight.visible(
+            seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon
+        )
         return np.flatnonzero(visible)
 
     def _middles(self, which: Indices) -> Floats:

@@ -17,6 +17,16 @@ from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.resting_points import MapCells
 
 RADAR: dict[str, Any] = {"azimuths": 1024, "beamwidth_deg": 2.0, "range_max_m": 1500, "rpm": 24, "pulse_s": 1e-6}
+FINE: dict[str, Any] = {"azimuths": 2048, "beamwidth_deg": 1.2, "range_max_m": 5600, "rpm": 24, "pulse_s": 1e-6}
+SLAB: dict[str, Any] = {
+    "name": "slab",
+    "shape": "box",
+    "length_m": 9,
+    "width_m": 9,
+    "height_m": 2,
+    "position_m": [0, 3000, 0],
+    "material": "land",
+}
 OWN_SHIP: dict[str, Any] = {"course_deg": 200.0, "speed_kn": 8.0}
 
 
