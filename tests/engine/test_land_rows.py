@@ -76,11 +76,14 @@ def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn:
 
 
 @pytest.mark.parametrize("speed_kn", [8.0, 25.0])
-@pytest.mark.parametrize("distance, height, limit_db", [(0.0, 3.0, -38.0), (1000.0, 3.0, -50.0), (1000.0, 20.0, -50.0)])
+@pytest.mark.parametrize(
+    "distance, height, limit_db", [(0.0, 3.0, -38.0), (400.0, 20.0, -28.0), (1000.0, 3.0, -50.0), (1000.0, 20.0, -50.0)]
+)
 def test_points_of_land_are_those_of_a_loop_over_the_sea(
     distance: float, height: float, limit_db: float, speed_kn: float
 ) -> None:
-    """With the two rays of each azimuth: F^2 held over a passage errs by -38 dB at the border, by -50 dB from 1 km on."""
+    """With the two rays of each azimuth: F^2 held over a passage errs by -38 dB at the border, by -50 dB from 1 km on.
+    A point 20 m high lies in a null of the reflection 400 m off: it errs by -29 dB of itself (docs/limits.md)."""
     azimuth, own_ship = 2 * 2048 + 700, {"course_deg": 40.0, "speed_kn": speed_kn}
     made = scene([SLAB], radar=FINE, own_ship=own_ship, environment={"multipath": True})
     prepared = on_grid(made)
