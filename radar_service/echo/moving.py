@@ -94,8 +94,17 @@ class MovingEchoes:
         passing = self.passing(azimuths)
         if passing is not None:
             observed_echoes.append((passing, np.arange(len(passing.echoes))))
-        if not observed_echoes:
+        return self._weighted(azimuths, observed_echoes)
+
+    def of_resting(self, azimuths: AzimuthTimes, observed: ObservedEchoes) -> BeamWeightedEchoes:
+        """Those echoes alone of `observed`, which rest on the map, that lie within the beam's extent of any of these azimuths."""
+        return self._weighted(azimuths, [(observed, np.arange(len(observed.echoes)))])
+
+    def _weighted(self, azimuths: AzimuthTimes, observed_echoes: list[tuple[ObservedEchoes, Indices]]) -> BeamWeightedEchoes:
+        """Those of observed echoes, each with indices (M,), that lie within the beam's extent of any of these azimuths."""
+        if not sum(len(which) for _, which in observed_echoes):
             return concatenated([], len(azimuths.time))
+        middle, half = self._sector(azimuths)
         bodies = np.concatenate([observed.echoes.body[which] for observed, which in observed_echoes])
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
         parts = [part for observed_part in observed_echoes for part in self._parts(*observed_part, geometry, middle, half)]

@@ -189,13 +189,22 @@ def sea_paths(
 
 
 def range_and_factor(
-    radar: Radar, environment: Environment, polar: Polar, height: Floats, antenna_height: Floats, paths: Paths
+    radar: Radar,
+    environment: Environment,
+    polar: Polar,
+    height: Floats,
+    antenna_height: Floats,
+    paths: Paths,
+    tilt_error: Floats | float = 0.0,
 ) -> tuple[Floats, Complexes]:
-    """Ranges (E,) [m] of echoes at rest and their factors (E,): elevation gain, gas and rain, and paths."""
+    """Ranges (E,) [m] of echoes at rest and their factors (E,): elevation gain, gas and rain, and paths.
+
+    tilt_error: as of `radar_two_rays`.
+    """
     loss = attenuation(radar, environment, polar.range)
     if not environment.multipath:
-        return polar.range, (elevation_gain(radar, polar.elevation) * loss).astype(np.complex128)
-    sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths)
+        return polar.range, (elevation_gain(radar, polar.elevation, tilt_error) * loss).astype(np.complex128)
+    sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths, tilt_error)
     return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
 
 

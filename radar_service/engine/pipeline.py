@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from radar_service.clutter.clutter import ClutterRows
+from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
@@ -56,9 +57,9 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     if record is not None:
         record.transmitting = ~blind
     rows = moving_rows(prepared, azimuths, record)
-    field = receive(prepared, azimuths, rows, blind)
+    field = receive(prepared, azimuths, rows, blind, land_spectra(prepared, azimuths))
     if record is not None:
-        record.rows = rows
+        record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
     add_interference(prepared, field, azimuths, record)
@@ -70,9 +71,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     """What each stage adds to the azimuths (K,) of one tile; noise is not drawn, and nothing is compressed."""
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
     record = Contributions(~blind)
-    record.rows = moving_rows(prepared, azimuths, record)
-    if record.rows is not None:
-        record.rows[blind] = 0.0
+    record.rows = with_silence(echo_rows(prepared, azimuths, record), blind)
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
     add_clutter(prepared, unused, azimuths, blind, record)
     add_interference(prepared, unused, azimuths, record)
@@ -80,13 +79,47 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
 
 
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
-    """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
+    """Moving echoes spread on grid rows (K, size), before compression, without those of `land_spectra`; None without any.
+
+    record: as of `profiles`. Land there has a row for each echo, from which sources are told apart.
+    """
+    if not land_holds(prepared, azimuths):
+        return echo_rows(prepared, azimuths, record)
+    assert prepared.land is not None
+    if record is not None:
+        record.rows = echo_rows(prepared, azimuths, record)
+    return echo_rows(prepared, azimuths, near_land=prepared.land.near(azimuths))
+
+
+def land_spectra(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
+    """Spectra (K, size) of grid rows of land under way, before compression; None where it has range histories, or is none."""
+    if not land_holds(prepared, azimuths):
+        return None
+    assert prepared.land is not None
+    return prepared.land.spectrum(azimuths)
+
+
+def land_holds(prepared: Prepared, azimuths: AzimuthTimes) -> bool:
+    """Whether land under way is taken from its grid at these azimuths."""
+    return prepared.land is not None and prepared.land.holds(azimuths)
+
+
+def echo_rows(
+    prepared: Prepared,
+    azimuths: AzimuthTimes,
+    record: Contributions | None = None,
+    near_land: ObservedEchoes | None = None,
+) -> Profiles | None:
+    """Moving echoes, each with its range history, spread on grid rows (K, size); None where there are none.
+
+    near_land: the only echoes of land that count; None: all of them.
+    """
     rows: Profiles | None = None
-    if not len(prepared.moving) and not prepared.shadows.possible:
+    if not len(prepared.moving) and not prepared.shadows.possible and prepared.land is None:
         return rows
     compression = prepared.compression
     for first, stop in blocks(prepared, azimuths):
-        echoes = moving_echoes(prepared, azimuths.part(first, stop))
+        echoes = moving_echoes(prepared, azimuths.part(first, stop), near_land)
         if not len(echoes.range):
             continue
         if record is not None:
@@ -96,6 +129,13 @@ def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contribution
         step = prepared.scene.radar.range_step
         migration = echoes.range_migration * np.float32(1.0 / step)
         compression.spread(rows[first:stop], column(echoes.range, step), migration, echoes.amplitude)
+    return rows
+
+
+def with_silence(rows: Profiles | None, blind: Flags) -> Profiles | None:
+    """Grid rows (K, size), or their spectra, of which the blind ones (K,) are 0, in place."""
+    if rows is not None and blind.any():
+        rows[blind] = 0.0
     return rows
 
 
@@ -115,14 +155,21 @@ def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, in
         edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
     edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
     for start, end in pairwise(sorted(edges)):
-        size = prepared.moving.block_size(azimuths.part(start, end), usual)
+        few = prepared.land is None
+        size = prepared.moving.block_size(azimuths.part(start, end), usual) if few else usual
         for first in range(start, end, size):
             yield first, min(first + size, end)
 
 
-def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-    """All moving echoes, and the resting ones that they shadow, with range, phase and beam weight at each azimuth."""
+def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: ObservedEchoes | None = None) -> BeamWeightedEchoes:
+    """All moving echoes, and the resting ones that they shadow, with range, phase and beam weight at each azimuth.
+
+    near_land: the only echoes of land that count; None: all of them.
+    """
     parts: list[BeamWeightedEchoes] = []
+    if prepared.land is not None:
+        land = prepared.land.echoes
+        parts.append(land.echoes(azimuths) if near_land is None else land.of_resting(azimuths, near_land))
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
     if prepared.shadows.possible:
@@ -134,14 +181,15 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEch
     return concatenated(parts, len(azimuths.time))
 
 
-def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, blind: Flags) -> Profiles:
-    """Compresses grid rows (K, size) and adds receiver noise: profiles (K, bins) [sqrt(W)]. Nothing is received where blind."""
+def receive(
+    prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, blind: Flags, land: Profiles | None = None
+) -> Profiles:
+    """Compresses grid rows (K, size) and adds receiver noise: profiles (K, bins) [sqrt(W)]. Nothing is received where blind.
+
+    land: spectra (K, size) of other rows, which are used up.
+    """
     compression = prepared.compression
-    spectrum = None
-    if rows is not None:
-        if blind.any():
-            rows[blind] = 0.0
-        spectrum = compression.spectrum(rows)
+    spectrum = compression.joined_spectrum(with_silence(rows, blind), with_silence(land, blind))
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
         rng = generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile)

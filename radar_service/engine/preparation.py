@@ -7,11 +7,13 @@ import numpy as np
 
 from radar_service.clutter.clutter import Clutter, prepare_clutter
 from radar_service.echo.echoes import Echoes
+from radar_service.echo.land import LandPassages
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
+from radar_service.engine.land_rows import LandRows, follows_own_ship, is_land, saves_time
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
@@ -22,6 +24,7 @@ from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
 from radar_service.records.fidelity import Fidelity
+from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.trace.embree import RayCount
@@ -43,6 +46,7 @@ class Prepared:
     resting_set, resting: bodies at rest relative to the antenna, and their visible echoes.
     resting_profiles: (A, bins) compressed profiles of these for a scan [sqrt(W)]; None where nothing rests.
     moving: echoes of all other bodies.
+    land: rows of those bodies of the others that are land under way (`land_rows`); None where there is little of it.
     shadows: resting echoes that moving bodies occlude.
     shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
@@ -59,6 +63,7 @@ class Prepared:
     resting: RestingEchoes
     resting_profiles: Profiles | None
     moving: MovingEchoes
+    land: LandRows | None
     shadows: PassingShadows
     shadowed: MovingEchoes
     compression: Compression
@@ -75,7 +80,8 @@ class Prepared:
             other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
             clutter = replace(clutter, sea=None if other is None else other.sea)
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
-        return replace(self, scene=scene, moving=moving, shadowed=shadowed, clutter=clutter)
+        land = None if self.land is None else self.land.of_scene(scene)
+        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter)
 
 
 @BLAS_LIMIT.held()
@@ -93,7 +99,7 @@ def prepare(
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
-    resting_set, moving_set = _scatterers(scene, fidelity, seed, silent, rays)
+    resting_set, land_set, moving_set = _scatterers(scene, fidelity, seed, silent, rays)
     max_range = max_echo_range(radar)
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
@@ -110,6 +116,7 @@ def prepare(
         resting,
         _resting_profiles(radar, fidelity, resting.echoes, compression),
         MovingEchoes(scene, visibility, beam, seed),
+        _land_rows(scene, land_set, line_of_sight, max_range, fidelity, compression, beam, seed),
         PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
         MovingEchoes(scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), beam, seed, True),
         compression,
@@ -120,30 +127,50 @@ def prepare(
 
 def _scatterers(
     scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], rays: RayCount | None
-) -> tuple[ScattererSet, ScattererSet]:
-    """The scatterers of all that rests relative to the antenna and does not fluctuate, and those of everything else."""
+) -> tuple[ScattererSet, ScattererSet, ScattererSet]:
+    """The scatterers of all that rests relative to the antenna and does not fluctuate, of land under way, and of all else."""
     resting = [_rests(body, scene) for body in scene.bodies]
+    on_grid = [follows_own_ship(scene, fidelity) and is_land(body, fidelity) for body in scene.bodies]
 
-    def build(rests: bool) -> ScattererSet:
-        keys = [i for i, at_rest in enumerate(resting) if at_rest == rests and i not in silent]
-        context = ScatteringContext(
-            scene.radar,
-            fidelity,
-            seed,
-            scene.antenna(0.0)[0],
-            scene.environment,
-            scene.bodies,
-            effective_earth_radius(scene.environment.earth_factor),
-            rays,
-            scene.name,
-        )
+    context = ScatteringContext(
+        scene.radar,
+        fidelity,
+        seed,
+        scene.antenna(0.0)[0],
+        scene.environment,
+        scene.bodies,
+        effective_earth_radius(scene.environment.earth_factor),
+        rays,
+        scene.name,
+    )
+
+    def build(rests: bool, land: bool) -> ScattererSet:
+        kinds = zip(resting, on_grid, strict=True)
+        keys = [i for i, kind in enumerate(kinds) if kind == (rests, land) and i not in silent]
         return build_scatterers([scene.bodies[i] for i in keys], keys, context)
 
-    return build(True), build(False)
+    land, others = build(False, True), build(False, False)
+    if not saves_time(int(land.scatterers.sum()), scene.radar, fidelity):
+        land, others = build_scatterers([], [], context), others.joined(land)
+    return build(True, False), land, others
 
 
 def _rests(body: Body, scene: Scene) -> bool:
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
+
+
+def _land_rows(
+    scene: Scene, land: ScattererSet, line_of_sight: OcclusionScene, max_range: float, fidelity: Fidelity,
+    compression: Compression, beam: BeamTable, seed: int,
+) -> LandRows | None:  # fmt: skip
+    """The rows of land under way; None without any."""
+    if not len(land):
+        return None
+    (model,) = land.models
+    assert isinstance(model, DiffuseScattering)
+    passages = LandPassages(scene, model, line_of_sight, max_range, model.resting_points())
+    visibility = Visibility(scene, land, line_of_sight, max_range, fidelity.visibility_step)
+    return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
 
 
 def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:

@@ -14,11 +14,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from radar_service.echo.visibility import Visibility
 from radar_service.engine.pipeline import (
     add_clutter,
     add_interference,
     add_resting,
     blocks,
+    land_spectra,
     moving_rows,
     receive,
     tile_azimuths,
@@ -56,23 +58,27 @@ class SetUp:
 def first_visibility_update(prepared: Prepared) -> int:
     """Runs the first visibility update and returns the number of its moving echoes; the result is cached.
 
-    Bodies by physical optics are evaluated as far as the beam passes them in the first tile.
+    Bodies by physical optics, and land on the grid, are evaluated as far as the beam passes them in the first tile.
     """
-    passing = prepared.moving.passing(tile_azimuths(prepared, 0, 0))
-    return len(_visibility_update(prepared, 0)) + (0 if passing is None else len(passing.echoes))
+    first = tile_azimuths(prepared, 0, 0)
+    passing = prepared.moving.passing(first)
+    land = 0 if prepared.land is None else prepared.land.echoes_about(first)
+    return len(_visibility_update(prepared, 0)) + (0 if passing is None else len(passing.echoes)) + land
 
 
 def engine_statistics(set_up: SetUp) -> EngineStatistics:
     """Counts and costs of an engine. Costs are measured now, which takes about a second."""
     prepared = set_up.prepared
-    return EngineStatistics(set_up.culling, engine_counts(set_up), counts_per_body(prepared), timed_costs(prepared))
+    land = None if prepared.land is None else prepared.land.passages
+    border = None if land is None else land.border(land.way_at(0.0))
+    return EngineStatistics(set_up.culling, engine_counts(set_up), counts_per_body(prepared), timed_costs(prepared), border)
 
 
 def engine_counts(set_up: SetUp) -> Counts:
     """Counts of what the engine computes."""
     prepared = set_up.prepared
     visible, shadows = first_visibility_update(prepared), prepared.shadows.at(0)
-    radar, scattered = prepared.scene.radar, (prepared.resting_set, prepared.moving.visibility.scatterers)
+    radar, scattered = prepared.scene.radar, [prepared.resting_set, *(each.scatterers for each in _visibilities(prepared))]
     return Counts(
         len(prepared.resting),
         visible,
@@ -82,7 +88,7 @@ def engine_counts(set_up: SetUp) -> Counts:
         set_up.look_rays,
         radar.rotation_period / prepared.moving.visibility.interval,
         prepared.compression.transformed(
-            len(prepared.moving) > 0 or len(shadows.range) > 0, prepared.scene.environment.noise
+            any(map(len, scattered[1:])) or len(shadows.range) > 0, prepared.scene.environment.noise
         ),
     )
 
@@ -90,12 +96,17 @@ def engine_counts(set_up: SetUp) -> Counts:
 def counts_per_body(prepared: Prepared) -> PerBody:
     """Scatterers and echoes of each body."""
     scatterers, echoes = (np.zeros(len(prepared.scene.bodies), dtype=np.int64) for _ in range(2))
-    visibility = prepared.moving.visibility
-    sets = (prepared.resting_set, prepared.resting.body), (visibility.scatterers, visibility.all_round(0).body)
-    for bodies, body in sets:
+    moving = [(each.scatterers, each.all_round(0).body) for each in _visibilities(prepared)]
+    for bodies, body in ((prepared.resting_set, prepared.resting.body), *moving):
         scatterers[bodies.key] += bodies.scatterers
         echoes[bodies.key] += np.bincount(body, minlength=len(bodies))
     return PerBody(scatterers, echoes)
+
+
+def _visibilities(prepared: Prepared) -> list[Visibility]:
+    """The visibility of moving bodies, and of land under way."""
+    land = [] if prepared.land is None else [prepared.land.echoes.visibility]
+    return [prepared.moving.visibility, *land]
 
 
 def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
@@ -188,9 +199,9 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
             prepared.moving.passing(azimuths.part(first, stop))
     watch.add("aspects")
-    rows = moving_rows(prepared, azimuths)
+    rows, land = moving_rows(prepared, azimuths), land_spectra(prepared, azimuths)
     watch.add("moving")
-    profiles = receive(prepared, azimuths, rows, blind)
+    profiles = receive(prepared, azimuths, rows, blind, land)
     watch.add("receiver")
     add_resting(prepared, profiles, azimuths, blind)
     watch.add("profiles")

@@ -5,6 +5,7 @@ import math
 from radar_service.clutter.rain import RAIN_HEIGHT
 from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.clutter.sea import MAX_SEA_STATE
+from radar_service.echo.land import PIECE
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
@@ -18,6 +19,7 @@ from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.scene import Scene
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
+LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
@@ -62,6 +64,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
+        *_land(scene, statistics.land_border),
         _earth(scene),
         _multipath(scene, fidelity, statistics),
         *_air(scene, statistics),
@@ -121,6 +124,18 @@ def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> lis
     blocks = f"in blocks of {fidelity.azimuths_per_block}" if fidelity.azimuths_per_block > 1 else "one by one"
     how = f"range, phase and beam weight of every azimuth, {blocks}; visibility updated every {fidelity.visibility_step:g} m"
     return [PlanItem("motion", True, how, field_db=motion_db(fidelity), microseconds=microseconds)]
+
+
+def _land(scene: Scene, border: float | None) -> list[PlanItem]:
+    """How land under way is computed that follows own ship on a grid; no item without any."""
+    if border is None:
+        return []
+    way = scene.own_ship.top_speed * PIECE * scene.radar.spoke_period
+    how = (
+        f"diffuse land at rest from {border:.0f} m on, each point once a passage of the beam; its visibility updated every scan, "
+        f"within {way:.2g} m of way of the passage"
+    )
+    return [PlanItem("land under way", True, how, field_db=LAND_DB)]
 
 
 def _earth(scene: Scene) -> PlanItem:

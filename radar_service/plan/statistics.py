@@ -76,12 +76,14 @@ class EngineStatistics:
 
     culling: bodies and effects that are not modelled.
     counts, bodies, costs: of the engine; None before it is prepared, and for `documented`.
+    land_border: distance [m] from which on land under way is evaluated once a passage at the start; None where none is.
     """
 
     culling: Culling = field(default_factory=Culling)
     counts: Counts | None = None
     bodies: PerBody | None = None
     costs: Costs | None = None
+    land_border: float | None = None
 
 
 def realtime_factor(scene: Scene, costs: Costs) -> float:

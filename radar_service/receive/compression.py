@@ -73,6 +73,19 @@ class Compression:
             received -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
         return received
 
+    def joined_spectrum(self, gridded: Profiles | None, other: Profiles | None) -> Profiles | None:
+        """Spectra (K, size) of the compressed echoes on rows (K, size) and on others, whose spectra before compression are
+        `other` (K, size), which are used up; None without any."""
+        if other is None:
+            return None if gridded is None else self.spectrum(gridded)
+        if self.eclipsing_filter is not None:  # it needs the rows themselves
+            rows: Profiles = scipy.fft.ifft(other, axis=1, overwrite_x=True)
+            return self.spectrum(rows if gridded is None else rows + gridded)
+        other *= self.echo_filter
+        if gridded is not None:
+            other += self.spectrum(gridded)
+        return other
+
     def transformed(self, gridded: bool, noise: bool) -> int:
         """Samples of all Fourier transforms of one profile; gridded: whether its row has echoes; noise: whether it has noise."""
         forward = self.size if gridded else 0

@@ -88,6 +88,30 @@ def spread(
     return total
 
 
+def spread_by_tables(
+    shape: tuple[int, int], row: Floats, column: Floats, amplitude: Complexes, rows: Tables, columns: Tables
+) -> Profiles:
+    """A grid of `shape`, which is not circular, with the amplitudes of points spread by the tables of two kernels.
+
+    row, column: (E,) positions [samples], so far from the edges that kernels do not reach beyond; amplitude: (E,).
+    """
+    total = np.zeros(shape, dtype=np.complex64)
+    order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
+    for part in np.array_split(order, max(1, len(order) // POINTS_PER_PART)) if len(order) else ():
+        (row_entry, first_row), (column_entry, first_column) = (
+            _entries(position[part], tables[0].shape[2]) for position, tables in ((row, rows), (column, columns))
+        )
+        start, stop = int(first_row[0]), int(first_row[-1]) + rows[0].shape[2]
+        cells = (first_row - start)[:, None] + np.arange(rows[0].shape[2])
+        cells = cells[:, :, None] * shape[1] + (first_column[:, None] + np.arange(columns[0].shape[2]))[:, None]
+        weight = rows[0][:, 0].take(row_entry, axis=0)[:, :, None] * columns[0][:, 0].take(column_entry, axis=0)[:, None]
+        for half, target in ((amplitude.real, total.real), (amplitude.imag, total.imag)):
+            weighted = (weight * half[part, None, None].astype(np.float32)).ravel()
+            band = np.bincount(cells.ravel(), weighted, (stop - start) * shape[1])
+            target[start:stop] += band.reshape(stop - start, shape[1])
+    return total
+
+
 def spread_moving(
     rows: Profiles,
     column: Floats,

@@ -13,20 +13,23 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics.random import SCATTER, generator, name_key
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
+from radar_service.scattering.resting_points import MapCells, RestingPoints
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
     cell_density,
     density_db,
+    normals_and_areas,
     sample_surface,
     surface_db,
     triangle_frames,
+    triangle_middles,
 )
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.world.body import Body
@@ -112,6 +115,10 @@ class FixedScatterers(ScatteringModel, ABC):
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
         """Positions (E, 3) [m] and normals (E, 3) on the map at time 0; those of bodies at rest hold at all times."""
+        return self._map_at_start()
+
+    def _map_at_start(self) -> tuple[Floats, Floats]:
+        """Computes `_at_start`."""
         poses = self._poses.each_at(0.0)
         position = map_from_ordered_bodies(self._position, self._body, poses)
         return position, rotated_from_bodies(self._normal, self._body, poses)
@@ -168,7 +175,7 @@ class FixedScatterers(ScatteringModel, ABC):
         self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
     ) -> Floats:
         """Area (A,) of each scatterer projected across the line of sight [m^2]."""
-        cosine = _cosine(position, normal, antenna, earth_radius)
+        cosine = cosines(position, normal, antenna, earth_radius)
         cosine = np.where(self._one_sided[self._body[which]], np.maximum(cosine, 0.0), np.abs(cosine))
         cosine[self._triangle[which] < 0] = 1.0
         return np.asarray(cosine * self._area[which])
@@ -199,6 +206,25 @@ class DiffuseScattering(FixedScatterers):
             place[of_body] = self._position[which[of_body]] + lift[of_body, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
 
+    def resting_points(self) -> RestingPoints:
+        """The points of bodies that all rest; as many as there are scatterers."""
+        position, normal = self._map_at_start()
+        height, span = self._heights(np.arange(len(position)), position)
+        gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
+        strength = np.sqrt(gamma[self._body] * self._area) * self._phasor
+        cells, order = MapCells.of(position)
+        return RestingPoints(
+            cells,
+            position[order],
+            normal[order].astype(np.float32),
+            self._triangle[order].astype(np.int32),
+            self._body[order].astype(np.int32),
+            self._one_sided[self._body[order]],
+            (height - position[:, 2])[order].astype(np.float32),
+            span[order].astype(np.float32),
+            strength[order].astype(np.complex64),
+        )
+
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """The peak of speckle over all of the area."""
@@ -208,7 +234,9 @@ class DiffuseScattering(FixedScatterers):
     @staticmethod
     @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        return f"diffuse, {computed}, {conditions.fidelity.scatterers_per_cell:g} scatterers per resolution cell"
+        per_cell, requested = cell_scatterers(body, conditions), conditions.fidelity.scatterers_per_cell
+        fewer = f"; the limit of {MAX_SCATTERERS} allows no {requested:g}" if per_cell < requested else ""
+        return f"diffuse, {computed}, {per_cell:.3g} scatterers per resolution cell{fewer}"
 
     @staticmethod
     @override
@@ -218,7 +246,7 @@ class DiffuseScattering(FixedScatterers):
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """That of the scatterers in a cell, and of all of them."""
-        error, scatterers = density_db(conditions.fidelity.scatterers_per_cell), conditions.scatterers
+        error, scatterers = density_db(cell_scatterers(body, conditions)), conditions.scatterers
         if scatterers is None or scatterers <= 1:
             return error
         return max(error, cls.sampling_db(scatterers, conditions.environment.multipath))
@@ -243,17 +271,33 @@ class DiffuseScattering(FixedScatterers):
 def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
     """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
     assert body.mesh is not None
-    pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
-    centroid, _, _ = triangle_frames(body.mesh)
-    middle = pose.map_from_frame(centroid)
-    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
-    density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
+    density, fidelity = surface_density(body, context), context.fidelity
     rng = generator(context.seed, SCATTER, name_key(context.scene_name, body.name))
-    sea = -float(pose.position[2]) if body.motion.sway is None else -np.inf  # what is above it differs by instant
+    sea = (
+        -float(pose_at(body, 0.0).position[2]) if body.motion.sway is None else -np.inf
+    )  # what is above it differs by instant
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
-def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
+def surface_density(body: Body, context: ScatteringContext | Conditions) -> Floats:
+    """Scatterers per m^2 (F,) on each triangle of a body's mesh at time 0 that a fidelity asks for."""
+    assert body.mesh is not None
+    middle, radar = pose_at(body, 0.0).map_from_frame(triangle_middles(body.mesh)), context.radar
+    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
+    return cell_density(distance, radar.range_step, radar.beamwidth, context.fidelity.scatterers_per_cell)
+
+
+def cell_scatterers(body: Body, conditions: Conditions) -> float:
+    """Scatterers in a resolution cell of a surface: those of the fidelity, or what MAX_SCATTERERS leaves of them."""
+    requested, scatterers = conditions.fidelity.scatterers_per_cell, conditions.scatterers
+    if scatterers is None or scatterers < MAX_SCATTERERS:
+        return requested
+    assert body.mesh is not None
+    expected = float(surface_density(body, conditions) @ normals_and_areas(body.mesh)[1])
+    return requested * min(1.0, MAX_SCATTERERS / expected)
+
+
+def cosines(position: Floats, normal: Floats | Singles, end: Floats, earth_radius: float) -> Floats:
     """cos (A,) of the angle between normals and lines of sight from an end (3,)."""
     line = end - position
     line[:, 2] -= (line[:, 0] ** 2 + line[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna

@@ -44,6 +44,12 @@ class ScattererSet:
         bodies = tuple(self.bodies[b] for b in np.searchsorted(self.key, keys))
         return ScattererSet(bodies, keys, tuple(self.aspect_models))
 
+    def joined(self, other: "ScattererSet") -> "ScattererSet":
+        """These bodies and others of the same scene."""
+        keys = np.concatenate([self.key, other.key])
+        order, bodies = np.argsort(keys), (*self.bodies, *other.bodies)
+        return ScattererSet(tuple(bodies[b] for b in order.tolist()), keys[order], (*self.models, *other.models))
+
     @property
     def aspect_models(self) -> list[AspectModel]:
         """The models whose echoes depend on aspect."""

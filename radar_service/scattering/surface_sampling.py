@@ -14,6 +14,7 @@ from radar_service.records.fidelity import MIN_SCATTERERS
 from radar_service.world.body import Mesh
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread
+TRIANGLES = 2**18  # at a time: arrays of all triangles of a large mesh do not stay in any cache
 MAX_STRATA = 512  # more points than that stand for so little that strata do not pay: they are sampled along the mesh
 CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which its heights are known
 R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
@@ -88,11 +89,30 @@ def point_scatterer(position: Floats, span: float = 0.0) -> Scatterers:
 
 def triangle_frames(mesh: Mesh) -> tuple[Floats, Floats, Floats]:
     """Centroids (F, 3) [m], unit normals (F, 3) and areas (F,) [m^2] of the triangles of a mesh."""
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
-    cross = np.cross(b - a, c - a)
-    double = np.linalg.norm(cross, axis=1)
-    normal = cross / np.where(double > 0, double, 1.0)[:, None]
-    return (a + b + c) / 3.0, normal, double / 2.0
+    return (triangle_middles(mesh), *normals_and_areas(mesh))
+
+
+def triangle_middles(mesh: Mesh) -> Floats:
+    """Centroids (F, 3) [m] of the triangles of a mesh."""
+    total = mesh.vertices.take(mesh.faces[:, 0], axis=0)
+    for corner in (1, 2):
+        total += mesh.vertices.take(mesh.faces[:, corner], axis=0)
+    total /= 3.0
+    return total
+
+
+def normals_and_areas(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Unit normals (F, 3) and areas (F,) [m^2] of the triangles of a mesh."""
+    normal, area = np.empty((len(mesh.faces), 3)), np.empty(len(mesh.faces))
+    for start in range(0, len(mesh.faces), TRIANGLES):
+        part = slice(start, start + TRIANGLES)
+        a, b, c = (mesh.vertices.take(mesh.faces[part, i], axis=0) for i in range(3))
+        (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        double = np.sqrt(x * x + y * y + z * z)
+        normal[part] = (np.stack([x, y, z]) / np.where(double > 0, double, 1.0)).T
+        area[part] = double / 2.0
+    return normal, area
 
 
 def sample_surface(
@@ -110,7 +130,7 @@ def sample_surface(
     `min_scatterers` and `max_scatterers`. Up to MAX_STRATA points are drawn one from each stratum of equal expectation. More
     are drawn along the mesh: each triangle gets its expected number to within one.
     """
-    _, normal, area = triangle_frames(mesh)
+    normal, area = normals_and_areas(mesh)
     expected = area * density
     expected *= np.clip(expected.sum(), min_scatterers, max_scatterers) / expected.sum()
     count = int(np.ceil(expected.sum() * (1.0 - 1e-12)))

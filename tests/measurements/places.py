@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 import radar_service as rs
 from tests.real import places
@@ -28,6 +29,29 @@ def buildings(folder: Path) -> rs.Scene:
 def coast(folder: Path) -> rs.Scene:
     """Two million triangles of real terrain, own ship at 12 kn, 24 NM."""
     return rs.load_scene(places.catalina(folder, (33.08, -118.5), radar=SLOW, own_ship=UNDER_WAY), folder=folder)
+
+
+def low_coast(folder: Path, speed_kn: float = 8.0, samples: int = 640, reach: float = 5556.2) -> rs.Scene:
+    """A fractal coast of 1 to 5 m about a bay, half a million triangles and half a million echoes, own ship under way, noise,
+    multipath, sea state 2, 2048 azimuths x 2780 cells. samples: of the height map each way; reach: of the radar [m]."""
+    rng, across = np.random.default_rng(4), np.linspace(-1.0, 1.0, samples)
+    octaves = (4, 8, 16, 32, 64)
+    rough = [gaussian_filter(rng.standard_normal((samples, samples)), s * samples / 640, mode="wrap") for s in octaves]
+    field = np.sum([layer * s**1.5 for layer, s in zip(rough, octaves, strict=True)], axis=0)
+    bay = 6.0 * np.exp(-((np.hypot(*np.meshgrid(across, across)) / 0.12) ** 2))
+    land = (field - field.mean()) / field.std() - bay + 0.35
+    height = 1.0 + 4.0 * np.clip(land / 2.5, 0.0, 1.0) * (0.6 + 0.4 * rng.random(land.shape))
+    np.save(folder / "coast.npy", np.where(land > 0.0, height, -1.0).astype(np.float32))
+    coast = {"name": "coast", "heightmap": "coast.npy", "extent_m": [2 * reach, 2 * reach], "material": "land"}
+    radar = {"azimuths": 2048, "range_max_m": reach, "beamwidth_deg": 1.2, "rpm": 24}
+    table = {
+        "name": "low coast",
+        "radar": radar,
+        "own_ship": {"course_deg": 200.0, "speed_kn": speed_kn},
+        "environment": {"noise": True, "sea_state": 2, "multipath": True},
+        "body": [coast],
+    }
+    return rs.load_scene(table, folder=folder)
 
 
 def many_ships(ships: int = 20, azimuths: int = 4096, bins: int = 4096, rpm: float = 48, **environment: Any) -> rs.Scene:

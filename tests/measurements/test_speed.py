@@ -34,6 +34,8 @@ MAKERS: dict[str, Callable[[Path], rs.Scene]] = {
     "open-sea": lambda folder: scenes.shipped("open-sea"),
     "99,000 building triangles, 12 kn": scenes.buildings,
     "2,000,000 terrain triangles, 12 kn": scenes.coast,
+    "low coast, 500,000 echoes, 8 kn": scenes.low_coast,
+    "low coast, 500,000 echoes, 25 kn": lambda folder: scenes.low_coast(folder, 25.0),
     "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.many_ships(),
 }
 METAL: dict[str, Callable[[Path], rs.Scene]] = {

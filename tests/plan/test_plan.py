@@ -122,3 +122,12 @@ def test_metal_that_turns_too_fast_is_a_caveat() -> None:
     assert any("metal that turns fast" in caveat for caveat in plan.caveats) == over
     slow = scene([plate | {"position_m": [-60, 900, 9], "speed_kn": 3, "course_deg": 90}])
     assert plan_for(slow, fidelity_for(slow, ErrorBudget())).caveats == ()
+
+
+def test_land_under_way_tells_its_border_and_how_far_its_visibility_is_off() -> None:
+    """64 of 720 azimuths at 24 rpm are 0.222 s: 1.4 m at 12 kn."""
+    made = scene([point("t", 0, 500)], radar={"azimuths": 720, "rpm": 24}, own_ship={"speed_kn": 12})
+    items = {item.what: item for item in plan_for(made, PRESETS["balanced"], EngineStatistics(land_border=152.3)).choices}
+    assert "from 152 m on" in items["land under way"].how and "within 1.4 m of way" in items["land under way"].how
+    assert items["land under way"].field_db == -50.0
+    assert "land under way" not in {item.what for item in plan_for(made, PRESETS["balanced"]).choices}

@@ -10,7 +10,7 @@ import pytest
 import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
-from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers, cell_scatterers
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.predictions import Conditions
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -200,3 +200,19 @@ def test_more_scatterers_err_less() -> None:
     sparse = DiffuseScattering.error_db(body, Conditions.of_scene(made, PRESETS["reference"], 48))
     assert sparse is not None and sparse > errors[2]  # type: ignore[operator]
     assert DeclaredScattering.error_db(body, Conditions.of_scene(made, PRESETS["balanced"], 1)) == 0.0
+
+
+def test_what_the_limit_of_scatterers_leaves_to_a_cell_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """100 points on 40,000 m^2, 800 m off in cells of 1.9986 x 54.5 m: 0.27 a cell, within 1 % as its triangles lie 803 m off."""
+    made = scene([{**PLATE, "width_m": 400, "height_m": 100}])
+    body, radar = made.bodies[0], made.radar
+    conditions = Conditions.of_scene(made, PRESETS["balanced"], 100)
+    assert "4 scatterers per resolution cell" in DiffuseScattering.description(body, conditions, "computed once")
+    free = DiffuseScattering.error_db(body, conditions)
+    monkeypatch.setattr("radar_service.scattering.fixed_scatterers.MAX_SCATTERERS", 100)
+    left = 100 * radar.range_step * radar.beamwidth * 800 / 40_000
+    assert cell_scatterers(body, conditions) == pytest.approx(left, rel=0.01)
+    text = DiffuseScattering.description(body, conditions, "computed once")
+    assert "0.273 scatterers per resolution cell; the limit of 100 allows no 4" in text
+    error = DiffuseScattering.error_db(body, conditions)
+    assert free is not None and error is not None and error > free

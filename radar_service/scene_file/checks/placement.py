@@ -13,6 +13,7 @@ from radar_service.world.scene import World
 
 TEST_POINTS = 16  # of a body, besides its highest: a body is under the ground if all of them are
 PLUMB_LINE_OFFSET = np.array([1.7e-6, 2.3e-6])  # m: a line through a shared corner counts each of its triangles
+ALL_SIDES = 15  # bits of a triangle with corners on either side of the plumb line both ways
 
 
 def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: Sequence[int] = ()) -> tuple[str, ...]:
@@ -84,10 +85,17 @@ def surfaces_above(vertices: Floats, faces: Indices, point: Floats) -> int:
     foot = point[:2] + PLUMB_LINE_OFFSET
     if (vertices[:, :2].min(axis=0) > foot).any() or (vertices[:, :2].max(axis=0) < foot).any():
         return 0
-    east, north = (vertices[:, axis][faces] - foot[axis] for axis in (0, 1))
-    candidates = (east.min(axis=1) <= 0) & (east.max(axis=1) >= 0) & (north.min(axis=1) <= 0) & (north.max(axis=1) >= 0)
-    near = np.flatnonzero(candidates)
-    e, n, up = east[near], north[near], vertices[:, 2][faces[near]]
+    side = np.zeros(
+        len(vertices), dtype=np.uint8
+    )  # a bit each for west, east, south and north: a byte a vertex is read fast
+    for axis in (0, 1):
+        side |= (vertices[:, axis] <= foot[axis]) * np.uint8(1 << 2 * axis)
+        side |= (vertices[:, axis] >= foot[axis]) * np.uint8(2 << 2 * axis)
+    sides = side.take(faces[:, 0])
+    for corner in (1, 2):
+        sides |= side.take(faces[:, corner])
+    near = np.flatnonzero(sides == ALL_SIDES)
+    e, n, up = (vertices[:, axis][faces[near]] - [*foot, 0.0][axis] for axis in range(3))
     # twice the signed areas into which the plumb line cuts the triangle: all of one sign inside
     share = np.stack([e[:, i] * n[:, j] - e[:, j] * n[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
     inside = (share > 0).all(axis=1) | (share < 0).all(axis=1)

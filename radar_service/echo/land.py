@@ -1,0 +1,198 @@
+"""Land as a ship under way observes it: each point is evaluated once a passage, at the instant at which boresight points at it.
+
+That holds for the points of diffuse surfaces that rest on the map: they neither fluctuate nor have an aspect. A piece is what
+boresight passes over PIECE azimuths, whose numbers are the same wherever a run begins. While the beam passes a point that is far
+enough, its range follows S (`echo.boresight_track`). Nearer points keep a range history each (`echo.moving`).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.boresight_track import BoresightTrack, TrackPart
+from radar_service.echo.range_history import apparent_position, elevation_above, elevation_of, slant_range
+from radar_service.echo.sea_paths import Paths, range_and_factor
+from radar_service.echo.visibility import mast_speed
+from radar_service.numerics.frames import Polar, effective_earth_radius
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
+from radar_service.propagation.diffraction import diffraction_height
+from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, cosines
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
+from radar_service.scattering.resting_points import RestingPoints
+from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
+from radar_service.world.scene import Scene
+
+PIECE = 64  # azimuths
+NEAREST_BORDER = 150.0  # m
+BORDER_WAY = 45.0  # times the way in which boresight turns by 1 rad: bearings change by 1/45 of that at most
+GROUND = 2.0  # m above the sea: land whose range changes exactly as S is assumed to, beside what the bearing changes
+MAX_HEIGHT_PHASE = 0.04  # rad at half a beamwidth off boresight, by which points at other heights may leave that: -38 dB
+LOW, MAX_LOW_PHASE = 3.0, 0.014  # m, rad: what land of that height may change of its way by the sea, -38 dB of its F^2
+NEAR_CROSSING = 10.0  # times that way: of anything nearer it is not certain that it is on boresight once a turn
+MARGIN = 1.3  # of the width of a piece: by a tenth more, or less, bearings change while it passes
+
+
+@dataclass(frozen=True)
+class LandPiece:
+    """What boresight passes over the azimuths of a piece.
+
+    row: (E,) azimuths, from the first of the piece on, at which boresight points at each echo.
+    distance: (E,) R - S there [m].
+    amplitude: (E,) there, with the phase of R - S [sqrt(W)].
+    near: the echoes that keep a range history each.
+    """
+
+    row: Floats
+    distance: Floats
+    amplitude: Complexes
+    near: ObservedEchoes
+
+
+class LandPassages:
+    """Pieces of land at rest on the map, as the antenna of a scene passes it."""
+
+    def __init__(
+        self, scene: Scene, model: DiffuseScattering, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
+    ) -> None:
+        """model: of bodies at rest, with its points; max_range: beyond it no echo is received [m].
+
+        top_way: of the antenna while boresight turns by 1 rad, at its highest speed [m]; least_border: of any piece [m].
+        """
+        self._scene, self._model, self._line_of_sight, self._max_range = scene, model, line_of_sight, max_range
+        self.points, self.track = points, BoresightTrack(scene)
+        self._movers = line_of_sight.has_movers
+        self._over_horizon = diffraction_height(scene.radar, scene.environment)
+        self.top_way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
+        self.least_border = NEAREST_BORDER
+        self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
+        self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
+
+    def of_scene(self, scene: Scene) -> "LandPassages":
+        """Returns the passages in a scene whose rotation has another origin."""
+        return LandPassages(scene, self._model, self._line_of_sight, self._max_range, self.points)
+
+    def is_regular(self, first: float, last: float) -> bool:
+        """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
+        middle = (first + last) / 2.0
+        reach = self.way_at(middle) * (NEAR_CROSSING + (last - first) * self._scene.radar.azimuth_step)
+        return self.track.is_smooth(first, last) and not self._within(self.track.antenna(np.array([middle]))[0], reach)
+
+    def way_at(self, number: float) -> float:
+        """How far the antenna moves over the ground while boresight turns by 1 rad [m], as fast as at an azimuth number."""
+        before, after = self.track.antenna(np.array([number - 0.5, number + 0.5]))[:, :2]
+        return float(np.hypot(*(after - before))) / self._scene.radar.azimuth_step
+
+    def border(self, way: float) -> float:
+        """Distance [m] from which on points have no range history, by `way_at` [m]."""
+        low = float(self._phase_change(way, self._sea_slant * LOW)) / MAX_LOW_PHASE
+        return max(self.least_border, BORDER_WAY * way, math.sqrt(low))
+
+    def _within(self, antenna: Floats, distance: float) -> bool:
+        """Whether any point lies within a distance [m] along the ground of the antenna (3,)."""
+        near = self.points.cells.within(BearingWedge(antenna, 0.0, 0.0, distance))
+        east, north, _ = (self.points.position[near] - antenna).T
+        return bool((east * east + north * north <= distance * distance).any())
+
+    def piece(self, number: int) -> LandPiece:
+        """The piece of that number; number 0 begins at azimuth number 0."""
+        part = self.track.between(number * PIECE - 1.0, (number + 1) * PIECE + 1.0)
+        (antenna,), _, _ = part.at(np.array([part.middle]))
+        way = self.way_at(part.middle)
+        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), way)
+        crossing = part.crossings(self._middles(which))
+        passed = np.flatnonzero((crossing >= number * PIECE) & (crossing < (number + 1) * PIECE))
+        passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
+        return self._evaluated(part, way, number * PIECE, which[passed], crossing[passed], amplitude[passed])
+
+    def _evaluated(
+        self, part: TrackPart, way: float, first: int, which: Indices, crossing: Floats, amplitude: Complexes
+    ) -> LandPiece:
+        """The piece from azimuth number `first` on, of visible points (N,) with roots of cross-sections `amplitude` (N,) [m]."""
+        antenna, shift, level = part.at(crossing)
+        offset = self._middles(which) - antenna
+        near = self._near(offset, antenna[:, 2], way)
+        far = np.flatnonzero(~near)
+        levels = None if level is None else level[far]
+        distance, received = self._received(which[far], offset[far], antenna[far, 2], levels)
+        distance -= shift[far]
+        phase = two_way_phase(distance, self._scene.radar.wavelength)
+        observed = self._observed(which[near], amplitude[near])
+        return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed)
+
+    def _facing(self, antenna: Floats, boresight: float, way: float) -> tuple[Indices, Complexes]:
+        """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
+        cross-sections [m]; those that the beam may pass meanwhile, and some more."""
+        points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
+        half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
+        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * way)
+        which = points.cells.within(wedge)
+        position = points.position.take(which, axis=0)
+        inside = np.flatnonzero(wedge.contains(position))
+        which = which[inside]
+        normal = points.normal.take(which, axis=0)
+        cosine = cosines(position.take(inside, axis=0), normal, antenna, self._earth_radius)
+        cosine = np.where(points.one_sided[which], cosine, np.abs(cosine))
+        facing = np.flatnonzero(cosine > 0.0)
+        return which[facing], np.asarray(points.strength[which[facing]] * np.sqrt(cosine[facing]), dtype=np.complex128)
+
+    def _visible(self, which: Indices, antenna: Floats, time: float) -> Indices:
+        """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]."""
+        points, body = self.points, self._model.key[self.points.body[which]]
+        triangle = points.triangle[which].astype(np.int64)
+        seen = SurfacePoints(body, triangle, points.position.take(which, axis=0))
+        visible = self._line_of_sight.visible(
+            seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon
+        )
+        return np.flatnonzero(visible)
+
+    def _middles(self, which: Indices) -> Floats:
+        """Positions (N, 3) on the map [m] of the middles of what points `which` stand for."""
+        position = self.points.position.take(which, axis=0)
+        position[:, 2] += self.points.lift[which]
+        return position
+
+    def _near(self, offset: Floats, antenna_height: Floats, way: float) -> Flags:
+        """Which echoes at offsets (N, 3) from the antenna [m] are near, or too high or low for their distance."""
+        distance2 = offset[:, 0] ** 2 + offset[:, 1] ** 2
+        slant = np.abs(offset[:, 2] ** 2 - (antenna_height - GROUND) ** 2)
+        by_sea = self._sea_slant * np.maximum(offset[:, 2] + antenna_height, 0.0)
+        phase = self._phase_change(way, np.maximum(slant, by_sea))
+        return np.asarray((distance2 < self.border(way) ** 2) | (phase > MAX_HEIGHT_PHASE * distance2))
+
+    def _phase_change(self, way: float, slant: Floats | float) -> Floats:
+        """Phase [rad], times the square of the distance [m], that gathers up to half a beamwidth off boresight between two ranges
+        of which one is slant / (2 R) longer [m]: by other heights, or by the sea, 2 h1 h2 / R."""
+        radar = self._scene.radar
+        return np.asarray(np.pi / radar.wavelength * way * radar.beamwidth * slant)
+
+    def _received(
+        self, which: Indices, offset: Floats, antenna_height: Floats, level: Floats | None
+    ) -> tuple[Floats, Complexes]:
+        """Ranges (N,) [m] of points at offsets (N, 3) [m], and by what their amplitudes are received."""
+        radar, distance = self._scene.radar, slant_range(offset, self._earth_radius)
+        elevation = elevation_above(offset, self._earth_radius)
+        tilt_error: Floats | float = 0.0
+        if level is not None:
+            tilt_error = elevation_of(apparent_position(offset[:, None], level, self._earth_radius)[:, 0]) - elevation
+        polar = Polar(distance, elevation, elevation, np.hypot(offset[:, 0], offset[:, 1]))
+        paths = Paths(np.full(len(which), ALL_PATHS), self.points.span[which].astype(np.float64))
+        height = offset[:, 2] + antenna_height
+        _, factor = range_and_factor(radar, self._scene.environment, polar, height, antenna_height, paths, tilt_error)
+        return distance, received_amplitude(radar, distance) * factor
+
+    def _observed(self, which: Indices, amplitude: Complexes) -> ObservedEchoes:
+        """Points `which` (N,) as echoes, of bodies that rest on the map."""
+        position, path = self._middles(which), np.full(len(which), ALL_PATHS)
+        span = self.points.span[which].astype(np.float64)
+        return ObservedEchoes(
+            BodyEchoes(position, amplitude, self.points.body[which].astype(np.int64), path, span), position
+        )
+
+
+def joined(parts: list[ObservedEchoes]) -> ObservedEchoes:
+    """The echoes of several pieces."""
+    echoes = BodyEchoes.joined([part.echoes for part in parts])
+    return ObservedEchoes(echoes, echoes.position)

@@ -1,0 +1,197 @@
+"""Land under way on grid rows: spread once a passage on a polar grid that follows own ship, and taken from there by the beam.
+
+The grid has a row for each azimuth, or several, and columns (R - S) / step (`echo.land`). The row of an azimuth is a product of
+the rows around it with the beam's gain and what is left of the phase, both of points on boresight of these rows, corrected for
+the kernel along azimuth. They follow the change of bearing, which depends on the range: by rings, even in 1 / R.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+
+from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
+from radar_service.echo.moving import MovingEchoes
+from radar_service.echo.range_history import slant_range
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.result_cache import ResultCache
+from radar_service.numerics.types import Floats, Indices, Profiles
+from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import Compression, range_kernel
+from radar_service.receive.gridding import Kernel, spread_by_tables
+from radar_service.receive.plain_pulse import PulseKernel
+from radar_service.records.fidelity import Fidelity
+from radar_service.scattering.fixed_scatterers import DiffuseScattering
+from radar_service.scattering.models import scattering_model
+from radar_service.world.body import Body
+from radar_service.world.scene import Scene
+
+RINGS = 8  # bearings of points in a ring differ by less than 1/16 of what they change 150 m off
+BEAM_BAND, OVERSAMPLING = 0.8859, 2.9  # as of `antenna.grid_rows`
+WIDTHS = 2.0  # beamwidths off boresight up to which the phase that is left counts: beyond, sidelobes are below -26 dB
+EDGE = 8  # rows beyond the beam, into which the correction for the kernel reaches
+SPARE = 4  # pieces kept beyond those of a tile: threads may be so many apart before one is computed again
+VISIBLE = 0.35  # of all points of a low coast, or of buildings (tests/measurements)
+# Measured there: CPU time of an echo at an azimuth, of a point once a passage, and of a row of the grid, twice as long to be sure
+PAIR_SECONDS, PASSAGE_SECONDS, ROW_SECONDS = 48e-9, 1.5e-6, 0.5e-3
+MAX_BEAM = 1.8 * np.pi  # rad that the beam, and pieces at its ends, may cover: no point is in it twice
+
+
+class GridPiece(NamedTuple):
+    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, and how many all are."""
+
+    rows: Profiles
+    first_column: int
+    near: ObservedEchoes
+    echoes: int
+
+
+class LandRows:
+    """Grid rows of land at any azimuths. Safe to call from several threads.
+
+    echoes: the same land with a range history for each echo: where pieces do not hold, and for sources one by one.
+    """
+
+    def __init__(
+        self, scene: Scene, passages: LandPassages, echoes: MovingEchoes, fidelity: Fidelity, compression: Compression
+    ) -> None:
+        radar = scene.radar
+        self.passages, self.echoes = passages, echoes
+        self._scene, self._fidelity, self._compression = scene, fidelity, compression
+        band = BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # cycles per radian, either way
+        band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
+        self._per_azimuth = int(np.ceil(OVERSAMPLING * 4.0 * np.pi * band / radar.azimuths))
+        oversampling = self._per_azimuth * radar.azimuths / (4.0 * np.pi * band)
+        self._kernel = Kernel(fidelity.beam_kernel_width, oversampling)
+        self._tables = self._kernel.tables()
+        self._extent = fidelity.beam_extent * radar.beamwidth
+        rings = np.arange(RINGS)
+        self._ring_begin = np.append(0.0, NEAREST_BORDER * RINGS / (RINGS - rings[1:]))
+        self._ring_middle = NEAREST_BORDER * RINGS / (RINGS - rings - 0.5)
+        pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // PIECE + SPARE
+        self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
+
+    def of_scene(self, scene: Scene) -> "LandRows":
+        """Returns the rows in a scene whose rotation has another origin."""
+        passages, echoes = self.passages.of_scene(scene), self.echoes.of_scene(scene)
+        return LandRows(scene, passages, echoes, self._fidelity, self._compression)
+
+    def holds(self, azimuths: AzimuthTimes) -> bool:
+        """Whether the land at these azimuths is taken from the grid."""
+        pieces = self._pieces_of(azimuths)
+        return self.passages.is_regular(pieces[0] * PIECE, (pieces[-1] + 1) * PIECE)
+
+    def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
+        """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
+        return joined([self._piece(number).near for number in self._pieces_of(azimuths)])
+
+    def echoes_about(self, azimuths: AzimuthTimes) -> int:
+        """How many echoes the pieces have that the beam may meet at these azimuths."""
+        return sum(self._piece(number).echoes for number in self._pieces_of(azimuths))
+
+    def spectrum(self, azimuths: AzimuthTimes) -> Profiles:
+        """Spectra (K, size) of the grid rows of all other land, before compression."""
+        total = self._rows(azimuths)
+        shift = self.passages.track.shift(azimuths.number.astype(np.float64))
+        spectrum: Profiles = scipy.fft.fft(total, axis=1, overwrite_x=True)
+        columns = scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
+        turns = shift[:, None] * (columns + 2.0 / self._scene.radar.wavelength)
+        spectrum *= _turned_back((2.0 * np.pi * (turns - np.rint(turns))).astype(np.float32))
+        return spectrum
+
+    def _rows(self, azimuths: AzimuthTimes) -> Profiles:
+        """Rows (K, size) of these azimuths, with columns (R - S) / step."""
+        rows = self._band(azimuths)
+        pieces = {number: self._piece(number) for number in self._pieces_of(azimuths)}
+        begins = np.rint(self._ring_begin / self._scene.radar.range_step).astype(np.int64)
+        edges = [*begins.tolist(), self._compression.size]
+        total = np.zeros((len(azimuths.number), self._compression.size), dtype=np.complex64)
+        for ring in range(RINGS):
+            weights: Profiles | None = None
+            for number, piece in pieces.items():
+                begin = max(edges[ring], piece.first_column)
+                end = min(edges[ring + 1], piece.first_column + piece.rows.shape[1])
+                if begin < end:
+                    weights = self._weights(azimuths, rows, float(self._ring_middle[ring])) if weights is None else weights
+                    self._add(total[:, begin:end], weights, int(rows[0]), number, piece, begin)
+        return total
+
+    def _add(self, total: Profiles, weights: Profiles, first_row: int, number: int, piece: GridPiece, begin: int) -> None:
+        """Adds to columns (K, C), from column `begin` on, those of a piece, by weights (K, R) of rows from `first_row` on."""
+        start = number * PIECE * self._per_azimuth - (self._kernel.width // 2 - 1)
+        low, high = max(start, first_row), min(start + len(piece.rows), first_row + weights.shape[1])
+        columns = slice(begin - piece.first_column, begin - piece.first_column + total.shape[1])
+        if low < high:
+            total += weights[:, low - first_row : high - first_row] @ piece.rows[low - start : high - start, columns]
+
+    def _band(self, azimuths: AzimuthTimes) -> Indices:
+        """The grid rows (R,) that the beam covers at any of these azimuths, numbered on from azimuth number 0."""
+        first, last = self._per_azimuth * azimuths.number[[0, -1]]
+        each_side = int(np.ceil(self._extent / self._scene.radar.azimuth_step * self._per_azimuth)) + EDGE
+        return np.arange(first - each_side, last + each_side + 1)
+
+    def _pieces_of(self, azimuths: AzimuthTimes) -> range:
+        """The numbers of the pieces whose rows, with their kernels, the beam covers at these azimuths."""
+        rows, size = self._band(azimuths)[[0, -1]], PIECE * self._per_azimuth
+        return range(int(rows[0] - self._kernel.width) // size, int(rows[1] + self._kernel.width) // size + 1)
+
+    def _piece(self, number: int) -> GridPiece:
+        return self._pieces.get(number, lambda: self._computed(number))
+
+    def _computed(self, number: int) -> GridPiece:
+        piece, margin = self.passages.piece(number), self._kernel.width // 2 - 1
+        column = piece.distance / self._scene.radar.range_step - 0.5
+        first = int(column.min(initial=self._compression.size)) - self._compression.kernel.width
+        columns = max(0, int(column.max(initial=0.0)) + self._compression.kernel.width - first)
+        shape = PIECE * self._per_azimuth + self._kernel.width, columns
+        row = piece.row * self._per_azimuth + margin
+        rows = spread_by_tables(shape, row, column - first, piece.amplitude, self._tables, self._compression.tables)
+        return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
+
+    def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: float) -> Profiles:
+        """The field (K, R) at each azimuth of what boresight points at on each row, `distance` [m] away, over that on boresight
+        and without the change of S; corrected for the kernel along azimuth."""
+        radar, track = self._scene.radar, self.passages.track
+        at, number = rows / self._per_azimuth, azimuths.number.astype(np.float64)
+        (point,) = track.points_on_boresight(at, np.array([distance]), GROUND)
+        offset = point[:, None] - track.antenna(number)
+        passed, now = (slant_range(each, track.earth_radius) for each in (point - track.antenna(at), offset))
+        off = wrap_angle(track.bearing(number) - np.arctan2(*track.apparent(offset, track.level(number))))
+        left = (now - track.shift(number)) - (passed - track.shift(at))[:, None]
+        gain = radar.azimuth_gain(off) * (passed[:, None] / now) ** 2
+        gain[np.abs(off) > self._extent] = 0.0
+        field = gain * np.exp(-4j * np.pi / radar.wavelength * left)
+        size = int(scipy.fft.next_fast_len(len(rows)))
+        spectrum = scipy.fft.fft(field.T, size, axis=1) / self._kernel.transform(scipy.fft.fftfreq(size))
+        corrected = scipy.fft.ifft(spectrum, axis=1)[:, : len(rows)]
+        return np.ascontiguousarray(corrected, dtype=np.complex64)
+
+
+def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
+    """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
+    beam covers no point twice, its pulse has the first echoes alone, and is not its own kernel."""
+    radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
+    narrow = beam + 4 * PIECE * radar.azimuth_step < MAX_BEAM
+    pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
+    return narrow and not pulse and fidelity.azimuths_per_block > 1 and not scene.own_ship.at_rest
+
+
+def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
+    """Whether so many points of land take less time on the grid than with a range history each."""
+    each = 2.0 * fidelity.beam_extent * radar.beamwidth / radar.azimuth_step + 2.0 * fidelity.azimuths_per_block
+    return points * VISIBLE * (each * PAIR_SECONDS - PASSAGE_SECONDS) > ROW_SECONDS * radar.azimuths
+
+
+def is_land(body: Body, fidelity: Fidelity) -> bool:
+    """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
+    return body.at_rest and scattering_model(body, fidelity.sampler) is DiffuseScattering
+
+
+def _turned_back(phase: Floats) -> Profiles:
+    """exp(-j phase), any shape, in single precision."""
+    turned = np.empty(phase.shape, dtype=np.complex64)
+    np.cos(phase, out=turned.real)
+    np.negative(np.sin(phase), out=turned.imag)
+    return turned

@@ -1,0 +1,47 @@
+"""Land under way, piece by piece: what is passed when, and what keeps a range history."""
+
+from pathlib import Path
+
+import numpy as np
+
+from tests.engine.land_scenes import FINE, OWN_SHIP, SLAB, azimuths_of, coast, on_grid, with_points
+from tests.scenes import scene
+
+
+def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: Path) -> None:
+    """A tenth of the echoes at most. Beyond the border of 150 m only heights by which phases turn by 0.04 rad at half a beam."""
+    prepared = on_grid(coast(tmp_path, environment={"multipath": False}))
+    assert prepared.land is not None
+    border = prepared.land.passages.border(prepared.land.passages.way_at(1024.0))
+    assert border == 150.0
+    azimuths, radar = azimuths_of(prepared.scene, 1024), prepared.scene.radar
+    near = prepared.land.near(azimuths).position - prepared.scene.antenna(azimuths.middle)[0]
+    distance = np.hypot(near[:, 0], near[:, 1])
+    assert 0 < len(distance) < 0.1 * prepared.land.echoes_about(azimuths)
+    way = 8 * 1852 / 3600 / (2 * np.pi / radar.rotation_period)
+    slant = np.abs(near[:, 2] ** 2 - 13.0**2) / 2 / distance**2
+    phase = 4 * np.pi / radar.wavelength * slant * way * radar.beamwidth / 2
+    assert np.all((distance < border + 4.0) | (phase > 0.037))  # own ship moves by 3.2 m over these pieces
+
+
+def test_what_is_high_for_its_distance_keeps_a_range_history() -> None:
+    """300 m off at 8 kn and 1.2 degrees: 0.06 rad against the ground 55 m high, 0.006 rad 20 m high; the limit is 0.04 rad."""
+    made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
+    antenna = np.array([0.0, 0.0, 15.0])
+    for height, near in ((20.0, 0), (55.0, 1)):
+        prepared = with_points(on_grid(made), np.array([[300.0, 0.0, height]]), antenna)
+        assert prepared.land is not None
+        assert len(prepared.land.near(azimuths_of(made, 512)).echoes) == near
+
+
+def test_each_point_is_passed_once_a_scan() -> None:
+    """300 points all round, but for 23 degrees about north, where scans begin: none is lost and none is twice."""
+    made = scene([SLAB], radar={**FINE, "range_max_m": 3500}, own_ship={"course_deg": 100.0, "speed_kn": 25.0})
+    rng = np.random.default_rng(2)
+    bearing, distance = rng.uniform(0.2, 2 * np.pi - 0.2, 300), rng.uniform(240.0, 3000.0, 300)
+    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.full(300, 2.0)])
+    prepared = with_points(on_grid(made), position, np.array([0.0, 0.0, 15.0]))
+    assert prepared.land is not None
+    for scan in range(2):
+        pieces = [prepared.land.passages.piece(number) for number in range(scan * 32, (scan + 1) * 32)]
+        assert sum(len(piece.row) + len(piece.near.echoes) for piece in pieces) == 300

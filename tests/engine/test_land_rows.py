@@ -1,0 +1,320 @@
+"""Land under way on the grid: points against a loop over azimuths by own formulas, and coasts against a range history for each
+point, with the same visibility."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.engine import land_rows
+from radar_service.engine.pipeline import land_spectra
+from radar_service.engine.preparation import Prepared, prepare
+from radar_service.propagation.multipath import two_ray_factor
+from radar_service.propagation.radar_equation import elevation_gain
+from radar_service.radar.parameters import Origin
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import PRESETS, Fidelity
+from tests.echo.test_moving import EARTH, Floats, observed, reference_echo
+from tests.engine.land_scenes import FEW, FINE, OWN_SHIP, RADAR, SLAB, azimuths_of, coast, fields, on_grid, with_points
+from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
+from tests.scenes import point, scene
+from tests.test_motion import SWAY
+
+MOTIONS: dict[str, dict[str, Any]] = {
+    "straight": {},
+    "turning 3 degrees a second": {"turn_rate_deg_s": 3.0},
+    "rolling 12 degrees in 9 s": {"heading_deg": 40.0, **SWAY},  # faster than 10 degrees in 8 s, and pitch and yaw
+}
+POINTS = {1.001: -38.0, 1000.0: -50.0, 5000.0: -50.0}  # dB (required) by distance [m], or in borders
+
+
+def points_under_way(own_ship: dict[str, Any], azimuth: int) -> tuple[Prepared, rs.Scene]:
+    """Three points on boresight of an azimuth, as land on the grid, and as bodies of a scene."""
+    made = scene([SLAB], radar=FINE, own_ship=own_ship)
+    prepared = on_grid(made)
+    assert prepared.land is not None
+    antenna = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0]
+    bearing = azimuth * made.radar.azimuth_step
+    border = prepared.land.passages.border(prepared.land.passages.way_at(float(azimuth)))
+    distance = np.array([each * border if each < 2 else each for each in POINTS])
+    heights = [3.0, 4.0, 9.0]
+    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.zeros(3)])
+    position[:, :2] += antenna[:2]
+    position[:, 2] = heights
+    bodies = [point(f"p{k}", east, north, up, 0.0) for k, (east, north, up) in enumerate(position.tolist())]
+    return with_points(prepared, position, antenna), scene(bodies, radar=FINE, own_ship=own_ship)
+
+
+def compressed(reference: rs.Scene, b: int, azimuths: AzimuthTimes, factor: Floats | complex = 1.0) -> tuple[Any, Any]:
+    """Profiles (K, N) of a point with a factor (K,) at each azimuth, and the bins (N,) within 150 m of it."""
+    radar = reference.radar
+    sampled = (np.arange(radar.bins) + 0.5) * radar.range_step
+    ranges, amplitude, _ = reference_echo(reference, b, azimuths)
+    near = np.abs(sampled - ranges.mean()) < 150.0
+    delay = 2.0 * (sampled[near] - ranges[:, None]) / LIGHT
+    pulse = compressed_pulse(delay, radar.bandwidth, radar.pulse, (0.54, 0.46))
+    return (amplitude * factor)[:, None] * pulse, near
+
+
+@pytest.mark.parametrize("speed_kn", [8.0, 25.0])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn: float) -> None:
+    """Largest error over a beam of 12 widths each side, over the largest sample: -38 dB at the border, -50 dB from 1 km on."""
+    azimuth, tiles = 2 * 2048 + 700, 6
+    prepared, reference = points_under_way({"course_deg": 40.0, "speed_kn": speed_kn, **MOTIONS[motion]}, azimuth)
+    first = azimuth // 32 * 32 - 32 * (tiles // 2)
+    computed, azimuths = fields(prepared, first, tiles), azimuths_of(reference, first, tiles * 32)
+    for k, limit_db in enumerate(POINTS.values()):
+        exact, near = compressed(reference, k, azimuths)
+        error_db = 20 * np.log10(np.abs(computed[:, near] - exact).max() / np.abs(exact).max())
+        assert error_db < limit_db, (k, error_db)
+
+
+@pytest.mark.parametrize("speed_kn", [8.0, 25.0])
+@pytest.mark.parametrize(
+    "distance, height, limit_db", [(0.0, 3.0, -38.0), (400.0, 20.0, -28.0), (1000.0, 3.0, -50.0), (1000.0, 20.0, -50.0)]
+)
+def test_points_of_land_are_those_of_a_loop_over_the_sea(
+    distance: float, height: float, limit_db: float, speed_kn: float
+) -> None:
+    """With the two rays of each azimuth: F^2 held over a passage errs by -38 dB at the border, by -50 dB from 1 km on.
+    A point 20 m high lies in a null of the reflection 400 m off: it errs by -29 dB of itself (docs/limits.md)."""
+    azimuth, own_ship = 2 * 2048 + 700, {"course_deg": 40.0, "speed_kn": speed_kn}
+    made = scene([SLAB], radar=FINE, own_ship=own_ship, environment={"multipath": True})
+    prepared = on_grid(made)
+    assert prepared.land is not None
+    passages = prepared.land.passages
+    distance = max(distance, 1.001 * passages.border(passages.way_at(float(azimuth))))
+    antenna, bearing = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0], azimuth * made.radar.azimuth_step
+    position = antenna * [1, 1, 0] + [distance * np.sin(bearing), distance * np.cos(bearing), height]
+    reference = scene([point("p", *position.tolist(), 0.0)], radar=FINE, own_ship=own_ship)
+    first, tiles = azimuth // 32 * 32 - 64, 4
+    computed = fields(with_points(prepared, position[None], antenna), first, tiles)
+    azimuths = azimuths_of(reference, first, tiles * 32)
+    offsets = [observed(reference, 0, float(time))[0] for time in azimuths.time]
+    ground = np.hypot(*np.array(offsets)[:, :2].T)
+    heights, gain = np.full(len(ground), height), partial(elevation_gain, made.radar)
+    rays = two_ray_factor(ground, heights, 15.0, made.radar.wavelength, earth_radius=EARTH, elevation_gain=gain)
+    exact, near = compressed(reference, 0, azimuths, rays**2)
+    assert 20 * np.log10(np.abs(computed[:, near] - exact).max() / np.abs(exact).max()) < limit_db
+
+
+COURSES: list[dict[str, Any]] = [
+    OWN_SHIP,
+    {"course_deg": 200.0, "speed_kn": 25.0},
+    {**OWN_SHIP, "turn_rate_deg_s": 3.0},
+    {**OWN_SHIP, "roll_deg": 10.0, "roll_period_s": 8.0},
+]
+
+
+@pytest.mark.parametrize(
+    "own_ship, radar", [*((each, {}) for each in COURSES), (OWN_SHIP, {"eclipsing": True, "pulse_s": 4e-6})]
+)
+def test_coasts_are_those_of_a_range_history_for_each_point(
+    own_ship: dict[str, Any], radar: dict[str, Any], tmp_path: Path
+) -> None:
+    """Mean power within 0.02 dB in each ring, and at most 0.5 % of cells 20 dB over noise off by 1 dB (required). Cells 30 dB
+    under their ring are water that holds sidelobes, and do not count."""
+    made = coast(tmp_path, own_ship, bay=140.0, radar=radar)
+    prepared, by_histories = on_grid(made), on_grid(made)
+    assert prepared.land is not None and by_histories.land is not None
+    by_histories.land.passages.least_border = np.inf
+    first = 128
+    assert prepared.land.holds(azimuths_of(made, first))
+    power, exact = (np.abs(fields(each, first, 3, 352)) ** 2 for each in (prepared, by_histories))
+    distance = (np.arange(made.radar.bins) + 0.5) * made.radar.range_step
+    for low, high in ((100, 200), (200, 400), (400, 800), (800, 1400)):
+        ring = (distance >= low) & (distance < high)
+        assert abs(10 * np.log10(power[:, ring].sum() / exact[:, ring].sum())) < 0.02
+        strong = exact[:, ring] > max(100 * receiver_noise_power(made.radar), exact[:, ring].mean() / 1000)
+        off_db = np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong]))
+        assert np.mean(off_db > 1.0) < 0.005
+
+
+@pytest.mark.parametrize("way", [0.005, 0.01, 0.02, 0.3])
+def test_speckle_changes_from_scan_to_scan_as_the_beam_says(way: float, tmp_path: Path) -> None:
+    """Own ship moves by `way` [m] a scan, land lies abeam. The energy of what changes beside the phase of her way along the line
+    of sight is 2 (1 - rho), rho the transform of the two-way beam at 2 k times her way across: to 15 %, four standard errors of
+    some 800 cells in the beams of these azimuths."""
+    made = coast(
+        tmp_path, {"course_deg": 0.0, "speed_kn": way / 2.5 * 3600 / 1852}, bay=170.0, environment={"multipath": False}
+    )
+    prepared, radar, first = on_grid(made), made.radar, 240
+    assert prepared.land is not None and prepared.land.holds(azimuths_of(made, first))
+    even = ((np.arange(radar.bins) + 0.5) * radar.range_step) ** 1.5  # power of land falls as R^-3: all ranges count
+    before, after = (fields(prepared, first + scan * radar.azimuths, 2) * even for scan in (1, 2))
+    bearing = azimuths_of(made, first, 64).boresight
+    wavenumber, offset = 4 * np.pi / radar.wavelength, np.linspace(-0.2, 0.2, 40_001)
+    changed = after - before * np.exp(1j * wavenumber * way * np.cos(bearing))[:, None]
+    weight = sinc2_beam(offset, radar.beamwidth) ** 2
+    rho = float(np.sum(weight * np.cos(wavenumber * way * offset)) / np.sum(weight))
+    ratio = float(np.sum(np.abs(changed) ** 2) / np.sum(np.abs(before) ** 2))
+    assert ratio == pytest.approx(2 * (1 - rho), rel=0.15)
+
+
+def simulators(made: rs.Scene, *threads: int, until: float = 0.5) -> list[rs.Simulator]:
+    """Simulators of a part of each scan, from 6 rad to `until`, with land on the grid."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(land_rows, "ROW_SECONDS", 0.0)
+        return [rs.Simulator(made, fidelity=FEW, sector=(6.0, until), threads=count) for count in threads]
+
+
+def test_bytes_do_not_depend_on_where_a_run_began_on_threads_or_on_what_is_told_of_sources(tmp_path: Path) -> None:
+    run, late, threads, labelled = simulators(coast(tmp_path, environment={"noise": True}), 1, 1, 2, 1)
+    labelled.request_sources(labels=True)
+    late.skip_to(1)
+    expected = [run.scan() for _ in range(2)][1]
+    for other in (late, threads, labelled):
+        if other is not late:
+            other.scan()
+        assert np.array_equal(other.scan().field, expected.field, equal_nan=True)
+
+
+def test_the_power_of_land_is_that_of_its_field(tmp_path: Path) -> None:
+    """Land is the only source without noise. Labels and powers have a range history for each echo, with visibility of up to 2.5 m
+    of way later: a tenth of a dB in the sum."""
+    (sim,) = simulators(coast(tmp_path), 1)
+    sim.request_sources(labels=True, powers="all")
+    spokes = [spoke for spoke in sim.spokes(scans=1)]
+    land = next(number for number, name in sim.label_names.items() if name.startswith("land"))
+    power = sum(float(spoke.power.sum()) for spoke in spokes)
+    alone = sum(float(spoke.powers[land].sum()) for spoke in spokes if spoke.powers is not None and land in spoke.powers)
+    assert abs(10 * np.log10(alone / power)) < 0.1
+    labels = np.concatenate([spoke.labels for spoke in spokes if spoke.labels is not None])
+    assert set(np.unique(labels).tolist()) <= {0, land}
+
+
+CORNER = {"waypoints": [{"position_m": [0.0, 4.0], "speed_kn": 8.0}, {"position_m": [400.0, 4.0], "speed_kn": 8.0}]}
+
+
+@pytest.mark.parametrize("first, holds", [(0, True), (320, False), (512, False), (768, True)])
+def test_land_has_range_histories_about_a_corner(first: int, holds: bool, tmp_path: Path) -> None:
+    """4 m ahead at 8 kn: after 0.972 s, at azimuth 398 of 1024; the beam covers 68 azimuths each side, its pieces 64 more."""
+    made = coast(tmp_path, CORNER)
+    prepared = on_grid(made)
+    assert prepared.land is not None
+    assert prepared.land.holds(azimuths_of(made, first)) == holds
+
+
+def test_own_ship_on_land_has_range_histories(tmp_path: Path) -> None:
+    prepared = on_grid(coast(tmp_path, bay=0.0))
+    assert prepared.land is not None
+    azimuths = azimuths_of(prepared.scene, 1024)
+    assert not prepared.land.holds(azimuths)
+    assert np.isfinite(fields(prepared, 1024, 1)).all()
+
+
+def test_at_100_kn_the_border_lies_as_far_as_boresight_needs(tmp_path: Path) -> None:
+    """45 x 51.4 m/s over 2.51 rad/s: 921 m."""
+    prepared = on_grid(coast(tmp_path, {"course_deg": 200.0, "speed_kn": 100.0}, bay=300.0))
+    assert prepared.land is not None
+    passages = prepared.land.passages
+    assert passages.border(passages.way_at(1024.0)) == pytest.approx(45 * 100 * 1852 / 3600 / (2 * np.pi / 2.5))
+    field = fields(prepared, 0, 1)
+    assert prepared.land.holds(azimuths_of(prepared.scene, 0)) and np.isfinite(field).all() and field.any()
+
+
+@pytest.mark.parametrize(
+    "fidelity, radar, own_ship",
+    [
+        (PRESETS["reference"], {}, OWN_SHIP),
+        (replace(FEW, azimuths_per_block=1), {}, OWN_SHIP),
+        (FEW, {"beamwidth_deg": 15.0}, OWN_SHIP),
+        (FEW, {"prf_hz": 3000.0, "second_time_around": True}, OWN_SHIP),
+        (FEW, {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 12e6}, OWN_SHIP),
+        (FEW, {}, {"speed_kn": 0.0}),
+    ],
+)
+def test_what_keeps_range_histories(fidelity: Fidelity, radar: dict[str, Any], own_ship: dict[str, Any]) -> None:
+    """Each azimuth by itself, as in `reference`; 12 beamwidths of 15 degrees, which cover points twice; second-time echoes;
+    a short plain pulse, which is its own kernel; a ship at rest. Else land may be on the grid."""
+    made = scene([SLAB], radar={**FINE, **radar}, own_ship=own_ship)
+    assert not land_rows.follows_own_ship(made, fidelity)
+    assert land_rows.follows_own_ship(scene([SLAB], radar=FINE, own_ship=OWN_SHIP), FEW)
+
+
+def test_land_is_diffuse_rests_and_does_not_fluctuate() -> None:
+    kinds = [
+        {},
+        {"speed_kn": 3.0},
+        {"rcs_dbsm": 10.0},
+        {"rcs_dbsm": 10.0, "swerling": 1},
+        {"material": "steel"},
+        {"end_s": 9.0},
+    ]
+    bodies = [{**SLAB, "name": f"b{k}", **more} for k, more in enumerate(kinds)]
+    flags = [land_rows.is_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
+    assert flags == [True, False, False, False, False, False]
+    assert not land_rows.is_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
+
+
+def test_visibility_of_each_passage_is_that_of_steps_of_a_metre(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against histories with visibility each metre of way: mean power within 0.1 dB in each ring, 3 % of cells off by 1 dB
+    (required)."""
+    made = coast(tmp_path, {"course_deg": 200.0, "speed_kn": 25.0}, bay=140.0)
+    prepared, steps = on_grid(made), on_grid(made, replace(FEW, visibility_step=1.0))
+    monkeypatch.setattr(steps.land, "holds", lambda azimuths: False)
+    power, exact = (np.abs(fields(each, 128, 3, 352)) ** 2 for each in (prepared, steps))
+    for ring in (slice(50, 200), slice(200, 400), slice(400, 700)):
+        assert abs(10 * np.log10(power[:, ring].sum() / exact[:, ring].sum())) < 0.1
+        strong = exact[:, ring] > exact[:, ring].mean() / 1000
+        assert np.mean(np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong])) > 1.0) < 0.03
+
+
+def test_a_coast_of_few_points_keeps_range_histories() -> None:
+    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too."""
+    made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
+    prepared = prepare(made, PRESETS["balanced"], 1)
+    assert prepared.land is None and len(prepared.moving) == 1
+    assert land_rows.saves_time(1_000_000, made.radar, PRESETS["balanced"])
+    assert not land_rows.saves_time(100_000, made.radar, replace(PRESETS["balanced"], beam_extent=1.5))
+
+
+def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
+    """A run that is steered after its first scan, and one that begins there with that command: the same bytes, others than
+    straight on."""
+    made = coast(tmp_path, {**OWN_SHIP, "steerable": {}})
+    steered, replayed, straight = simulators(made, 1, 1, 1, until=1.6)  # to pieces without the corner of the command
+    for sim in (steered, straight):
+        sim.scan()
+    steered.command(course_deg=300.0)
+    after, before = steered.scan(), straight.scan()
+    replayed.replay(steered.commands)
+    replayed.skip_to(1)
+    assert np.array_equal(replayed.scan().field, after.field, equal_nan=True)
+    assert not np.array_equal(before.field, after.field, equal_nan=True)
+
+
+def test_another_rpm_has_the_same_land(tmp_path: Path) -> None:
+    prepared = on_grid(coast(tmp_path))
+    other = prepared.at_origin(Origin(3, 8.0), 1)
+    assert prepared.land is not None and other.land is not None
+    assert other.land.passages.points is prepared.land.passages.points
+    azimuths = AzimuthTimes(number := np.arange(4096, 4128), *other.scene.radar.schedule(number))
+    spectra = land_spectra(other, azimuths)
+    assert spectra is not None and spectra.any()
+
+
+def test_blind_sectors_eclipsing_and_moving_ships_hold_beside_land(tmp_path: Path) -> None:
+    """Nothing is received where blind. The field of a coast with a ship is that of the coast and of the ship alone, eclipsed or
+    not, to -60 dB of the largest: few echoes are spread one by one, many by series (`gridding.MAX_SHIFTS`)."""
+    ship = {**point("ship", 300.0, 300.0, 4.0, 40.0), "speed_kn": 10.0, "course_deg": 30.0}
+    for eclipsing in (False, True):
+        radar = {"eclipsing": eclipsing, "blind_sectors_deg": [[200.0, 210.0]]}
+        both, land = (on_grid(coast(tmp_path, radar=radar, bodies=bodies)) for bodies in ([ship], []))
+        alone = on_grid(scene([ship], radar={**RADAR, **radar}, own_ship=OWN_SHIP, environment={"multipath": True}))
+        sums = [fields(each, 128, 2, 992) for each in (both, land, alone)]
+        assert np.abs(sums[0] - sums[1] - sums[2]).max() < 1e-3 * np.abs(sums[0]).max()
+        blind = made_blind(both, 128 + 992)
+        assert blind.any() and not blind.all() and not sums[0][32:][blind].any() and sums[0][32:][~blind].all(axis=None)
+
+
+def made_blind(prepared: Prepared, first: int) -> Any:
+    """Which of 32 azimuths are blind."""
+    azimuths = azimuths_of(prepared.scene, first)
+    return prepared.scene.blind(azimuths.time, azimuths.boresight)
