@@ -88,16 +88,16 @@ class TriangleScene:
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
-        self._vertices, self._faces, self._count = vertices, faces, rays or RayCount()
+        self.vertices, self.faces, self._count = vertices, faces, rays or RayCount()
         self._build_large()
 
     def _build_large(self) -> None:
         self._shared: SharedTree | None = None
-        if len(self._faces) > LAZY_FACES:
+        if len(self.faces) > LAZY_FACES:
             self._tree()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_shared", "_planes")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("_shared", "planes")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -113,6 +113,13 @@ class TriangleScene:
             return np.zeros(0, dtype=np.int64)
         return self._tree().first_hit(*self._as_float32(origin, direction))
 
+    def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
+        """As `first_hit`, of rays (M, 3) whose begins are relative to `centre`."""
+        if len(direction) == 0:
+            return np.zeros(0, dtype=np.int64)
+        self._count.rays += len(direction)
+        return self._tree().first_hit(begin, direction)
+
     def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> Flags:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
@@ -122,7 +129,7 @@ class TriangleScene:
 
     def hit_distance(self, triangle: Indices, origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
-        normal, offset = self._planes[0].take(triangle, axis=0), self._planes[1].take(triangle)
+        normal, offset = self.planes[0].take(triangle, axis=0), self.planes[1].take(triangle)
         along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         toward = offset - np.einsum("ij,ij->i", normal, np.broadcast_to(origin, normal.shape))
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
@@ -130,13 +137,13 @@ class TriangleScene:
 
     def corners(self, triangle: Indices) -> Floats:
         """Corners (3, 3, M), by corner and axis, of triangles (M,) [m]."""
-        return np.stack([self._vertices.take(self._faces[:, i].take(triangle), axis=0).T for i in range(3)])
+        return np.stack([self.vertices.take(self.faces[:, i].take(triangle), axis=0).T for i in range(3)])
 
     @cached_property
-    def _planes(self) -> tuple[Floats, Floats]:
+    def planes(self) -> tuple[Floats, Floats]:
         """Normals (F, 3), twice as long as the area, and what all points of the planes have for them (F,); 32 bytes a
         triangle, a fraction of what Embree's tree takes."""
-        a, b, c = (self._vertices.take(self._faces[:, i], axis=0) for i in range(3))
+        a, b, c = (self.vertices.take(self.faces[:, i], axis=0) for i in range(3))
         (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
         normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)  # half the time of np.cross
         return normal, np.einsum("ij,ij->i", normal, a)
@@ -147,7 +154,7 @@ class TriangleScene:
         return TREES.tree(self._shared, self._triangles)
 
     def _triangles(self) -> Triangles:
-        return (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32)
+        return (self.vertices - self.centre).astype(np.float32), self.faces.astype(np.int32)
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[Singles, Singles]:
         self._count.rays += len(direction)

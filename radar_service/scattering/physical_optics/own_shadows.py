@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.multipath import reflection_distance
@@ -13,6 +14,7 @@ from radar_service.world.poses import BodyPose
 
 MARGIN = 1.0  # m by which a reflection point must lie before the body, so that it needs no search
 BEFORE_THE_SEA = -2  # in place of a triangle: the body occludes the way from the antenna to the sea
+UPRIGHT = np.eye(3)  # the lean of a body that does not
 STEPS = 5  # from triangle to triangle, toward the edge of a shadow; most end after one or two
 ONWARD = 1e-3  # m beyond the edge of a triangle's shadow, where the next ray ends; twice as far at each step
 
@@ -48,6 +50,17 @@ class OwnShadows(NamedTuple):
         onward = ONWARD / np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), ONWARD)
         share, edge, result = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
         left = np.arange(len(way))
+        if compiled := kernels():
+            known = (way, curved_way, hidden, triangle, onward, self.occluder.scene.vertices, self.occluder.scene.faces)
+            points, on = hidden, triangle
+            for step in range(STEPS):
+                at = self._occluding(points, on)
+                points, on = np.empty_like(points), np.empty_like(on)
+                count = compiled.run(
+                    "shadow_edge_step", len(left), 2.0**step, left, *at, *known, share, edge, result, points, on
+                )
+                left, points, on = left[:count], points[:count], on[:count]
+            return result
         for step in range(STEPS):
             occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
             free = left[occluding == NO_TRIANGLE]
@@ -63,6 +76,8 @@ class OwnShadows(NamedTuple):
         """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; the points in the body's own
         curved frame, and where their rays seem to come from (M, 3) [m]."""
         at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
+        if compiled := kernels():
+            return self._compiled_occluding(compiled, points, triangle, float(at_x), float(at_y))
         if not self.by_sea:
             end, line = self._lines(points, at_x, at_y, at_z - self._drop(at_x, at_y))
             return self.occluder.occluding_triangle(end, line, triangle), end, end - line
@@ -76,6 +91,27 @@ class OwnShadows(NamedTuple):
         reflection = np.stack([begin_x, begin_y, np.full(len(x), sea)], axis=1)
         occluding[self._lost(occluding == NO_TRIANGLE, reflection, distance * (1.0 - share))] = BEFORE_THE_SEA
         return occluding, end, end - line / np.maximum(1.0 - share, 1e-6)[:, None]
+
+    def _compiled_occluding(
+        self, compiled: Kernels, points: Floats, triangle: Indices, at_x: float, at_y: float
+    ) -> tuple[Indices, Floats, Floats]:
+        """As `_occluding`, by kernels. at_x, at_y: the antenna in the upright body's frame [m]."""
+        scene, count = self.occluder.scene, len(points)
+        end, line, origin, reflection = (np.empty((count, 3)) for _ in range(4))
+        begin, direction = np.empty((count, 3), dtype=np.float32), np.empty((count, 3), dtype=np.float32)
+        beyond, occluding = np.empty(count), np.empty(count, dtype=np.int64)
+        compiled.run(
+            "own_shadow_rays", count, self.by_sea, np.ascontiguousarray(points), at_x, at_y, float(self.antenna[2]),
+            -float(self.pose.position[2]), self.earth_radius, scene.centre, scene.radius,
+            UPRIGHT if self.pose.lean is None else np.ascontiguousarray(self.pose.lean),
+            end, line, origin, begin, direction, reflection, beyond,
+        )  # fmt: skip
+        hit = scene.first_hit_of(begin, direction)
+        on = np.ascontiguousarray(triangle, dtype=np.int64)
+        compiled.run("own_shadow_hits", count, hit, on, end, line, *scene.planes, occluding)
+        if self.by_sea:
+            occluding[self._lost(occluding == NO_TRIANGLE, reflection, beyond)] = BEFORE_THE_SEA
+        return occluding, end, origin
 
     def _lost(self, free: Flags, reflection: Floats, beyond: Floats) -> Indices:
         """Those of points (M,) that are free whose rays do not reach the sea before the body.
