@@ -26,6 +26,14 @@ PROTOTYPES = {
     "own_shadow_rays": "nnfrrrrrfrffffssff",
     "own_shadow_hits": "niiffffi",
     "shadow_edge_step": "nriifffffiffiffffi",
+    "leg_rays": "nnffrrfrfffffffb",
+    "leg_lengths": "nnffrrfrf",
+    "phasors": "nfc",
+    "facet_shapes": "nfifff",
+    "sags": "nnffffffff",
+    "facet_fields": "nnnnniffbf" + 2 * "fffffffcf" + "c",
+    "tube_fields": "nnnrffffffffiffffffffcf",
+    "lattice_sums": "nnnifcc",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),
