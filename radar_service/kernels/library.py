@@ -1,13 +1,12 @@
-"""The compiled kernels of this process: plain C, built by setuptools where there is a compiler and called by ctypes, which releases
-the interpreter's lock meanwhile.
+"""The compiled kernels of this process: plain C, built by setuptools where there is a compiler. They are called by ctypes, which
+releases the interpreter's lock meanwhile.
 
 Each kernel does what the numpy code beside its call does, and agrees with it within -120 dB of the peak. That code runs where the
-kernels were not built, and where the environment says RADAR_SERVICE_KERNELS=off.
+kernels were not built, and where the environment has RADAR_SERVICE_KERNELS=off. It may also name the file of another build.
 """
 
 import ctypes
 import os
-from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,9 @@ from numpy.typing import NDArray
 SWITCH = "RADAR_SERVICE_KERNELS"
 FOLDER = Path(__file__).parent
 NAME = "compiled"
-ABSENT = "the compiled kernels were not built here (that needs a C compiler, then pip install again): ships take longer to compute"
+ABSENT = "compiled kernels are absent (they need a C compiler when radar-service is installed): ships take longer to compute"
 
-# Of each kernel what it takes: n and r are a count and a real number; f, s, c, i, b are arrays, C-contiguous, of float64, float32,
+# What each kernel takes: n and r are a count and a real number; f, s, c, i, b are C-contiguous arrays of float64, float32,
 # complex128, int64, and of bytes (bool or int8). Each returns a count.
 PROTOTYPES = {
     "own_shadow_rays": "nnfrrrrrfrffffssff",
@@ -72,25 +71,37 @@ def _passed(kind: str, argument: Argument) -> int | float:
             f"array of {argument.dtype}, strides {argument.strides}: a kernel takes C-contiguous {_DTYPES[kind]}"
         )
     if argument.size and argument.flags.writeable:
-        return ctypes.addressof(ctypes.c_char.from_buffer(argument))  # a third of the time of `ctypes.data`
+        return ctypes.addressof(ctypes.c_char.from_buffer(argument.data))  # a third of the time of `ctypes.data`
     return argument.ctypes.data
 
 
-@cache
-def kernels() -> Kernels | None:
-    """The kernels of this process, or None."""
-    if os.environ.get(SWITCH) == "off":
-        return None
-    file = library_file()
-    return Kernels(file) if file is not None else None
-
-
 def library_file() -> Path | None:
-    """Where the compiled library lies, or None."""
+    """Where the library lies that setuptools built, or None."""
     files = (FOLDER / f"{NAME}{suffix}" for suffix in EXTENSION_SUFFIXES)
     return next((file for file in files if file.is_file()), None)
 
 
+def chosen_file() -> Path | None:
+    """Where the library lies that the environment chooses, or None for numpy."""
+    choice = os.environ.get(SWITCH, "")
+    if choice == "off":
+        return None
+    return Path(choice) if choice else library_file()
+
+
+def _loaded() -> Kernels | None:
+    file = chosen_file()
+    return Kernels(file) if file is not None else None
+
+
+LOADED = _loaded()
+
+
+def kernels() -> Kernels | None:
+    """The kernels of this process; None: numpy does their work."""
+    return LOADED
+
+
 def complaint() -> str | None:
     """What to tell the user at the start of a program, where there is anything to tell."""
-    return ABSENT if os.environ.get(SWITCH) != "off" and library_file() is None else None
+    return ABSENT if LOADED is None and os.environ.get(SWITCH) != "off" else None

@@ -88,7 +88,9 @@ class TriangleScene:
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
-        self.vertices, self.faces, self._count = vertices, faces, rays or RayCount()
+        self.vertices: Floats = np.ascontiguousarray(vertices, dtype=np.float64)
+        self.faces: Indices = np.ascontiguousarray(faces, dtype=np.int64)
+        self._count = rays or RayCount()
         self._build_large()
 
     def _build_large(self) -> None:

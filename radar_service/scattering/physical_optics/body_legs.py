@@ -77,9 +77,9 @@ class LegRays(NamedTuple):
         """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""
         if compiled := kernels():
-            bends = np.empty(edge.shape[1:])
+            bends = np.empty((edge.shape[1], edge.shape[2]))
             rays = (self.east, self.north, self.rise, self.flat, self.length, self.curvature)
-            compiled.run("sags", bends.shape[1], len(bends), np.ascontiguousarray(edge), *rays, bends)
+            compiled.run("sags", edge.shape[2], len(bends), np.ascontiguousarray(edge), *rays, bends)
             return bends
         level, upright = self.along_field(edge, "h"), self.along_field(edge, "v")
         return np.asarray(-0.5 * (level * level / self.length + upright * upright * self.curvature))
@@ -126,10 +126,9 @@ class BodyLeg:
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""
         if compiled := kernels():
-            columns = tuple(np.empty(len(points)) for _ in range(7))
-            arrives = np.empty(len(points), dtype=np.bool_)
-            compiled.run("leg_rays", *self._compiled(points), *columns, arrives)
-            return LegRays(*columns, arrives)
+            rays = LegRays._make([*np.empty((7, len(points))), np.empty(len(points), dtype=np.bool_)])
+            compiled.run("leg_rays", *self._compiled(points), *rays)
+            return rays
         leg = self._leg(points)
         east, north = (leg.level @ body_rotation(self.pose.heading)[:2, :2]).T
         flat = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))

@@ -156,7 +156,7 @@ def lit_facets(
 
 
 def _shapes(points: Floats, corner: Indices) -> tuple[Floats, Floats, Floats]:
-    """Edges (3, 3, M) as of `LitFacets`, centroids (M, 3) [m], and areas (M,) [m^2] of facets with corners (3, M) among points."""
+    """Edges (3, 3, M) as of `LitFacets`, centroids (M, 3) [m], and areas (M,) [m^2] of facets."""
     if compiled := kernels():
         count = corner.shape[1]
         shapes = np.empty((3, 3, count)), np.empty((count, 3)), np.empty(count)

@@ -48,19 +48,10 @@ class OwnShadows(NamedTuple):
         way = seen - hidden
         curved_way = self._in_body(self._curved(seen) - self._curved(hidden))
         onward = ONWARD / np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), ONWARD)
+        if compiled := kernels():
+            return self._compiled_edges(compiled, hidden, triangle, (way, curved_way, onward))
         share, edge, result = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
         left = np.arange(len(way))
-        if compiled := kernels():
-            known = (way, curved_way, hidden, triangle, onward, self.occluder.scene.vertices, self.occluder.scene.faces)
-            points, on = hidden, triangle
-            for step in range(STEPS):
-                at = self._occluding(points, on)
-                points, on = np.empty_like(points), np.empty_like(on)
-                count = compiled.run(
-                    "shadow_edge_step", len(left), 2.0**step, left, *at, *known, share, edge, result, points, on
-                )
-                left, points, on = left[:count], points[:count], on[:count]
-            return result
         for step in range(STEPS):
             occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
             free = left[occluding == NO_TRIANGLE]
@@ -112,6 +103,31 @@ class OwnShadows(NamedTuple):
         if self.by_sea:
             occluding[self._lost(occluding == NO_TRIANGLE, reflection, beyond)] = BEFORE_THE_SEA
         return occluding, end, origin
+
+    def _compiled_edges(
+        self, compiled: Kernels, hidden: Floats, triangle: Indices, ways: tuple[Floats, Floats, Floats]
+    ) -> Floats:
+        """As `edges`, by a kernel. ways: (M, 3) in the upright body's frame, curved and in the body's own, and how far beyond an
+        edge the next ray ends (M,), a share."""
+        scene, points, on, count = self.occluder.scene, hidden, triangle, len(hidden)
+        way, curved_way, onward = ways
+        known = (
+            way,
+            curved_way,
+            np.ascontiguousarray(hidden),
+            np.ascontiguousarray(triangle),
+            onward,
+            scene.vertices,
+            scene.faces,
+        )
+        share, edge, result, left = np.zeros(count), np.zeros(count), np.full(count, np.nan), np.arange(count)
+        for step in range(STEPS):
+            occluding, end, origin = self._occluding(points, on)
+            points, on = np.empty((count, 3)), np.empty(count, dtype=np.int64)
+            at = (left, occluding, end, origin)
+            count = compiled.run("shadow_edge_step", count, 2.0**step, *at, *known, share, edge, result, points, on)
+            points, on = points[:count], on[:count]
+        return result
 
     def _lost(self, free: Flags, reflection: Floats, beyond: Floats) -> Indices:
         """Those of points (M,) that are free whose rays do not reach the sea before the body.

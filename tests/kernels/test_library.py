@@ -1,0 +1,63 @@
+"""The library of compiled kernels: that it is built, what it refuses, and how it is turned off."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from radar_service.__main__ import main
+from radar_service.kernels import library
+from radar_service.numerics.arithmetic import arithmetic
+from tests.kernels.both import BUILT, NEEDS_KERNELS
+
+LETTERS = {"int64_t": "n", "double": "r", "double *": "f", "float *": "s", "Complex *": "c", "int64_t *": "i"}
+LETTERS |= {"int8_t *": "b", "uint8_t *": "b", "int64_t **": "p", "RayCall": "t"}
+
+
+@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
+def test_kernels_are_built_where_there_is_a_compiler() -> None:
+    assert library.library_file() is not None
+
+
+def test_python_calls_kernels_as_the_sources_declare_them() -> None:
+    source = "".join(file.read_text(encoding="utf-8") for file in sorted(library.FOLDER.glob("*.c")))
+    declared = {}
+    for name, arguments in re.findall(r"^KERNEL int64_t (\w+)\(([^)]*)\)", source, flags=re.M):
+        types = (re.sub(r"\w+$|const ", "", argument.strip()).strip() for argument in arguments.split(","))
+        declared[name] = "".join(LETTERS[of_one] for of_one in types)
+    assert declared == library.PROTOTYPES
+
+
+@NEEDS_KERNELS
+@pytest.mark.parametrize(
+    "phase",
+    [np.zeros(4, dtype=np.float32), np.zeros(8)[::2], np.zeros(4, dtype=np.complex128)],
+    ids=["single", "gaps", "complex"],
+)
+def test_an_array_that_a_kernel_would_misread_is_refused(phase: np.ndarray) -> None:
+    assert BUILT is not None
+    with pytest.raises(TypeError, match="C-contiguous"):
+        BUILT.run("phasors", 4, phase, np.zeros(4, dtype=np.complex128))
+
+
+@NEEDS_KERNELS
+def test_the_environment_turns_kernels_off_and_the_arithmetic_says_so() -> None:
+    command = "from radar_service.numerics.arithmetic import arithmetic; print(arithmetic())"
+    environment = {**os.environ, library.SWITCH: "off"}
+    off = subprocess.run([sys.executable, "-c", command], env=environment, capture_output=True, text=True, check=True)
+    assert off.stdout.strip().endswith(", no compiled kernels")
+    assert off.stdout.strip().rpartition(", ")[0] == arithmetic().rpartition(", ")[0]
+
+
+@pytest.mark.parametrize(("choice", "told"), [("", True), ("off", False)])
+def test_a_program_tells_once_that_it_has_no_kernels(
+    choice: str, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(library, "LOADED", None)
+    monkeypatch.setenv(library.SWITCH, choice)
+    assert main(["check", "far-target"]) == 0
+    assert capsys.readouterr().err.count("compiled kernels are absent") == told
