@@ -7,11 +7,13 @@ kernels were not built, and where the environment has RADAR_SERVICE_KERNELS=off.
 
 import ctypes
 import os
+from collections.abc import Callable
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.ctypeslib import as_array
 from numpy.typing import NDArray
 
 SWITCH = "RADAR_SERVICE_KERNELS"
@@ -20,7 +22,7 @@ NAME = "compiled"
 ABSENT = "compiled kernels are absent (they need a C compiler when radar-service is installed): ships take longer to compute"
 
 # What each kernel takes: n and r are a count and a real number; f, s, c, i, b are C-contiguous arrays of float64, float32,
-# complex128, int64, and of bytes (bool or int8). Each returns a count.
+# complex128, int64, and of bytes (bool or int8); t is a call that traces rays. Each returns a count.
 PROTOTYPES = {
     "own_shadow_rays": "nnfrrrrrfrffffssff",
     "own_shadow_hits": "niiffffi",
@@ -33,6 +35,8 @@ PROTOTYPES = {
     "facet_fields": "nnnnniffbf" + 2 * "fffffffcf" + "c",
     "tube_fields": "nnnrffffffffiffffffffcf",
     "lattice_sums": "nnnifcc",
+    "reflect_tubes": "nnnnnnn" + "fffffff" + "iiiffif" + "fiififff" + "rfti",
+    "take_tubes": "nniiffffff",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),
@@ -41,9 +45,12 @@ _DTYPES = {
     "i": (np.dtype(np.int64),),
     "b": (np.dtype(np.bool_), np.dtype(np.int8)),
 }
-_SCALARS = {"n": ctypes.c_int64, "r": ctypes.c_double}
+RAY_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+_SCALARS = {"n": ctypes.c_int64, "r": ctypes.c_double, "t": RAY_CALL}
+FAILURES = (-1, -2)  # no memory; a ray call failed
 
-Argument = NDArray[Any] | int | float
+FirstHit = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.int64]]
+Argument = NDArray[Any] | int | float | Any
 
 
 class Kernels:
@@ -55,6 +62,28 @@ class Kernels:
         for function, kinds in self._functions.values():
             function.argtypes = [_SCALARS.get(kind, ctypes.c_void_p) for kind in kinds]
             function.restype = ctypes.c_int64
+
+    def run_with_rays(self, name: str, first_hit: FirstHit, *arguments: Argument) -> int:
+        """Runs a kernel whose last but one argument is a call that traces rays: first_hit takes begins and directions (M, 3) and
+        returns triangles (M,). Raises what it raises, and MemoryError."""
+        raised: list[BaseException] = []
+
+        def traced(count: int, begin: int, direction: int, hit: int) -> int:
+            try:
+                rays = (as_array((ctypes.c_float * (3 * count)).from_address(at)) for at in (begin, direction))
+                result = as_array((ctypes.c_int64 * count).from_address(hit))
+                result[:] = first_hit(*(ray.reshape(-1, 3) for ray in rays))
+            except BaseException as error:  # C cannot pass it on
+                raised.append(error)
+                return 1
+            return 0
+
+        count = self.run(name, *arguments[:-1], RAY_CALL(traced), arguments[-1])
+        if raised:
+            raise raised[0]
+        if count in FAILURES:
+            raise MemoryError(f"{name}: no memory")
+        return count
 
     def run(self, name: str, *arguments: Argument) -> int:
         """Runs a kernel. Raises TypeError for an array of another type than it takes, or one that is not C-contiguous."""

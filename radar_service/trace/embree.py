@@ -83,6 +83,8 @@ class TriangleScene:
     """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Equal ones share a tree. Pickling leaves
     the tree out."""
 
+    rotation: Floats = np.eye(3)  # as of a `RotatedScene`
+
     def __init__(self, vertices: Floats, faces: Indices, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
         used = vertices[np.unique(faces)]
@@ -169,9 +171,13 @@ class RotatedScene:
     rounded, and no tree is built."""
 
     def __init__(self, scene: TriangleScene, rotation: Floats) -> None:
-        self.radius = scene.radius
-        self._scene, self._rotation = scene, rotation
+        self.radius, self.centre = scene.radius, scene.centre
+        self._scene, self.rotation = scene, rotation
+
+    def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
+        """As of a `TriangleScene`, of rays that are turned back already."""
+        return self._scene.first_hit_of(begin, direction)
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """As of a `TriangleScene`, of rays in the rotated frame."""
-        return self._scene.first_hit(origin @ self._rotation, direction @ self._rotation)
+        return self._scene.first_hit(origin @ self.rotation, direction @ self.rotation)

@@ -15,7 +15,7 @@ from radar_service.numerics.arithmetic import arithmetic
 from tests.kernels.both import BUILT, NEEDS_KERNELS
 
 LETTERS = {"int64_t": "n", "double": "r", "double *": "f", "float *": "s", "Complex *": "c", "int64_t *": "i"}
-LETTERS |= {"int8_t *": "b", "uint8_t *": "b", "int64_t **": "p", "RayCall": "t"}
+LETTERS |= {"int8_t *": "b", "uint8_t *": "b", "RayCall": "t"}
 
 
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
