@@ -35,6 +35,9 @@ PROTOTYPES = {
     "facet_fields": "nnnnniffbf" + 2 * "fffffffcf" + "c",
     "tube_fields": "nnnrffffffffiffffffffcf",
     "lattice_sums": "nnnifcc",
+    "cut_triangles": "nnfffi",
+    "welded": "nfif",
+    "renumbered": "nniiii",
     "reflect_tubes": "nnnnnnn" + "fffffff" + "iiiffif" + "fiififff" + "rfti",
     "take_tubes": "nniiffffff",
 }
@@ -47,7 +50,6 @@ _DTYPES = {
 }
 RAY_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _SCALARS = {"n": ctypes.c_int64, "r": ctypes.c_double, "t": RAY_CALL}
-FAILURES = (-1, -2)  # no memory; a ray call failed
 
 FirstHit = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.int64]]
 Argument = NDArray[Any] | int | float | Any
@@ -78,17 +80,20 @@ class Kernels:
                 return 1
             return 0
 
-        count = self.run(name, *arguments[:-1], RAY_CALL(traced), arguments[-1])
-        if raised:
-            raise raised[0]
-        if count in FAILURES:
-            raise MemoryError(f"{name}: no memory")
-        return count
+        try:
+            return self.run(name, *arguments[:-1], RAY_CALL(traced), arguments[-1])
+        except MemoryError:  # a kernel stops for one or the other
+            if raised:
+                raise raised[0] from None
+            raise
 
     def run(self, name: str, *arguments: Argument) -> int:
         """Runs a kernel. Raises TypeError for an array of another type than it takes, or one that is not C-contiguous."""
         function, kinds = self._functions[name]
-        return int(function(*[_passed(kind, argument) for kind, argument in zip(kinds, arguments, strict=True)]))
+        count = int(function(*[_passed(kind, argument) for kind, argument in zip(kinds, arguments, strict=True)]))
+        if count < 0:
+            raise MemoryError(f"{name}: no memory")
+        return count
 
 
 def _passed(kind: str, argument: Argument) -> int | float:

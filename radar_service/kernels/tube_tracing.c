@@ -46,6 +46,13 @@ typedef struct {
     double first, second;
 } Cut;
 
+/* Makes room for tubes. Returns 0, or NO_MEMORY. */
+static int reserve(Tubes *list, int64_t room) {
+    list->tubes = malloc(((size_t)room + 1) * sizeof *list->tubes);
+    list->room = list->tubes ? room + 1 : 0;
+    return list->tubes ? 0 : NO_MEMORY;
+}
+
 /* Room for one more tube, or NULL. */
 static Tube *added(Tubes *list) {
     if (list->count == list->room) {
@@ -515,13 +522,9 @@ KERNEL int64_t reflect_tubes(int64_t count, int64_t triangles, int64_t starts, i
     Trace trace = {count, triangles, starts, last, halvings, cut_level, normal, field, out, out_field, longest, launched, bounces, least, plane, rank,
                    faces, vertices, centre_of_body, rotation, radius, rays, NULL, NULL, NULL, 0, 0};
     Tubes list = {NULL, 0, 0}, done = {NULL, 0, 0};
-    int failed = 0;
+    int failed = reserve(&list, count) || reserve(&done, 2 * count) ? NO_MEMORY : 0;
     for (int64_t i = 0; !failed && i < count; i++) {
-        Tube *tube = added(&list);
-        if (!tube) {
-            failed = NO_MEMORY;
-            break;
-        }
+        Tube *tube = &list.tubes[list.count++];
         memset(tube, 0, sizeof *tube);
         tube->parent = i;
         tube->triangle = triangle[i];
