@@ -118,7 +118,7 @@ class TriangleScene:
         return self._tree().first_hit(*self._as_float32(origin, direction))
 
     def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
-        """As `first_hit`, of rays (M, 3) whose begins are relative to `centre`."""
+        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none; begins are relative to `centre`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
         self._count.rays += len(direction)
@@ -175,7 +175,8 @@ class RotatedScene:
         self._scene, self.rotation = scene, rotation
 
     def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
-        """As of a `TriangleScene`, of rays that are turned back already."""
+        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none; rays are turned back already, and relative to
+        `centre`."""
         return self._scene.first_hit_of(begin, direction)
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import map_from_body, map_from_deck
-from radar_service.numerics.types import Complexes
+from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics import illumination
+from radar_service.scattering.physical_optics.body_facets import welded
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.corner_samples import renumbered
 from radar_service.scattering.physical_optics.facet_integral import phasors
+from radar_service.scattering.physical_optics.facets import cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
@@ -139,3 +142,41 @@ def test_sums_on_a_lattice(begin: int, count: int) -> None:
     amplitude = draw.normal(size=count) + 1j * draw.normal(size=count)
     compiled, by_numpy = both(lambda: lattice.sums(slice(begin, begin + count), amplitude))
     np.testing.assert_allclose(compiled, by_numpy, rtol=0.0, atol=1e-13)
+
+
+def in_order(parts: Floats, origin: Indices) -> Floats:
+    """Triangles (N, 3, 3) with the number of their origin, in an order that does not depend on that of the parts."""
+    rows = np.column_stack([origin, parts.reshape(-1, 9)])
+    return rows[np.lexsort(rows.T[::-1])]
+
+
+@pytest.mark.parametrize("count", [0, 1, 40])
+def test_triangles_are_cut_into_the_same_parts(count: int) -> None:
+    """Among them one without area, one that fits as a whole, and isosceles ones, whose edges tie."""
+    corners = np.random.default_rng(7).uniform(-2.0, 2.0, (40, 3, 3))
+    corners[1], corners[2], corners[3] = 0.5, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [2, 0, 0], [1, np.sqrt(3), 0]]
+    corners = corners[:count]
+    longest = np.full(count, 0.3)
+    longest[2:3] = 2.0
+    (parts, origin), (others, of_others) = both(lambda: cut_triangles(corners, longest))
+    np.testing.assert_array_equal(origin, of_others)
+    np.testing.assert_array_equal(in_order(parts, origin), in_order(others, of_others))
+
+
+@pytest.mark.parametrize("count", [0, 1, 300])
+def test_corners_that_are_the_same_are_one_point(count: int) -> None:
+    """Of a mesh whose triangles share corners; 0 and -0 are the same, neighbouring numbers are not."""
+    corners = np.concatenate([trihedral(1.0, 7, True), np.random.default_rng(8).uniform(-1.0, 1.0, (6, 3, 3))])[:count]
+    corners[:1] = [[0.0, -0.0, 0.0], [0.0, 0.0, 0.0], [np.nextafter(0.0, 1.0), 0.0, 0.0]]
+    (number, points), (of_others, others) = both(lambda: welded(corners))
+    assert points.shape == others.shape
+    assert len(np.unique(points.view(np.uint64), axis=0)) == len(points)
+    np.testing.assert_array_equal(points[number], others[of_others])
+    np.testing.assert_array_equal(points[number], corners.transpose(1, 0, 2))
+
+
+@pytest.mark.parametrize("index", [[], [3], [7, 0, 7, 2, 9], list(range(10))])
+def test_numbers_that_occur_are_numbered_anew(index: list[int]) -> None:
+    (used, number), (of_others, others) = both(lambda: renumbered(np.array([index, index], dtype=np.int64), 10))
+    np.testing.assert_array_equal(used, of_others)
+    np.testing.assert_array_equal(number, others)

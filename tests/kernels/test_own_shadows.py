@@ -14,7 +14,7 @@ ROUNDING = 1e-9  # m; positions on the map, of some 1 km, round to 1e-13 m, the 
 
 def compared(own: OwnShadows, points: Floats, triangle: Indices) -> Indices:
     """What occludes points, the same either way."""
-    (occluding, *compiled), (by_numpy, *others) = both(lambda: own._occluding(points, triangle))
+    (occluding, *compiled), (by_numpy, *others) = both(lambda: own.occluding(points, triangle))
     np.testing.assert_array_equal(occluding, by_numpy)
     for one, other in zip(compiled, others, strict=True):
         np.testing.assert_allclose(one, other, rtol=0.0, atol=ROUNDING * 1e3)  # rays by the sea seem to come from afar

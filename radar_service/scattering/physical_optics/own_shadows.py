@@ -36,7 +36,7 @@ class OwnShadows(NamedTuple):
 
     def visible(self, points: Floats, triangle: Indices) -> Flags:
         """Which points (M, 3) in the frame of the upright body [m], on triangles (M,), no other part of it occludes."""
-        return np.asarray(self._occluding(points, triangle)[0] == NO_TRIANGLE)
+        return np.asarray(self.occluding(points, triangle)[0] == NO_TRIANGLE)
 
     def edges(self, hidden: Floats, seen: Floats, triangle: Indices) -> Floats:
         """Where the edge of the shadow lies on the way from points that are hidden to ones that are seen, both (M, 3) in the
@@ -53,7 +53,7 @@ class OwnShadows(NamedTuple):
         share, edge, result = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
         left = np.arange(len(way))
         for step in range(STEPS):
-            occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
+            occluding, end, origin = self.occluding(hidden[left] + share[left, None] * way[left], triangle[left])
             free = left[occluding == NO_TRIANGLE]
             result[free] = edge[free]
             known = np.flatnonzero(occluding >= 0)
@@ -63,7 +63,7 @@ class OwnShadows(NamedTuple):
             share[left] = np.minimum(edge[left] + 2.0**step * onward[left], 1.0)
         return result
 
-    def _occluding(self, points: Floats, triangle: Indices) -> tuple[Indices, Floats, Floats]:
+    def occluding(self, points: Floats, triangle: Indices) -> tuple[Indices, Floats, Floats]:
         """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; the points in the body's own
         curved frame, and where their rays seem to come from (M, 3) [m]."""
         at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
@@ -86,7 +86,7 @@ class OwnShadows(NamedTuple):
     def _compiled_occluding(
         self, compiled: Kernels, points: Floats, triangle: Indices, at_x: float, at_y: float
     ) -> tuple[Indices, Floats, Floats]:
-        """As `_occluding`, by kernels. at_x, at_y: the antenna in the upright body's frame [m]."""
+        """Runs the kernels that do what `occluding` does. at_x, at_y: the antenna in the upright body's frame [m]."""
         scene, count = self.occluder.scene, len(points)
         end, line, origin, reflection = (np.empty((count, 3)) for _ in range(4))
         begin, direction = np.empty((count, 3), dtype=np.float32), np.empty((count, 3), dtype=np.float32)
@@ -107,7 +107,7 @@ class OwnShadows(NamedTuple):
     def _compiled_edges(
         self, compiled: Kernels, hidden: Floats, triangle: Indices, ways: tuple[Floats, Floats, Floats]
     ) -> Floats:
-        """As `edges`, by a kernel. ways: (M, 3) in the upright body's frame, curved and in the body's own, and how far beyond an
+        """Runs the kernel that does what `edges` does. ways: (M, 3) in the upright body's frame, curved and in the body's own, and how far beyond an
         edge the next ray ends (M,), a share."""
         scene, points, on, count = self.occluder.scene, hidden, triangle, len(hidden)
         way, curved_way, onward = ways
@@ -122,7 +122,7 @@ class OwnShadows(NamedTuple):
         )
         share, edge, result, left = np.zeros(count), np.zeros(count), np.full(count, np.nan), np.arange(count)
         for step in range(STEPS):
-            occluding, end, origin = self._occluding(points, on)
+            occluding, end, origin = self.occluding(points, on)
             points, on = np.empty((count, 3)), np.empty(count, dtype=np.int64)
             at = (left, occluding, end, origin)
             count = compiled.run("shadow_edge_step", count, 2.0**step, *at, *known, share, edge, result, points, on)

@@ -107,7 +107,7 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], out: int, back: in
 def _compiled_facet_fields(
     compiled: Kernels, lit: LitFacets, phases: Sequence[LegPhases], out: int, back: int, wave: Wave
 ) -> Complexes:
-    """As `facet_fields`, by a kernel."""
+    """Runs the kernel that does what `facet_fields` does."""
 
     def of_leg(leg: int) -> tuple[Argument, ...]:
         rays, phase = lit.rays[leg], phases[leg]

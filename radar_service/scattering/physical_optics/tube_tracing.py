@@ -112,7 +112,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: b
 def _compiled_reflected(
     compiled: Kernels, tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: bool, count: int
 ) -> RayTubes:
-    """As `_reflected`, of tubes whose directions and fields are reflected already, by a kernel."""
+    """Runs the kernel that does what `_reflected` does, for tubes whose directions and fields are reflected already."""
     launch, rank = tubes.launch, np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
     columns = [
         tubes.corners, tubes.centre, tubes.normal, tubes.direction, tubes.field, tubes.begin, tubes.length, tubes.launched,
@@ -128,11 +128,11 @@ def _compiled_reflected(
     corners, vectors, length = np.empty((3, 3, number)), np.empty((4, 3, number)), np.empty(number)
     compiled.run("take_tubes", number, int(address[0]), parent, triangle, corners, *vectors, length)
     centre, normal, direction, begin = vectors
-    whole = tubes.chosen(parent)
-    whole.chain[whole.bounces, np.arange(number)] = triangle
+    arrived = tubes.chosen(parent)
+    arrived.chain[arrived.bounces, np.arange(number)] = triangle
     return replace(
-        whole, corners=corners, centre=centre, normal=normal, triangle=triangle, direction=direction, length=length, begin=begin,
-        bounces=whole.bounces + 1,
+        arrived, corners=corners, centre=centre, normal=normal, triangle=triangle, direction=direction, length=length, begin=begin,
+        bounces=arrived.bounces + 1,
     )  # fmt: skip
 
 
