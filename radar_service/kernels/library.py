@@ -27,6 +27,8 @@ PROTOTYPES = {
     "own_shadow_rays": "nnfrrrrrfrffffssff",
     "own_shadow_hits": "niiffffi",
     "shadow_edge_step": "nriifffffiffiffffi",
+    "shadow_tips": "nnfbibff",
+    "shadow_cuts": "nnnfbfibffiffi",
     "leg_rays": "nnffrrfrfffffffb",
     "leg_lengths": "nnffrrfrf",
     "phasors": "nfc",

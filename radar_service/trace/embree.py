@@ -175,8 +175,8 @@ class RotatedScene:
         self._scene, self.rotation = scene, rotation
 
     def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
-        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none; rays are turned back already, and relative to
-        `centre`."""
+        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none. Rays are turned back already, and
+        relative to `centre`."""
         return self._scene.first_hit_of(begin, direction)
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:

@@ -131,8 +131,8 @@ def _compiled_reflected(
     arrived = tubes.chosen(parent)
     arrived.chain[arrived.bounces, np.arange(number)] = triangle
     return replace(
-        arrived, corners=corners, centre=centre, normal=normal, triangle=triangle, direction=direction, length=length, begin=begin,
-        bounces=arrived.bounces + 1,
+        arrived, corners=corners, centre=centre, normal=normal, triangle=triangle, direction=direction, length=length,
+        begin=begin, bounces=arrived.bounces + 1,
     )  # fmt: skip
 
 
