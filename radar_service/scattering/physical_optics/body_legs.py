@@ -78,8 +78,8 @@ class LegRays(NamedTuple):
         edge is than the mean of those to its ends, negative."""
         if compiled := kernels():
             bends = np.empty((edge.shape[1], edge.shape[2]))
-            rays = (self.east, self.north, self.rise, self.flat, self.length, self.curvature)
-            compiled.run("sags", edge.shape[2], len(bends), np.ascontiguousarray(edge), *rays, bends)
+            taken = (edge, self.east, self.north, self.rise, self.flat, self.length, self.curvature)
+            compiled.run("sags", edge.shape[2], len(bends), *map(np.ascontiguousarray, taken), bends)
             return bends
         level, upright = self.along_field(edge, "h"), self.along_field(edge, "v")
         return np.asarray(-0.5 * (level * level / self.length + upright * upright * self.curvature))

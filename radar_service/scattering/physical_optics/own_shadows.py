@@ -107,8 +107,11 @@ class OwnShadows(NamedTuple):
     def _compiled_edges(
         self, compiled: Kernels, hidden: Floats, triangle: Indices, ways: tuple[Floats, Floats, Floats]
     ) -> Floats:
-        """Runs the kernel that does what `edges` does. ways: (M, 3) in the upright body's frame, curved in the body's own; how far
-        beyond an edge the next ray ends (M,), a share."""
+        """Runs the kernel that does what `edges` does.
+
+        ways: (M, 3) in the upright body's frame, the same curved and in the body's own, and how far beyond an edge the next ray
+        ends (M,), a share.
+        """
         scene, points, on, count = self.occluder.scene, hidden, triangle, len(hidden)
         way, curved_way, onward = ways
         known = (

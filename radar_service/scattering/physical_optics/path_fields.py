@@ -112,7 +112,8 @@ def _compiled_facet_fields(
     def of_leg(leg: int) -> tuple[Argument, ...]:
         rays, phase = lit.rays[leg], phases[leg]
         of_rays = (rays.east, rays.north, rays.rise, rays.flat, rays.length)
-        return (*of_rays, phase.bend, phase.corner, phase.at_corner, lit.lengths[leg])
+        columns = (*of_rays, phase.bend, phase.corner, phase.at_corner, lit.lengths[leg])
+        return tuple(map(np.ascontiguousarray, columns))
 
     shapes = (np.ascontiguousarray(column) for column in (lit.corner, lit.normal, lit.area, lit.side, lit.share))
     total, (count, legs) = np.zeros(len(lit.points), dtype=np.complex128), lit.share.shape
