@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -61,3 +62,28 @@ def test_a_program_tells_once_that_it_has_no_kernels(
     monkeypatch.setenv(library.SWITCH, choice)
     assert main(["check", "far-target"]) == 0
     assert capsys.readouterr().err.count("compiled kernels are absent") == told
+
+
+OPTICS = "radar_service.scattering.physical_optics."
+PYTHON = {  # modules whose constants C has too
+    "own_shadows.c": (OPTICS + "own_shadows", "radar_service.trace.occluder"),
+    "shadow_edges.c": (OPTICS + "shadow_edges", OPTICS + "facets"),
+    "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
+    "triangle_means.h": (OPTICS + "facet_integral",),
+    "leg_rays.c": ("radar_service.propagation.legs",),
+}
+
+
+@pytest.mark.parametrize("file", PYTHON)
+def test_constants_in_c_are_those_of_python(file: str) -> None:
+    source = (library.FOLDER / file).read_text(encoding="utf-8")
+    declared = re.findall(r"^(?:static const \w+|enum) (.*);", source, flags=re.M)
+    values = dict(re.findall(r"([A-Z_]{4,}) = ([-\w.]+)", " ".join(declared)))
+    known: dict[str, float] = {}
+    for module in PYTHON[file]:
+        known |= {name.lstrip("_"): value for name, value in vars(import_module(module)).items() if name.isupper()}
+    of_c_alone = {"NO_MEMORY", "NO_RAYS"}
+    assert {name: float(value) for name, value in values.items() if name not in of_c_alone} == {
+        name: known[name] for name in values if name not in of_c_alone
+    }
+    assert len(values) > 0
