@@ -3,6 +3,7 @@
 The kernels are plain C that Python opens by ctypes. A machine without a compiler installs without them.
 """
 
+import hashlib
 from pathlib import Path
 
 from setuptools import Extension, find_packages, setup
@@ -10,6 +11,8 @@ from setuptools import Extension, find_packages, setup
 INSIDE = {"radar_service.clients": "clients", "radar_service.scenes": "scenes"}
 KERNELS = Path("radar_service/kernels")
 # One rounding for each operation, whatever the compiler would fuse: equal sources give equal bytes. No errno of `sqrt` is read.
+SOURCES = sorted([*KERNELS.glob("*.c"), *KERNELS.glob("*.h")], key=lambda file: file.name)
+DIGEST = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:15]  # as kernels/library.py has it
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno"]
 
 setup(
@@ -21,8 +24,9 @@ setup(
     ext_modules=[
         Extension(
             "radar_service.kernels.compiled",
-            sorted(file.as_posix() for file in KERNELS.glob("*.c")),
-            depends=sorted(file.as_posix() for file in KERNELS.glob("*.h")),
+            [file.as_posix() for file in SOURCES if file.suffix == ".c"],
+            depends=[file.as_posix() for file in SOURCES if file.suffix == ".h"],
+            define_macros=[("SOURCES", f"0x{DIGEST}")],
             extra_compile_args=FLAGS,
             optional=True,
         )

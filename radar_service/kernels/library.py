@@ -6,6 +6,7 @@ kernels were not built, and where the environment has RADAR_SERVICE_KERNELS=off.
 """
 
 import ctypes
+import hashlib
 import os
 from collections.abc import Callable
 from importlib.machinery import EXTENSION_SUFFIXES
@@ -19,7 +20,10 @@ from numpy.typing import NDArray
 SWITCH = "RADAR_SERVICE_KERNELS"
 FOLDER = Path(__file__).parent
 NAME = "compiled"
-ABSENT = "compiled kernels are absent (they need a C compiler when radar-service is installed): ships take longer to compute"
+ABSENT = (
+    "compiled kernels are absent, or were built from other sources: ships take longer to compute; with a C compiler "
+    "`pip install` (in a checkout `pip install -e .`) builds them"
+)
 
 # What each kernel takes: n and r are a count and a real number; f, s, c, i, b are C-contiguous arrays of float64, float32,
 # complex128, int64, and of bytes (bool or int8); t is a call that traces rays. Each returns a count.
@@ -112,9 +116,25 @@ def _passed(kind: str, argument: Argument) -> int | float:
 
 
 def library_file() -> Path | None:
-    """Where the library lies that setuptools built, or None."""
+    """Where the library lies that setuptools built from these sources, or None."""
     files = (FOLDER / f"{NAME}{suffix}" for suffix in EXTENSION_SUFFIXES)
-    return next((file for file in files if file.is_file()), None)
+    return next((file for file in files if file.is_file() and _sources_of(file) == _digest()), None)
+
+
+def _digest() -> int:
+    """The digest of the sources, as setup.py has it."""
+    files = sorted([*FOLDER.glob("*.c"), *FOLDER.glob("*.h")], key=lambda file: file.name)
+    return int(hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:15], 16)
+
+
+def _sources_of(file: Path) -> int | None:
+    """The digest of the sources that a library was built from; None for one of another kind, or of another machine."""
+    try:
+        sources = ctypes.CDLL(str(file)).sources
+    except (OSError, AttributeError):
+        return None
+    sources.restype = ctypes.c_int64
+    return int(sources())
 
 
 def chosen_file() -> Path | None:

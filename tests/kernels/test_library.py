@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,10 +28,27 @@ def test_kernels_are_built_where_there_is_a_compiler() -> None:
 def test_python_calls_kernels_as_the_sources_declare_them() -> None:
     source = "".join(file.read_text(encoding="utf-8") for file in sorted(library.FOLDER.glob("*.c")))
     declared = {}
+    source = source.replace("KERNEL int64_t sources(void)", "")
     for name, arguments in re.findall(r"^KERNEL int64_t (\w+)\(([^)]*)\)", source, flags=re.M):
         types = (re.sub(r"\w+$|const ", "", argument.strip()).strip() for argument in arguments.split(","))
         declared[name] = "".join(LETTERS[of_one] for of_one in types)
     assert declared == library.PROTOTYPES
+
+
+@NEEDS_KERNELS
+def test_a_library_that_was_built_from_other_sources_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a checkout whose sources have changed since `pip install -e .`."""
+    built = library.library_file()
+    assert built is not None
+    for file in (built, *library.FOLDER.glob("*.[ch]")):
+        shutil.copy(file, tmp_path)
+    monkeypatch.setattr(library, "FOLDER", tmp_path)
+    assert library.library_file() == tmp_path / built.name
+    (tmp_path / "geometry.h").write_text("/* another one */")
+    assert library.library_file() is None
+    (tmp_path / built.name).unlink()
+    (tmp_path / built.name).write_bytes(b"of no machine")
+    assert library.library_file() is None
 
 
 @NEEDS_KERNELS

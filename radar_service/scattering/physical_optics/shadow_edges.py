@@ -182,8 +182,8 @@ def _compiled_cuts(
     explained = compiled.run(
         "shadow_cuts", count, len(lattice), odd, *facets, lattice, which, tip, crossing, parts, of_part, share, halved, rest
     )
-    made, left = 3 * explained, count - explained
-    return Parts(parts[:made], origin[of_part[:made]], share[:made]), halved[: 2 * left], rest[:left]
+    cut, left = 3 * explained, count - explained
+    return Parts(parts[:cut], origin[of_part[:cut]], share[:cut]), halved[: 2 * left], rest[:left]
 
 
 def _shadow_line(
