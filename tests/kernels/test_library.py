@@ -22,7 +22,9 @@ LETTERS |= {"int8_t *": "b", "uint8_t *": "b", "RayCall": "t"}
 
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
 def test_kernels_are_built_where_there_is_a_compiler() -> None:
-    assert library.library_file() is not None
+    assert library.library_file() is not None, (
+        "run `pip install -e .` again: it builds the kernels from the sources as they are"
+    )
 
 
 def test_python_calls_kernels_as_the_sources_declare_them() -> None:
