@@ -113,9 +113,7 @@ class TriangleScene:
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
-        if len(direction) == 0:
-            return np.zeros(0, dtype=np.int64)
-        return self._tree().first_hit(*self._as_float32(origin, direction))
+        return self.first_hit_of(*self._as_float32(origin, direction))
 
     def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
         """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none; begins are relative to `centre`."""
@@ -128,6 +126,7 @@ class TriangleScene:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.bool_)
+        self._count.rays += len(direction)
         within = np.broadcast_to(np.asarray(reach, dtype=np.float32), (len(direction),))
         return self._tree().occluded(*self._as_float32(origin, direction), within)
 
@@ -161,7 +160,6 @@ class TriangleScene:
         return (self.vertices - self.centre).astype(np.float32), self.faces.astype(np.int32)
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[Singles, Singles]:
-        self._count.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)
 
