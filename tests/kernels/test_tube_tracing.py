@@ -1,12 +1,15 @@
 """The kernel that follows ray tubes against numpy, and what it does where rays fail."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from radar_service.scattering.physical_optics import tube_tracing
 from radar_service.scattering.physical_optics.lit_facets import Surface
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.path_fields import Wave, received_fields
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.trace.embree import TriangleScene
@@ -31,6 +34,15 @@ def ends_on(body: OpticalBody, smallest: float, lit: bool = True) -> Ends:
     return Ends(body.mesh, np.full(faces, lit), body.rank, np.full(faces, smallest))
 
 
+def assert_same(compiled: list[RayTubes], by_numpy: list[RayTubes]) -> None:
+    assert len(compiled) == len(by_numpy)
+    for one, other in zip(compiled, by_numpy, strict=True):
+        for name in ("launched", "triangle", "bounces", "chain"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+        for name in ("corners", "centre", "normal", "direction", "field", "length", "begin", "first_length"):
+            np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-12, err_msg=name)
+
+
 @pytest.mark.parametrize("lean", [None, 0.3], ids=["upright", "leaning"])
 @pytest.mark.parametrize("every", [True, False], ids=["every tube counts", "by rank"])
 @pytest.mark.parametrize("smallest", [SMALLEST, 0.05, 9.0], ids=["fine", "coarse", "undivided"])
@@ -49,12 +61,34 @@ def test_tubes_are_those_of_numpy(
     else:
         tubes = launched(body, every=every)
     compiled, by_numpy = both(lambda: list(hits(tubes, body.planes, scene, 3, ends_on(body, smallest))))
-    assert len(compiled) == len(by_numpy) > 0
-    for one, other in zip(compiled, by_numpy, strict=True):
-        for name in ("launched", "triangle", "bounces", "chain"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
-        for name in ("corners", "centre", "normal", "direction", "field", "length", "begin", "first_length"):
-            np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-12, err_msg=name)
+    assert len(compiled) > 0
+    assert_same(compiled, by_numpy)
+
+
+@pytest.mark.parametrize("most", [(0, 0), (1, 1), (5, 2)])
+def test_where_few_may_be_divided_the_same_ones_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: tuple[int, int]
+) -> None:
+    """Tubes that may not be divided any more are cut by the line that was found; only the largest have rays at their corners."""
+    monkeypatch.setattr(tube_tracing, "MAX_DIVIDED", most)
+    body = optical(loaded(tmp_path, np.concatenate([UNEQUAL, trihedral(0.3, 3, True) + [0.1, 0.1, 0.0]])))
+    tubes = launched(body)
+    assert_same(*both(lambda: list(hits(tubes, body.planes, body.scene, 3, ends_on(body, SMALLEST)))))
+
+
+@pytest.mark.parametrize("polarization", ["h", "v"])
+def test_fields_of_tubes_of_which_legs_reach_a_share(tmp_path: Path, polarization: str) -> None:
+    """Within -120 dB of the strongest one; positions within rounding."""
+    body = optical(loaded(tmp_path, COARSE))
+    leg, tubes = direct(body, HERE), launched(body, polarization)
+    share = np.random.default_rng(9).uniform(0.1, 1.0, len(tubes.launch.share))
+    tubes = replace(tubes, launch=tubes.launch._replace(share=share))
+    for part in [tubes.chosen(np.arange(0)), *hits(tubes, body.planes, body.scene, 3, ends_on(body, 0.05))]:
+        rays, wave = leg.rays(part.centre.T), Wave(body.wave.wavelength, polarization)
+        compiled, by_numpy = both(lambda part=part, rays=rays, wave=wave: received_fields(part, rays, leg, wave))
+        peak = np.abs(by_numpy.amplitude).max(initial=1e-300)
+        np.testing.assert_allclose(compiled.amplitude, by_numpy.amplitude, rtol=0.0, atol=1e-6 * peak)
+        np.testing.assert_allclose(compiled.position, by_numpy.position, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("few", [0, 1])
