@@ -18,7 +18,7 @@ from radar_service.scattering.physical_optics.facets import cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scattering.physical_optics.path_fields import Wave, facet_fields, facet_phases
+from radar_service.scattering.physical_optics.path_fields import LegPhases, Wave, facet_fields, facet_phases
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
 from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Mesh
@@ -180,3 +180,16 @@ def test_numbers_that_occur_are_numbered_anew(index: list[int]) -> None:
     (used, number), (of_others, others) = both(lambda: renumbered(np.array([index, index], dtype=np.int64), 10))
     np.testing.assert_array_equal(used, of_others)
     np.testing.assert_array_equal(number, others)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3, 2.0], ids=["straight", "gentle", "bent"])
+@pytest.mark.parametrize("spread", [0.0, 0.01, 0.4, 3.0], ids=["equal", "flat", "short", "steep"])
+def test_fields_of_drawn_phases(seen: tuple[OpticalBody, tuple[BodyLeg, ...]], spread: float, bend: float) -> None:
+    """Each branch of the means over triangles by itself: phases at corners and bends of edges drawn, equal ones too."""
+    body, legs = seen
+    _, lit = body.lit_facets(legs, 0.1)
+    draw = np.random.default_rng(10)
+    corner = spread * draw.normal(size=len(lit.points))
+    phases = LegPhases(corner, np.exp(1j * corner), bend * draw.uniform(-1.0, 1.0, lit.corner.shape))
+    compiled, by_numpy = both(lambda: facet_fields(lit, [phases, phases], 0, 1, body.wave))
+    assert np.abs(compiled - by_numpy).max() < 1e-9 * np.abs(by_numpy).max()  # the series err by 1e-9 on either side
