@@ -34,6 +34,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     chosen = next((word for word in words if not word.startswith("-")), None)
     options = parser(chosen if chosen in COMMANDS else "").parse_args(words)
+    _tell_what_is_slow(options.command)
     try:
         with _blas_limit(options.command):
             return module_of(options.command).run(options)
@@ -50,6 +51,16 @@ def _run(arguments: Sequence[str] | None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _tell_what_is_slow(command: str) -> None:
+    """Says once, where the command simulates, that it does so without compiled kernels."""
+    if command in ("replay", "schema"):
+        return
+    from radar_service.kernels.library import complaint
+
+    if text := complaint():
+        print(text, file=sys.stderr)
 
 
 def _blas_limit(command: str) -> contextlib.AbstractContextManager[Any]:

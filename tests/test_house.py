@@ -10,7 +10,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-GROUND = ("public_names", "numerics", "processes", "records", "terminal", "strict_json", "wire")  # upward, as PHYSICS
+GROUND = (
+    "public_names",
+    "kernels",
+    "numerics",
+    "processes",
+    "records",
+    "terminal",
+    "strict_json",
+    "wire",
+)  # upward, as PHYSICS
 PHYSICS = (
     "radar", "world", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "sources", "plan",
 )  # fmt: skip  # upward, each may use all below it

@@ -1,9 +1,11 @@
 """What an installation holds: one package, with the scenes, the page and the client in it, and two commands."""
 
 import configparser
+import os
 import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -13,24 +15,35 @@ from radar_service.scene_file.document import packaged_folder
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ("radar_service", "clients", "scenes")
+COMPILED = "compiled"  # the kernels that setuptools builds, radar_service/kernels/compiled.*
 FILES = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
 
 
 def source_files(folder: str) -> set[str]:
     """Files of a source folder that an installation needs: all of them, without what Python writes itself."""
     files = (ROOT / folder).rglob("*")
-    return {file.relative_to(ROOT).as_posix() for file in files if file.is_file() and "__pycache__" not in file.parts}
+    written = ("__pycache__", COMPILED)
+    return {
+        f.relative_to(ROOT).as_posix()
+        for f in files
+        if f.is_file() and not {f.parent.name, f.name.split(".")[0]} & {*written}
+    }
+
+
+def copied(folder: Path) -> None:
+    """Copies what a build needs."""
+    for name in SOURCES:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", f"{COMPILED}.*"))
+    for file in FILES:
+        shutil.copy(ROOT / file, folder)
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A wheel that the installed setuptools builds from a copy of the sources; an old build folder cannot leak into it."""
     pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build a wheel offline")
-    copy, out = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
-    for folder in SOURCES:
-        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    for file in FILES:
-        shutil.copy(ROOT / file, copy)
+    copy, out = tmp_path_factory.mktemp("copy") / "source", tmp_path_factory.mktemp("wheel")
+    copied(copy)
     build = f"from setuptools import build_meta; build_meta.build_wheel({str(out)!r})"
     subprocess.run([sys.executable, "-c", build], cwd=copy, check=True, capture_output=True)
     return next(out.glob("*.whl"))
@@ -42,7 +55,30 @@ def test_wheel_holds_one_package_with_all_source_files(wheel: Path) -> None:
     installed = source_files("radar_service") | {
         f"radar_service/{name}" for name in source_files("clients") | source_files("scenes")
     }
-    assert {name for name in names if name.startswith("radar_service/")} == installed
+    inside = {name for name in names if name.startswith("radar_service/")}
+    built = {name for name in inside if name.startswith(f"radar_service/kernels/{COMPILED}.")}
+    assert inside - built == installed and len(built) == bool(shutil.which("cc"))
+
+
+def test_a_source_distribution_carries_the_kernels(tmp_path: Path) -> None:
+    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed")
+    copied(tmp_path / "source")
+    build = f"from setuptools import build_meta; build_meta.build_sdist({str(tmp_path)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=tmp_path / "source", check=True, capture_output=True)
+    with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {name for name in source_files("radar_service") if name.endswith((".c", ".h"))} <= names
+
+
+def test_without_a_compiler_the_wheel_has_no_kernels_and_is_built_all_the_same(tmp_path: Path) -> None:
+    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed")
+    copied(tmp_path / "source")
+    build = f"from setuptools import build_meta; build_meta.build_wheel({str(tmp_path)!r})"
+    environment = {**os.environ, "CC": "/nonexistent/cc"}
+    subprocess.run([sys.executable, "-c", build], cwd=tmp_path / "source", check=True, capture_output=True, env=environment)
+    names = zipfile.ZipFile(next(tmp_path.glob("*.whl"))).namelist()
+    assert "radar_service/kernels/library.py" in names
+    assert not [name for name in names if name.startswith(f"radar_service/kernels/{COMPILED}.")]
 
 
 def test_wheel_has_both_commands(wheel: Path) -> None:

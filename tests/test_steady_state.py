@@ -61,7 +61,7 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
     )
     sim = rs.Simulator(still)
     with monkeypatch.context() as patch:
-        rays = counted(patch, TriangleScene, "first_hit")
+        rays = counted(patch, TriangleScene, "first_hit_of")
         rays += counted(patch, TriangleScene, "occluded")
         sim.scan()
         assert not rays

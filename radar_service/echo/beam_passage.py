@@ -131,7 +131,7 @@ class BeamPassages:
         return self._kept(n, spoke, time, self.runs(n, crossing, time).get(spoke))
 
     def _kept(self, n: int, spoke: int, time: float, run: TraceRun | None = None) -> ObservedEchoes:
-        """As `evaluated`, once for all azimuths."""
+        """The echoes that `evaluated` computes, kept for all azimuths that need them."""
         key = n, spoke, run, self._line_of_sight.presences.state(time)
         return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
 

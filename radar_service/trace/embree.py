@@ -83,21 +83,25 @@ class TriangleScene:
     """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Equal ones share a tree. Pickling leaves
     the tree out."""
 
+    rotation: Floats = np.eye(3)  # as of a `RotatedScene`
+
     def __init__(self, vertices: Floats, faces: Indices, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
-        self._vertices, self._faces, self._count = vertices, faces, rays or RayCount()
+        self.vertices: Floats = np.ascontiguousarray(vertices, dtype=np.float64)
+        self.faces: Indices = np.ascontiguousarray(faces, dtype=np.int64)
+        self._count = rays or RayCount()
         self._build_large()
 
     def _build_large(self) -> None:
         self._shared: SharedTree | None = None
-        if len(self._faces) > LAZY_FACES:
+        if len(self.faces) > LAZY_FACES:
             self._tree()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_shared", "_planes")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("_shared", "planes")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -109,20 +113,26 @@ class TriangleScene:
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
+        return self.first_hit_of(*self._as_float32(origin, direction))
+
+    def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
+        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none; begins are relative to `centre`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
-        return self._tree().first_hit(*self._as_float32(origin, direction))
+        self._count.rays += len(direction)
+        return self._tree().first_hit(begin, direction)
 
     def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> Flags:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.bool_)
+        self._count.rays += len(direction)
         within = np.broadcast_to(np.asarray(reach, dtype=np.float32), (len(direction),))
         return self._tree().occluded(*self._as_float32(origin, direction), within)
 
     def hit_distance(self, triangle: Indices, origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
-        normal, offset = self._planes[0].take(triangle, axis=0), self._planes[1].take(triangle)
+        normal, offset = self.planes[0].take(triangle, axis=0), self.planes[1].take(triangle)
         along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         toward = offset - np.einsum("ij,ij->i", normal, np.broadcast_to(origin, normal.shape))
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
@@ -130,13 +140,13 @@ class TriangleScene:
 
     def corners(self, triangle: Indices) -> Floats:
         """Corners (3, 3, M), by corner and axis, of triangles (M,) [m]."""
-        return np.stack([self._vertices.take(self._faces[:, i].take(triangle), axis=0).T for i in range(3)])
+        return np.stack([self.vertices.take(self.faces[:, i].take(triangle), axis=0).T for i in range(3)])
 
     @cached_property
-    def _planes(self) -> tuple[Floats, Floats]:
+    def planes(self) -> tuple[Floats, Floats]:
         """Normals (F, 3), twice as long as the area, and what all points of the planes have for them (F,); 32 bytes a
         triangle, a fraction of what Embree's tree takes."""
-        a, b, c = (self._vertices.take(self._faces[:, i], axis=0) for i in range(3))
+        a, b, c = (self.vertices.take(self.faces[:, i], axis=0) for i in range(3))
         (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
         normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)  # half the time of np.cross
         return normal, np.einsum("ij,ij->i", normal, a)
@@ -147,10 +157,9 @@ class TriangleScene:
         return TREES.tree(self._shared, self._triangles)
 
     def _triangles(self) -> Triangles:
-        return (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32)
+        return (self.vertices - self.centre).astype(np.float32), self.faces.astype(np.int32)
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[Singles, Singles]:
-        self._count.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)
 
@@ -160,9 +169,14 @@ class RotatedScene:
     rounded, and no tree is built."""
 
     def __init__(self, scene: TriangleScene, rotation: Floats) -> None:
-        self.radius = scene.radius
-        self._scene, self._rotation = scene, rotation
+        self.radius, self.centre = scene.radius, scene.centre
+        self._scene, self.rotation = scene, rotation
+
+    def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
+        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none. Rays are turned back already, and
+        relative to `centre`."""
+        return self._scene.first_hit_of(begin, direction)
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """As of a `TriangleScene`, of rays in the rotated frame."""
-        return self._scene.first_hit(origin @ self._rotation, direction @ self._rotation)
+        return self._scene.first_hit(origin @ self.rotation, direction @ self.rotation)

@@ -30,6 +30,11 @@ class Occluder:
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
     @property
+    def scene(self) -> TriangleScene:
+        """The ray tests of the curved body, in its own frame."""
+        return self._scene
+
+    @property
     def sphere(self) -> tuple[Floats, float]:
         """Middle (3,) and radius [m] of the curved body's bounding sphere, in its own frame."""
         return self._scene.centre, self._scene.radius

@@ -23,8 +23,8 @@ class TriangleClusters:
         self._order = curve_order((fine.low + fine.high).T / 2.0)
         self._clusters = Boxes(fine.low[:, self._order], fine.high[:, self._order])
         self._groups = _enclosing(*self._clusters, GROUP)
-        whole = _enclosing(*self._groups, max(1, self._groups.low.shape[1]))
-        self.box: Floats = _box_corners(whole, np.zeros(1, dtype=np.int64))[0]  # corners (8, 3) of the box around all
+        around = _enclosing(*self._groups, max(1, self._groups.low.shape[1]))
+        self.box: Floats = _box_corners(around, np.zeros(1, dtype=np.int64))[0]  # corners (8, 3) of the box around all
 
     def chosen(self, concerns: Test) -> Floats:
         """The triangles (T, 3, 3) [m] that pass a test. The hull of any set must pass it that has one in it that does."""

@@ -59,7 +59,7 @@ def watched(work: Work) -> Iterator[None]:
             patch.setattr(module, "weight_rows", _noting_products(work))
         patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
         patch.setattr(compression, "spread_moving", _noting_spread(work))
-        for name in ("first_hit", "occluded"):
+        for name in ("first_hit_of", "occluded"):
             patch.setattr(TriangleScene, name, _noting_rays(getattr(TriangleScene, name), work))
         yield
 
@@ -108,7 +108,8 @@ def _noting_spread(work: Work) -> Callable[..., Any]:
 def _noting_rays(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
     def noting(self: TriangleScene, origin: Any, direction: Any, *reach: Any) -> Any:
         if len(direction):
-            origins = np.broadcast_to(origin - self.centre, direction.shape)
+            centre = self.centre if reach else 0.0  # first hits are asked for about the centre already
+            origins = np.broadcast_to(origin - centre, direction.shape)
             rays = (np.ascontiguousarray(array, dtype=np.float32) for array in (origins, direction))
             work.rays.append((self._tree(), *rays))
         return original(self, origin, direction, *reach)

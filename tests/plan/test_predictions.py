@@ -74,7 +74,7 @@ class Work:
 
     def watch(self, patch: pytest.MonkeyPatch) -> None:
         """Counts rays, samples of Fourier transforms and gridded echoes from now on."""
-        for name in ("first_hit", "occluded"):
+        for name in ("first_hit_of", "occluded"):
             patch.setattr(TriangleScene, name, self._rays(getattr(TriangleScene, name)))
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, self._transforms(getattr(scipy.fft, name)))

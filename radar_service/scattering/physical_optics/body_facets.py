@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_columns import BodyColumn
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples, renumbered
@@ -105,6 +106,9 @@ def welded(corners: Floats) -> tuple[Indices, Floats]:
 
     Corners are the same where all their bits are: halves of an edge that two triangles share have the same middle.
     """
+    if compiled := kernels():
+        number, points = np.empty((3, len(corners)), dtype=np.int64), np.empty((3 * len(corners) + 1, 3))
+        return number, points[: compiled.run("welded", len(corners), np.ascontiguousarray(corners), number, points)]
     every = corners.transpose(1, 0, 2).reshape(-1, 3) + 0.0  # -0 becomes 0
     mixed = np.zeros(len(every), dtype=np.uint64)
     for bits in every.view(np.uint64).T:

@@ -1,10 +1,12 @@
 """Legs in the frame of a body: direct or by the sea, with their polarization, their wavefronts and what they can reach."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Argument, kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
@@ -74,6 +76,11 @@ class LegRays(NamedTuple):
     def sags(self, edge: Floats) -> Floats:
         """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""
+        if compiled := kernels():
+            bends = np.empty((edge.shape[1], edge.shape[2]))
+            taken = (edge, self.east, self.north, self.rise, self.flat, self.length, self.curvature)
+            compiled.run("sags", edge.shape[2], len(bends), *map(np.ascontiguousarray, taken), bends)
+            return bends
         level, upright = self.along_field(edge, "h"), self.along_field(edge, "v")
         return np.asarray(-0.5 * (level * level / self.length + upright * upright * self.curvature))
 
@@ -118,6 +125,10 @@ class BodyLeg:
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""
+        if compiled := kernels():
+            rays = LegRays._make([*np.empty((7, len(points))), np.empty(len(points), dtype=np.bool_)])
+            compiled.run("leg_rays", *self._compiled(points), *rays)
+            return rays
         leg = self._leg(points)
         east, north = (leg.level @ body_rotation(self.pose.heading)[:2, :2]).T
         flat = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))
@@ -125,6 +136,10 @@ class BodyLeg:
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
+        if compiled := kernels():
+            length = np.empty(len(points))
+            compiled.run("leg_lengths", *self._compiled(points), length)
+            return length
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return leg_length(position, self.antenna, self.earth_radius, self.by_sea)
 
@@ -137,6 +152,14 @@ class BodyLeg:
             return np.ones(len(points))
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return sea_divergence(position, self.antenna, self.earth_radius)
+
+    def _compiled(self, points: Floats) -> tuple[Argument, ...]:
+        """What kernels take of the leg and of points (M, 3) in the body's frame [m]."""
+        pose, heading = self.pose, self.pose.heading
+        return (
+            len(points), self.by_sea, np.ascontiguousarray(points), np.ascontiguousarray(pose.position), math.cos(heading),
+            math.sin(heading), np.ascontiguousarray(self.antenna), self.earth_radius,
+        )  # fmt: skip
 
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)

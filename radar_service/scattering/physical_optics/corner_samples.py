@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.physical_optics.shadow_edges import INSET, Visible
@@ -64,6 +65,14 @@ class CornerSamples(NamedTuple):
 
 def renumbered(index: Indices, count: int) -> tuple[Indices, Indices]:
     """Those indices (U,) below `count` that occur in `index`, rising, and which of them each is."""
+    if compiled := kernels():
+        place, used, number = (
+            np.empty(count, dtype=np.int64),
+            np.empty(count, dtype=np.int64),
+            np.empty_like(index, order="C"),
+        )
+        total = compiled.run("renumbered", index.size, count, np.ascontiguousarray(index), place, used, number)
+        return used[:total], number
     occurs = np.zeros(count, dtype=np.bool_)
     occurs[index] = True
     return np.flatnonzero(occurs), (np.cumsum(occurs) - 1)[index]

@@ -12,6 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.corner_samples import renumbered
@@ -148,14 +149,23 @@ def lit_facets(
     legs: Sequence[BodyLeg],
 ) -> LitFacets:  # fmt: skip
     """Facets with the rays of legs; arguments as of `LitFacets`."""
+    edges, centre, area = _shapes(points, corner)
+    rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
+    normal = by_axis(planes.normal).take(triangle, axis=1)
+    return LitFacets(corner, points, edges, area, normal, triangle, cell, side, share, rays, lengths)
+
+
+def _shapes(points: Floats, corner: Indices) -> tuple[Floats, Floats, Floats]:
+    """Edges (3, 3, M) as of `LitFacets`, centroids (M, 3) [m], and areas (M,) [m^2] of facets."""
+    if compiled := kernels():
+        count = corner.shape[1]
+        shapes = np.empty((3, 3, count)), np.empty((count, 3)), np.empty(count)
+        compiled.run("facet_shapes", count, np.ascontiguousarray(points), np.ascontiguousarray(corner), *shapes)
+        return shapes
     corners = by_axis(points).take(corner, axis=1)
     edges, centre = corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
     across = cross(edges[:, 0], edges[:, 1])
-    rays, lengths = tuple(leg.rays(centre.T) for leg in legs), tuple(leg.length(points) for leg in legs)
-    normal = by_axis(planes.normal).take(triangle, axis=1)
-    return LitFacets(
-        corner, points, edges, np.sqrt(dot(across, across)) / 2.0, normal, triangle, cell, side, share, rays, lengths
-    )  # fmt: skip
+    return edges, centre.T, np.sqrt(dot(across, across)) / 2.0
 
 
 def _launch_corners(tubes: RayTubes, planes: Planes) -> Floats:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Argument, Kernels, kernels
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import (
@@ -82,6 +83,8 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], out: int, back: in
     The field of a facet is shared by its corners so that the sum is right for whatever weighs it linearly over the facet. So what
     neighbours give at a common edge cancels, as it should.
     """
+    if compiled := kernels():
+        return _compiled_facet_fields(compiled, lit, phases, out, back, wave)
     share = lit.share[:, out] * (lit.share[:, back] if back != out else 1.0)
     both = np.flatnonzero((share > 0.0) & (lit.side[:, out] == lit.side[:, back]))
     current = _current(lit, out, back, wave)
@@ -97,6 +100,25 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], out: int, back: in
     index, total = corner.ravel(), np.empty(len(lit.points), dtype=np.complex128)
     total.real = np.bincount(index, parts.real.ravel(), len(total))
     total.imag = np.bincount(index, parts.imag.ravel(), len(total))
+    total *= CURRENT / wave.wavelength
+    return total
+
+
+def _compiled_facet_fields(
+    compiled: Kernels, lit: LitFacets, phases: Sequence[LegPhases], out: int, back: int, wave: Wave
+) -> Complexes:
+    """Runs the kernel that does what `facet_fields` does."""
+
+    def of_leg(leg: int) -> tuple[Argument, ...]:
+        rays, phase = lit.rays[leg], phases[leg]
+        of_rays = (rays.east, rays.north, rays.rise, rays.flat, rays.length)
+        columns = (*of_rays, phase.bend, phase.corner, phase.at_corner, lit.lengths[leg])
+        return tuple(map(np.ascontiguousarray, columns))
+
+    shapes = (np.ascontiguousarray(column) for column in (lit.corner, lit.normal, lit.area, lit.side, lit.share))
+    total, (count, legs) = np.zeros(len(lit.points), dtype=np.complex128), lit.share.shape
+    level = wave.polarization == "h"
+    compiled.run("facet_fields", count, legs, out, back, level, *shapes, *of_leg(out), *of_leg(back), total)
     total *= CURRENT / wave.wavelength
     return total
 
@@ -141,13 +163,29 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
 
 def received_fields(tubes: RayTubes, back: LegRays, receive: BodyLeg, wave: Wave) -> PathFields:
     """What tubes (M,) scatter into a leg, all of which it reaches. back: its rays at their centres."""
-    share, cell = (column.take(tubes.launched) for column in (tubes.launch.share, tubes.launch.cell))
+    cell, both_ends = tubes.launch.cell.take(tubes.launched), receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
+    if compiled := kernels():
+        return PathFields(*_compiled_tube_fields(compiled, tubes, back, wave), cell, both_ends)
+    share = tubes.launch.share.take(tubes.launched)
     surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
     amplitude *= path_phasor(tubes.length + back.length, wave)
-    both_ends = receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
     return PathFields(_behind(tubes, back), amplitude, cell, both_ends)
+
+
+def _compiled_tube_fields(compiled: Kernels, tubes: RayTubes, back: LegRays, wave: Wave) -> tuple[Floats, Complexes]:
+    """Positions (M, 3) [m] and amplitudes (M,) [m] of `received_fields`, by a kernel."""
+    count, launch = len(tubes), tubes.launch
+    columns = [
+        tubes.corners, tubes.centre, tubes.direction, tubes.field, tubes.normal, tubes.begin, tubes.length, tubes.first_length,
+        tubes.launched, launch.direction, launch.share, back.east, back.north, back.rise, back.flat, back.length, back.curvature,
+    ]  # fmt: skip
+    position, amplitude, level = np.empty((count, 3)), np.empty(count, dtype=np.complex128), wave.polarization == "h"
+    taken = map(np.ascontiguousarray, columns)
+    compiled.run("tube_fields", count, len(launch.share), level, wave.wavenumber, *taken, amplitude, position)
+    amplitude *= CURRENT / wave.wavelength
+    return position, amplitude
 
 
 def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:

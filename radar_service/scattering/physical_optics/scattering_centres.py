@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Complexes, Floats, Indices
 
 # Of the strongest centre's power: all that are left out; on ships, whose phases are random, 80 % of the centres. Errors of 80
@@ -52,6 +53,12 @@ class Lattice:
     def sums(self, which: slice, amplitude: Complexes) -> Complexes:
         """The sum (N,) at each node of the shares of amplitudes (W,) at points `which`."""
         total = np.zeros(len(self.nodes), dtype=np.complex128)
+        if compiled := kernels():
+            begin, points = which.indices(self.corner.shape[1])[0], self.corner.shape[1]
+            shares = np.ascontiguousarray(self.corner), np.ascontiguousarray(self.share)
+            taken = np.ascontiguousarray(amplitude, dtype=np.complex128)
+            compiled.run("lattice_sums", len(amplitude), begin, points, *shares, taken, total)
+            return total
         real, imaginary = np.ascontiguousarray(amplitude.real), np.ascontiguousarray(amplitude.imag)
         for corner, share in zip(self.corner[:, which], self.share[:, which], strict=True):
             total.real += np.bincount(corner, share * real, len(total))

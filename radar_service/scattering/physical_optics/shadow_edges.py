@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import areas, centroids, halves, line_through
 
@@ -133,16 +134,18 @@ def _resolved(
         mixed = np.flatnonzero(~pure)
         if not len(mixed):
             break
-        cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, edges, effort)
+        cut, corners, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, edges, effort)
         done.append(cut)
-        corners, origin = halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
+        origin = np.tile(origin[mixed[rest]], 2)
     return Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
 
 
 def _cut_along_edges(
     corners: Floats, origin: Indices, triangle: Indices, flags: Flags, visible: Visible, edges: Edges | None, effort: Effort
-) -> tuple[Parts, Indices]:
-    """Parts of the facets (K, 3, 3) that one straight line explains, and the indices of the others."""
+) -> tuple[Parts, Floats, Indices]:
+    """Parts of the facets (K, 3, 3) that one straight line explains, and halves (2 R, 3, 3) and indices (R,) of the others."""
+    if compiled := kernels():
+        return _compiled_cuts(compiled, corners, origin, triangle, flags, (visible, edges, effort))
     odd = flags[:, :3].sum(axis=1) % 3 != 0  # two corners differ from the third
     which = np.flatnonzero(odd)
     seen = flags[which, :3]
@@ -153,7 +156,34 @@ def _cut_along_edges(
     line = _shadow_line(ordered, triangle[origin[which]], tip, visible, edges, effort)
     explained = _explains(line, turn, flags[which], tip, effort.rows)
     rest = np.setdiff1d(np.arange(len(corners)), which[explained], assume_unique=True)
-    return _split(ordered[explained], line[explained], origin[which[explained]], tip[explained]), rest
+    cut = _split(ordered[explained], line[explained], origin[which[explained]], tip[explained])
+    return cut, halves(corners[rest]), rest
+
+
+def _compiled_cuts(
+    compiled: Kernels,
+    corners: Floats,
+    origin: Indices,
+    triangle: Indices,
+    flags: Flags,
+    search: tuple[Visible, Edges | None, Effort],
+) -> tuple[Parts, Floats, Indices]:
+    """Runs the kernels that do what `_cut_along_edges` does. search: by what the edges of shadows are found."""
+    count, lattice = len(corners), _lattice(search[2].rows)
+    facets = np.ascontiguousarray(corners), np.ascontiguousarray(flags)
+    which, tip, begin, end = (
+        np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_), np.empty((2 * count, 3)), np.empty((2 * count, 3))
+    )  # fmt: skip
+    odd = compiled.run("shadow_tips", count, len(lattice), *facets, which, tip, begin, end)
+    on = np.repeat(triangle[origin[which[:odd]]], 2)
+    crossing = _crossings(begin[: 2 * odd], end[: 2 * odd], on, np.repeat(tip[:odd], 2), *search)
+    parts, of_part, share = np.empty((3 * odd, 3, 3)), np.empty(3 * odd, dtype=np.int64), np.empty(3 * odd)
+    halved, rest = np.empty((2 * count, 3, 3)), np.empty(count, dtype=np.int64)
+    explained = compiled.run(
+        "shadow_cuts", count, len(lattice), odd, *facets, lattice, which, tip, crossing, parts, of_part, share, halved, rest
+    )
+    cut, left = 3 * explained, count - explained
+    return Parts(parts[:cut], origin[of_part[:cut]], share[:cut]), halved[: 2 * left], rest[:left]
 
 
 def _shadow_line(
@@ -165,7 +195,14 @@ def _shadow_line(
     """
     inset = ordered + INSET * (centroids(ordered)[:, None] - ordered)
     begin, end = np.repeat(inset[:, 0], 2, axis=0), inset[:, 1:].reshape(-1, 3)
-    triangle, tip = np.repeat(triangle, 2), np.repeat(tip, 2)
+    crossing = _crossings(begin, end, np.repeat(triangle, 2), np.repeat(tip, 2), visible, edges, effort)
+    return line_through(crossing.reshape(-1, 2).T, INSET).T
+
+
+def _crossings(
+    begin: Floats, end: Floats, triangle: Indices, tip: Flags, visible: Visible, edges: Edges | None, effort: Effort
+) -> Floats:
+    """Where the edges of shadows cross the ways from `begin` (N, 3), visible or not (`tip`), to `end`: shares (N,) of these."""
     crossing = np.full(len(begin), np.nan)
     if edges is not None:
         first = tip[:, None]
@@ -173,7 +210,7 @@ def _shadow_line(
         crossing = np.where(tip, 1.0 - share, share)
     left = np.flatnonzero(np.isnan(crossing))
     crossing[left] = _searched(begin[left], end[left] - begin[left], triangle[left], tip[left], visible, effort)
-    return line_through(crossing.reshape(-1, 2).T, INSET).T
+    return crossing
 
 
 def _searched(begin: Floats, way: Floats, triangle: Indices, tip: Flags, visible: Visible, effort: Effort) -> Floats:

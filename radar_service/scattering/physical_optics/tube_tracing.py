@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.facets import ALIKE, areas, first_largest, line_through
@@ -74,6 +75,8 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: b
     planes; last: without those that do not count there."""
     direction, field = specular_reflection(tubes.direction.T, tubes.field.T, tubes.normal.T)
     tubes = replace(tubes, direction=np.ascontiguousarray(direction.T), field=np.ascontiguousarray(field.T))
+    if compiled := kernels():
+        return _compiled_reflected(compiled, tubes, planes, scene, ends, last, count)
     plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
     rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
     landing = rank if last else np.append(np.full(len(ends.lit), np.iinfo(np.int64).max), EVERY - 1)
@@ -104,6 +107,33 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: b
             break
         tubes, hit = _divided(tubes.chosen(divided), hit[:, divided], first_largest(edges[:, divided]), scene)
     return _projected(RayTubes.joined(done), planes)
+
+
+def _compiled_reflected(
+    compiled: Kernels, tubes: RayTubes, planes: Planes, scene: Rays, ends: Ends, last: bool, count: int
+) -> RayTubes:
+    """Runs the kernel that does what `_reflected` does, for tubes whose directions and fields are reflected already."""
+    launch, rank = tubes.launch, np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
+    columns = [
+        tubes.corners, tubes.centre, tubes.normal, tubes.direction, tubes.field, tubes.begin, tubes.length, tubes.launched,
+        tubes.triangle, tubes.bounces, launch.direction, launch.field, launch.least, launch.longest, ends.mesh.vertices,
+        ends.mesh.faces, rank, ends.smallest, planes.number, planes.point, planes.normal, scene.centre,
+    ]  # fmt: skip
+    sizes = (len(tubes), len(ends.lit), len(launch.least), last, count, MAX_HALVINGS, CUT_LEVEL)
+    address = np.zeros(1, dtype=np.int64)
+    taken = [np.ascontiguousarray(column) for column in columns]
+    rotation = np.ascontiguousarray(scene.rotation)
+    number = compiled.run_with_rays("reflect_tubes", scene.first_hit_of, *sizes, *taken, scene.radius, rotation, address)
+    parent, triangle = np.empty(number, dtype=np.int64), np.empty(number, dtype=np.int64)
+    corners, vectors, length = np.empty((3, 3, number)), np.empty((4, 3, number)), np.empty(number)
+    compiled.run("take_tubes", number, int(address[0]), parent, triangle, corners, *vectors, length)
+    centre, normal, direction, begin = vectors
+    arrived = tubes.chosen(parent)
+    arrived.chain[arrived.bounces, np.arange(number)] = triangle
+    return replace(
+        arrived, corners=corners, centre=centre, normal=normal, triangle=triangle, direction=direction, length=length,
+        begin=begin, bounces=arrived.bounces + 1,
+    )  # fmt: skip
 
 
 def largest(which: Indices, size: Floats, count: int) -> Indices:

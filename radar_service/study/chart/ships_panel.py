@@ -30,7 +30,7 @@ STEPS_DEG = (0.05, 0.1, 0.2, 0.4)  # that traces hold for
 BOUNCES = (1, 2, 3)
 METHODS = len(BOUNCES) + len(STEPS_DEG) + 1  # with the finer one
 TRACED, SHARED = "each aspect traced", "aspects share a trace"
-FINER = 0.5  # of the longest edge of facets and tubes: against these the others err
+SMALLER = 0.5  # of the longest edge of facets and tubes: against these the others err
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def ships_points(ships: Sequence[Scene], scans: int, done: Callable[[], object])
     settings = [(TRACED, f"{b} bounce{'s' * (b > 1)}", replace(balanced, bounces=b, trace_step_deg=0.0)) for b in BOUNCES]
     settings += [(SHARED, f"{step:g} degrees", replace(balanced, trace_step_deg=step)) for step in STEPS_DEG]
     methods = [[RollingShip.of(ship, fidelity) for ship in ships] for *_, fidelity in settings]
-    methods.append([RollingShip.of(ship, replace(balanced, trace_step_deg=0.0), FINER) for ship in ships])
+    methods.append([RollingShip.of(ship, replace(balanced, trace_step_deg=0.0), SMALLER) for ship in ships])
     passages = [[ship.nodes(scan) for ship in methods[0]] for scan in range(scans + 1)]
     results: list[list[list[Floats]]] = [[] for _ in methods]
 

@@ -1,0 +1,80 @@
+/* Legs at points of a body, direct or by the sea: propagation/legs.py and scattering/physical_optics/body_legs.py in one pass. */
+
+#include "geometry.h"
+
+static const double TINY = 1e-12; /* of propagation/legs.py */
+
+/* Of one point: distance along the earth [m], horizontal unit vector on the map, height above the sea [m]. */
+typedef struct {
+    double distance, east, north, height;
+} Plan;
+
+static inline Plan plan_of(const double *point, const double *position, double cosine, double sine, const double *antenna) {
+    double x = point[0] * cosine + point[1] * sine + position[0] - antenna[0];
+    double y = point[1] * cosine - point[0] * sine + position[1] - antenna[1];
+    double distance = sqrt(x * x + y * y), over = larger(distance, TINY);
+    Plan plan = {distance, x / over, y / over, point[2] + position[2]};
+    return plan;
+}
+
+/* `reflected_ray` of propagation/multipath.py: lengths before and beyond the sea, rise over it, sine of the grazing angle. */
+typedef struct {
+    double first, second, rise, grazing_sine;
+} SeaRay;
+
+static inline SeaRay sea_ray(Plan plan, double antenna_height, double earth_radius) {
+    double height = larger(plan.height, 0.0), d = plan.distance;
+    double x = reflection_distance(d, height, antenna_height, earth_radius), bulge = x * x / (2.0 * earth_radius);
+    double rise = height - d * d / (2.0 * earth_radius) + bulge, fall = antenna_height - bulge, up = antenna_height + bulge;
+    SeaRay ray = {sqrt(x * x + up * up), sqrt((d - x) * (d - x) + rise * rise), rise, fall / sqrt(x * x + fall * fall)};
+    return ray;
+}
+
+/* Rays at points (M, 3) in the body's frame [m], M = count. position, antenna (3) on the map [m]; cosine, sine: of the heading.
+ * Results, each (M): as of `LegRays`. */
+KERNEL int64_t leg_rays(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
+                        const double *antenna, double earth_radius, double *length, double *east, double *north, double *rise,
+                        double *flat, double *curvature, double *tilt, uint8_t *arrives) {
+    for (int64_t i = 0; i < count; i++) {
+        Plan plan = plan_of(points + 3 * i, position, cosine, sine, antenna);
+        if (by_sea) {
+            SeaRay ray = sea_ray(plan, antenna[2], earth_radius);
+            double spreading = 1.0 + 2.0 * ray.first / (earth_radius * larger(ray.grazing_sine, TINY));
+            length[i] = ray.first + ray.second;
+            curvature[i] = spreading / larger(ray.first + ray.second * spreading, TINY);
+            rise[i] = ray.rise / larger(ray.second, TINY);
+            arrives[i] = ray.grazing_sine > 0.0;
+        } else {
+            double z = plan.height - antenna[2] - plan.distance * plan.distance / (2.0 * earth_radius);
+            length[i] = larger(sqrt(plan.distance * plan.distance + z * z), TINY);
+            curvature[i] = 1.0 / length[i];
+            rise[i] = z / length[i];
+            arrives[i] = 1;
+        }
+        east[i] = plan.east * cosine - plan.north * sine;
+        north[i] = plan.east * sine + plan.north * cosine;
+        flat[i] = sqrt(larger(1.0 - rise[i] * rise[i], 0.0));
+        tilt[i] = plan.distance / earth_radius;
+    }
+    return count;
+}
+
+/* Lengths (M) of the legs alone [m]; arguments as of `leg_rays`. */
+KERNEL int64_t leg_lengths(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
+                           const double *antenna, double earth_radius, double *length) {
+    for (int64_t i = 0; i < count; i++) {
+        const double *point = points + 3 * i;
+        double x = point[0] * cosine + point[1] * sine + position[0] - antenna[0];
+        double y = point[1] * cosine - point[0] * sine + position[1] - antenna[1];
+        double distance2 = x * x + y * y, height = point[2] + position[2];
+        if (by_sea) {
+            Plan plan = {sqrt(distance2), 0.0, 0.0, height};
+            SeaRay ray = sea_ray(plan, antenna[2], earth_radius);
+            length[i] = ray.first + ray.second;
+        } else {
+            double z = height - antenna[2] - distance2 / (2.0 * earth_radius);
+            length[i] = sqrt(distance2 + z * z);
+        }
+    }
+    return count;
+}
