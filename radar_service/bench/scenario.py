@@ -25,19 +25,35 @@ class _Table(BaseModel):
 
 
 class Limit(_Table):
-    """One limit on a metric. Only limits whose source was read decide; the others are shown."""
+    """One limit on a metric. Only limits whose source was read decide; the others are shown.
+
+    where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
+    """
 
     metric: str = Field(min_length=1)
     maximum: float | None = None
     minimum: float | None = None
     source: str = Field(min_length=1)
     decides: bool = True
+    where_judged: bool = False
 
     def is_met(self, value: float | None) -> bool:
         """Returns whether a value lies within the limit; no value does not."""
         if value is None or math.isnan(value):
             return False
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
+
+
+OURS = "this project, in every scenario"
+GENERAL = tuple(
+    Limit(metric=metric, source=OURS, where_judged=True, **bound)
+    for metric, bound in {
+        "completeness": {"minimum": 0.95}, "spurious": {"maximum": 0.02}, "ambiguity": {"maximum": 1.02},
+        "identity_changes": {"maximum": 0.0}, "first_state_scans": {"maximum": 10.0}, "velocity_kn_1min": {"maximum": 1.5},
+        "velocity_kn_3min": {"maximum": 0.8}, "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
+        "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
+    }.items()
+)  # fmt: skip
 
 
 class TrackerSettings(_Table):
@@ -65,12 +81,23 @@ class PlotSettings(_Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
+class PlotErrors(_Table):
+    """Errors of plots of points: standard deviations of normal errors in range and bearing."""
+
+    range_sd_m: Annotated[float, Field(ge=0)] = 0.0
+    bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
+
+
 class Scenario(_Table):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
+    plot_errors: of points; none by default.
+    limit: of this scenario; one for a metric of GENERAL stands in its place.
+    judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
+    not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of.
     scene: a scene, as a scene file has it.
     standard_nm: ranges of first detection that a standard states, by target [NM]: shown beside those of detection studies.
     folder: of its meshes, height maps and tracks.
@@ -85,6 +112,9 @@ class Scenario(_Table):
     targets: tuple[str, ...] = ()
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
+    plot_errors: PlotErrors | None = None
+    judges: Literal["tracks", "plots"] = "tracks"
+    not_judged: tuple[str, ...] = ()
     tracker: TrackerSettings = TrackerSettings()
     limit: tuple[Limit, ...] = ()
     scene: Mapping[str, Any]
@@ -95,6 +125,12 @@ class Scenario(_Table):
     def tracked(self) -> tuple[str, ...]:
         """Names of the bodies that are to be tracked."""
         return self.targets or tuple(body["name"] for body in self.scene.get("body", ()))
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """All limits: its own, and those of GENERAL for which it has none of its own."""
+        own = {limit.metric for limit in self.limit} | set(self.not_judged)
+        return (*self.limit, *(limit for limit in GENERAL if self.judges == "tracks" and limit.metric not in own))
 
     @cached_property
     def digest(self) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.bench.scenario import Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.bench.scenario import GENERAL, Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.scene_file.load import load_scene
 
 SMALL: dict[str, Any] = {
@@ -41,6 +41,8 @@ def test_the_library_has_the_standards_and_crossings() -> None:
         "land-near",
     } <= names
     assert {f"reflector-sea-state-{state}" for state in (2, 3, 5)} <= names
+    assert {"late", "vanishing", "missed-scans", "fifty-targets", "rolling-ships", "rain-with-sea", "fast-ferries"} <= names
+    assert len(load_scenario("fifty-targets").tracked) == 50
     table_2 = load_scenario("msc192-table2")
     assert set(table_2.standard_nm) == set(table_2.tracked) and not any(limit.decides for limit in table_2.limit)
     assert all(not limit.decides for n in (1, 2, 3, 4) for limit in load_scenario(f"a823-{n}").limit)
@@ -126,3 +128,25 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
     for names in ([one, other], ["overtaking", packaged], [one, "overtaking", one]):
         with pytest.raises(ScenarioError, match=f"{names[-1]}: .* is named .* too; give each scenario once"):
             load_scenarios(names)
+
+
+def test_limits_of_every_scenario_stand_beside_its_own() -> None:
+    """Its own limit on a metric replaces that of all; a scenario of plots has its own alone."""
+    own = Limit(metric="spurious", maximum=0.05, source="s")
+    limits = {limit.metric: limit for limit in Scenario(**{**SMALL, "limit": (own,)}).limits}
+    assert limits["spurious"] is not GENERAL[1] and limits["spurious"].maximum == 0.05
+    assert {limit.metric for limit in GENERAL} == set(limits) and limits["completeness"].minimum == 0.95
+    assert Scenario(**{**SMALL, "limit": (own,), "judges": "plots"}).limits == (own,)
+    assert "spurious" not in {limit.metric for limit in Scenario(**{**SMALL, "not_judged": ("spurious",)}).limits}
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in scenarios() if load_scenario(name).judges == "tracks" and "table3" not in name]
+)
+def test_every_track_scenario_has_plot_errors_and_something_to_notice(name: str) -> None:
+    """A target manoeuvres or vanishes, so that a tracker that stops to look is found; but for the error-free table 3. Extended
+    targets have errors of their own."""
+    scenario = load_scenario(name)
+    bodies = [body for body in scenario.scene["body"] if body["name"] in scenario.tracked]
+    assert scenario.plot_errors and scenario.plot_errors.range_sd_m > 0.0
+    assert any("manoeuvre" in body or "end_s" in body for body in bodies)

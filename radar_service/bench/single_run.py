@@ -1,0 +1,123 @@
+"""One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did.
+
+Where the power of an extended target lies, not at her reference point, is measured here: no tracker can
+know the one from the other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import radar_service
+from radar_service.bench.kept_plots import observed_run, source_digest
+from radar_service.bench.run import answered
+from radar_service.bench.scenario import Scenario
+from radar_service.bench.scores.plot_scores import plot_metrics
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scoring import scores
+from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
+from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.trackers import program_digest, tracker_for
+from radar_service.numerics.arithmetic import arithmetic
+
+CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
+SCHEMA = 3
+
+
+def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
+    """Returns one run as plain data; plots: the folder that keeps plots and truth. A tracker that fails is a failed run, and
+    has `failure`. Raises SceneError, OSError, and ImportError without Stone Soup."""
+    made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
+    header = {"scenario": scenario.name, "seed": seed, "schema": SCHEMA}
+    try:
+        tracker = tracker_for(tracker_name, scenario, header)
+    except TrackerError as error:
+        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
+    run = observed_run(plots, scenario, seed)
+    results, failed = _tracked(run.results, tracker)
+    return {
+        **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
+        "remark": run.remark, "scans": [_scan_data(result) for result in results], "ppi": run.ppi,
+    }  # fmt: skip
+
+
+def same_for_all(tracker: str) -> dict[str, Any]:
+    """Returns what all runs of a tracker are made of."""
+    return {
+        "schema": SCHEMA, "tracker": tracker, "program": program_digest(tracker), "arithmetic": arithmetic(),
+        "version": radar_service.__version__, "source": source_digest(),
+    }  # fmt: skip
+
+
+def metrics_of(results: Sequence[ScanResult]) -> dict[str, float | None]:
+    """Returns the metrics of a run by name."""
+    centred = at_power_centroids(results)
+    return {**scores(centred), **plot_metrics(centred)}
+
+
+def _tracked(observed: Sequence[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
+    """The scans that a tracker answered, and how it failed; None where it did not."""
+    results: list[ScanResult] = []
+    try:
+        results.extend(answered(observed, tracker))
+    except TrackerError as error:
+        if isinstance(tracker, LineTracker):
+            tracker.close()
+            return results, _failed(error, len(results), tracker.status, tracker.last_line)
+        return results, _failed(error, len(results))
+    finally:
+        if isinstance(tracker, LineTracker):
+            tracker.close()
+    return results, None
+
+
+def _failed(error: TrackerError, scan: int | None, status: int | None = None, last_line: str = "") -> dict[str, Any]:
+    """What a failed run has in place of metrics. scan: that it failed at, None where it did not start."""
+    failure = {
+        "scan": scan, "message": str(error), "status": status, "stderr": last_line, "hangs": isinstance(error, TrackerHangs)
+    }  # fmt: skip
+    return {"failure": failure, "metrics": {}, "remark": None, "scans": [], "ppi": None}
+
+
+def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
+    """Returns a run whose extended targets stand at the mean centroid of their power, in the hull's frame.
+
+    The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
+    without power in all of these scans.
+    """
+    moved = []
+    for number, result in enumerate(results):
+        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
+        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
+    return moved
+
+
+def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
+    """A target at the mean of its centroids in these scans, with her heading of this one."""
+    if not truth.length:
+        return truth
+    offsets = [
+        truth_then.centroid
+        for result in near
+        for truth_then in result.truths
+        if truth_then.body == truth.body and truth_then.centroid
+    ]
+    if not offsets:
+        return truth
+    along, across = np.mean(offsets, axis=0).tolist()
+    sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
+    east, north = truth.position
+    return replace(
+        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
+    )
+
+
+def _scan_data(result: ScanResult) -> dict[str, Any]:
+    return {
+        "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
+        "plots": [[plot.east, plot.north] for plot in result.given.plots],
+        "tracks": [asdict(track) for track in result.tracks], "truths": [asdict(truth) for truth in result.truths],
+    }  # fmt: skip
