@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-import radar_service
 from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
 from radar_service.batch.jobs import run as run_jobs
+from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.verdicts import verdict
 from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
@@ -76,7 +76,7 @@ def report(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, smoke: bool
     if failures and all(failure and failure["scan"] is None for failure in failures):
         raise TrackerError(failures[0]["message"])
     return {
-        "schema": SCHEMA, "version": radar_service.__version__, "tracker": tracker, "smoke": smoke,
+        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
         "scenarios": [_summary(loaded[name], some, smoke) for name, some in runs.items()],
     }  # fmt: skip
 

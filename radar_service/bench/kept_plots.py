@@ -10,10 +10,10 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import radar_service
 from radar_service.bench.ppi_picture import ppi_of
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Scenario
@@ -49,7 +49,7 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
         kept = {"digest": digest, **_observe(scenario, seed)}
         _write(path, kept)
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
-    return ObservedRun([_result(one) for one in kept["scans"]], kept["remark"], kept["ppi"])
+    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], kept["ppi"])
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -63,15 +63,22 @@ def plots_digest(scenario: Scenario, seed: int) -> str:
 
 
 @cache
+def program_version() -> str:
+    """Returns the version of this program."""
+    return version("radar-service")
+
+
+@cache
 def source_digest() -> str:
     """Returns a hash of the source of the engine, of the plot extractor, and of what feeds a tracker with their plots."""
-    root = Path(radar_service.__file__).parent
-    files = [path for path in sorted(root.rglob("*.py")) if _has_part(path.relative_to(root).parts)]
+    root = Path(__file__).parents[1]
+    files = [path for path in sorted(root.rglob("*.py")) if makes_plots(path.relative_to(root).parts)]
     content = b"".join(path.relative_to(root).as_posix().encode() + path.read_bytes() for path in files)
     return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 
-def _has_part(parts: Sequence[str]) -> bool:
+def makes_plots(parts: Sequence[str]) -> bool:
+    """Returns whether a file of the package, given by the parts of its path, has a part in plots and truth."""
     return parts[0] not in NO_PART and (parts[0] != "bench" or parts[-1] in OF_BENCH)
 
 

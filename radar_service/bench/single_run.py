@@ -1,29 +1,20 @@
-"""One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did.
-
-Where the power of an extended target lies, not at her reference point, is measured here: no tracker can
-know the one from the other.
-"""
+"""One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-import radar_service
-from radar_service.bench.kept_plots import observed_run, source_digest
+from radar_service.bench.kept_plots import observed_run, program_version, source_digest
 from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.scores.plot_scores import plot_metrics
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
-from radar_service.bench.scores.scoring import scores
+from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
 
-CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 SCHEMA = 3
 
 
@@ -48,14 +39,8 @@ def same_for_all(tracker: str) -> dict[str, Any]:
     """Returns what all runs of a tracker are made of."""
     return {
         "schema": SCHEMA, "tracker": tracker, "program": program_digest(tracker), "arithmetic": arithmetic(),
-        "version": radar_service.__version__, "source": source_digest(),
+        "version": program_version(), "source": source_digest(),
     }  # fmt: skip
-
-
-def metrics_of(results: Sequence[ScanResult]) -> dict[str, float | None]:
-    """Returns the metrics of a run by name."""
-    centred = at_power_centroids(results)
-    return {**scores(centred), **plot_metrics(centred)}
 
 
 def _tracked(observed: Sequence[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
@@ -80,39 +65,6 @@ def _failed(error: TrackerError, scan: int | None, status: int | None = None, la
         "scan": scan, "message": str(error), "status": status, "stderr": last_line, "hangs": isinstance(error, TrackerHangs)
     }  # fmt: skip
     return {"failure": failure, "metrics": {}, "remark": None, "scans": [], "ppi": None}
-
-
-def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
-    """Returns a run whose extended targets stand at the mean centroid of their power, in the hull's frame.
-
-    The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
-    without power in all of these scans.
-    """
-    moved = []
-    for number, result in enumerate(results):
-        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
-        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
-    return moved
-
-
-def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
-    """A target at the mean of its centroids in these scans, with her heading of this one."""
-    if not truth.length:
-        return truth
-    offsets = [
-        truth_then.centroid
-        for result in near
-        for truth_then in result.truths
-        if truth_then.body == truth.body and truth_then.centroid
-    ]
-    if not offsets:
-        return truth
-    along, across = np.mean(offsets, axis=0).tolist()
-    sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
-    east, north = truth.position
-    return replace(
-        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
-    )
 
 
 def _scan_data(result: ScanResult) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from radar_service.bench.scenario import TrackerSettings
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.scan_result import ScanResult
-from radar_service.bench.single_run import at_power_centroids
+from radar_service.bench.scores.scoring import at_power_centroids
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot

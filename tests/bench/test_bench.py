@@ -19,7 +19,6 @@ from tests.bench.trackers.test_websocket_tracker import plots_as_tracks, server
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
 
-ROOT = Path(__file__).parents[2]
 FILE = """
 question = "?"
 expected = "!"
@@ -162,36 +161,6 @@ def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) 
     (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     assert its["remark"].startswith("2 of 2 scans flood the plot extractor; scan ")
     assert 'set threshold to "ca"' in its["remark"]
-
-
-def tracker_module(folder: Path, kind: str) -> str:
-    """A module of a folder whose tracker is one of the known ones."""
-    (folder / "mine.py").write_text(f"from tests.bench.known_trackers import {kind} as Mine\n")
-    return "mine:Mine"
-
-
-@pytest.mark.parametrize(
-    ("kind", "message", "status", "said"),
-    [
-        ("Crashes", "has ended before it answered scan 2", 1, "IndexError: list index out of range"),
-        ("NoNumbers", "velocity_east is nan; a finite number is needed", None, ""),
-    ],
-)
-def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
-    kind: str, message: str, status: int | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """With scan, exit status and last line of the standard error, in a process of its own; it misses every limit."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    other = small(tmp_path, 6).model_copy(update={"name": "other"})
-    reported, runs = bench([small(tmp_path, 6), other], 1, tracker_module(tmp_path, kind), tmp_path / "out")
-    assert [scenario["name"] for scenario in reported["scenarios"]] == ["small", "other"]
-    for scenario in reported["scenarios"]:
-        (failure,) = scenario["failures"]
-        assert failure["seed"] == 0 and message in failure["message"] and failure["scan"] == len(runs["small"][0]["scans"])
-        assert failure["stderr"] == said and (status is None or failure["status"] == status)
-        assert all(verdict["failures"] == 1 for verdict in scenario["verdicts"])
-    assert not [*(tmp_path / "out" / "runs").glob("*.json")]  # another try may end otherwise
 
 
 def test_after_three_hangs_the_bench_stops(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench import kept_plots
-from radar_service.bench.kept_plots import observed_run, plots_digest
+from radar_service.bench.kept_plots import makes_plots, observed_run, plots_digest
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Limit, PlotErrors, PlotSettings, Scenario
 from tests.bench.test_scenario import SMALL
@@ -66,9 +66,9 @@ def test_a_changed_mesh_has_another_digest(tmp_path: Path) -> None:
 
 def test_the_source_of_the_engine_counts_and_that_of_the_service_does_not() -> None:
     """The digest is that of files with a part in plots."""
-    has_part = kept_plots._has_part
-    assert has_part(("echo", "beam_passage.py")) and has_part(("plots", "extractor.py")) and has_part(("bench", "run.py"))
-    assert not has_part(("service", "hub.py")) and not has_part(("bench", "scores", "scoring.py"))
+    for parts in (("echo", "beam_passage.py"), ("plots", "extractor.py"), ("bench", "run.py")):
+        assert makes_plots(parts)
+    assert not makes_plots(("service", "hub.py")) and not makes_plots(("bench", "scores", "scoring.py"))
 
 
 @pytest.mark.parametrize("broken", [b"", b"no gzip", b"\x1f\x8b\x08\x00cut"])

@@ -9,8 +9,8 @@ import pytest
 from radar_service.bench.kept_plots import ObservedRun, observed_run
 from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario, load_scenario, scenarios
+from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.scores.verdicts import is_gross
-from radar_service.bench.single_run import metrics_of
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for

@@ -6,16 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.bench.plot_errors import with_errors
 from radar_service.bench.run import check_times, rule_of, run, threshold_of, tracker_input
-from radar_service.bench.scenario import PlotErrors, PlotSettings, Scenario
+from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, as_reported
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
-from tests.bench.scores.test_scoring import given, truth
+from tests.bench.scores.test_scoring import given
 from tests.bench.test_scenario import SMALL
-from tests.bench.trackers.test_stone_soup import plot
 from tests.plots.test_detections import scan_of_power
 from tests.scenes import radar
 
@@ -148,19 +146,3 @@ def test_own_ship_s_errors_come_with_the_truth() -> None:
         assert truth.own_error == pytest.approx((30.0, 0.0)) and truth.azimuth_error == pytest.approx(np.radians(0.5))
         east, north = as_reported(truth).position
         assert np.hypot(plot.east - east, plot.north - north) < 1.0 < np.hypot(*np.subtract(truth.position, (east, north)))
-
-
-def test_plots_of_points_err_as_the_scenario_says_and_those_of_hulls_do_not() -> None:
-    """Standard deviations of 400 plots are within 4 standard errors, 3.5 % each; each seed and scan has its own."""
-    errors, exact = PlotErrors(range_sd_m=5.0, bearing_sd_deg=0.2), plot(1.0, 3000.0, 4000.0)
-    point = replace(truth("t", 1.0, 3000.0, 4000.0, speed=0.0), position=(3000.0, 4000.0))
-    moved = [with_errors([exact], [point], errors, 1, scan)[0] for scan in range(400)]
-    assert np.std([one.range - 5000.0 for one in moved]) == pytest.approx(5.0, rel=4 * 0.0354)
-    assert np.std([np.degrees(one.bearing - exact.bearing) for one in moved]) == pytest.approx(0.2, rel=4 * 0.0354)
-    assert all(np.hypot(one.east, one.north) == pytest.approx(one.range) for one in moved)
-    assert with_errors([exact], [point], errors, 2, 0) != with_errors([exact], [point], errors, 1, 0)
-    assert (
-        with_errors([exact], [replace(point, length=100.0)], errors, 1, 0)
-        == (exact,)
-        == with_errors([exact], [], None, 1, 0)
-    )

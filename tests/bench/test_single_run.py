@@ -1,49 +1,49 @@
-"""One run as plain data: extended targets stand where their power lies."""
+"""One run: a tracker that fails is a failed run, and what a run is made of is told."""
 
-from dataclasses import replace
+from pathlib import Path
 
-import numpy as np
 import pytest
 
-from radar_service.bench.scores.scan_result import ScanResult
-from radar_service.bench.single_run import CROSSINGS, at_power_centroids
-from tests.bench.scores.test_scoring import given, truth
+from radar_service.bench.bench import bench
+from radar_service.bench.single_run import same_for_all, single_run
+from tests.bench.test_bench import program, small
+from tests.bench.trackers.test_process_tracker import ECHO
 
-HEADING = np.radians(90.0)  # bow to the east, starboard to the south
-
-
-def run(offsets: list[tuple[float, float] | None], heading: float = HEADING) -> list[ScanResult]:
-    """A ship at rest at (0, 1000) whose power lies at these offsets from her reference point."""
-    at_rest = replace(truth("ship", 0.0, 0.0, 1000.0, speed=0.0), heading=heading, length=100.0)
-    return [ScanResult(given(k), (), (replace(at_rest, centroid=offset),)) for k, offset in enumerate(offsets)]
+ROOT = Path(__file__).parents[2]
 
 
-def positions(results: list[ScanResult]) -> list[tuple[float, float]]:
-    return [result.truths[0].position for result in at_power_centroids(results)]
+def tracker_module(folder: Path, kind: str) -> str:
+    """A module of a folder whose tracker is one of the known ones."""
+    (folder / "mine.py").write_text(f"from tests.bench.known_trackers import {kind} as Mine\n")
+    return "mine:Mine"
 
 
-def test_a_target_stands_where_her_power_lies_in_the_mean() -> None:
-    """Glint of 12 m to and fro about 4 m ahead and 3 m to starboard: the mean over 11 crossings, the ends over fewer."""
-    glint = [(4.0 + 12.0 * (-1) ** k, 3.0) for k in range(31)]
-    moved = positions(run(glint))
-    expected = 4.0 + 12.0 * (-1) ** (15 - CROSSINGS) / (2 * CROSSINGS + 1)
-    assert moved[15] == pytest.approx((expected, 1000.0 - 3.0))
-    assert moved[0] == pytest.approx((4.0, 997.0))  # six crossings: as many ahead as astern
+@pytest.mark.parametrize(
+    ("kind", "message", "status", "said"),
+    [
+        ("Crashes", "has ended before it answered scan 2", 1, "IndexError: list index out of range"),
+        ("NoNumbers", "velocity_east is nan; a finite number is needed", None, ""),
+    ],
+)
+def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
+    kind: str, message: str, status: int | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With scan, exit status and last line of the standard error, in a process of its own; it misses every limit."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    other = small(tmp_path, 6).model_copy(update={"name": "other"})
+    reported, runs = bench([small(tmp_path, 6), other], 1, tracker_module(tmp_path, kind), tmp_path / "out")
+    assert [scenario["name"] for scenario in reported["scenarios"]] == ["small", "other"]
+    for scenario in reported["scenarios"]:
+        (failure,) = scenario["failures"]
+        assert failure["seed"] == 0 and message in failure["message"] and failure["scan"] == len(runs["small"][0]["scans"])
+        assert failure["stderr"] == said and (status is None or failure["status"] == status)
+        assert all(verdict["failures"] == 1 for verdict in scenario["verdicts"])
+    assert not [*(tmp_path / "out" / "runs").glob("*.json")]  # another try may end otherwise
 
 
-@pytest.mark.parametrize(("degrees", "east", "north"), [(0, 2.0, 5.0), (90, 5.0, -2.0), (180, -2.0, -5.0), (270, -5.0, 2.0)])
-def test_offsets_turn_with_the_ship(degrees: float, east: float, north: float) -> None:
-    """5 m to the bow and 2 m to starboard."""
-    assert positions(run([(5.0, 2.0)] * 3, np.radians(degrees)))[1] == pytest.approx((east, 1000.0 + north))
-
-
-def test_crossings_without_power_do_not_count() -> None:
-    assert positions(run([None, (6.0, 0.0), None]))[0] == pytest.approx((6.0, 1000.0))
-    assert positions(run([None] * 3)) == [(0.0, 1000.0)] * 3
-    assert positions(run([(6.0, 0.0)] + [None] * (CROSSINGS + 1)))[-1] == (0.0, 1000.0)  # too long ago
-
-
-def test_targets_are_not_mixed() -> None:
-    one, other = run([(6.0, 0.0)])[0], replace(truth("buoy", 0.0, 0.0, 500.0, speed=0.0))
-    both = at_power_centroids([replace(one, truths=(*one.truths, other))])[0]
-    assert [truth.position for truth in both.truths] == [pytest.approx((6.0, 1000.0)), (0.0, 500.0)]
+def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
+    command = program(tmp_path, ECHO)
+    run = single_run(small(tmp_path, 3), 0, command, tmp_path / "plots")
+    assert same_for_all(command).items() <= run.items() and {"version", "source", "arithmetic", "program"} <= run.keys()
+    assert run["failure"] is None and len(run["scans"]) == 3 and run["ppi"] is not None

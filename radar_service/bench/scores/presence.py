@@ -56,13 +56,13 @@ class Presence:
 
 def presences(results: Sequence[ScanResult]) -> dict[str, Presence]:
     """Returns the presence of each target of a run that any scan sees, by its name."""
-    found: dict[str, list[tuple[int, TargetTruth]]] = {}
+    sightings: dict[str, list[tuple[int, TargetTruth]]] = {}
     for scan, result in enumerate(results):
         for truth in result.truths:
             if truth.visible:
-                found.setdefault(truth.body, []).append((scan, truth))
+                sightings.setdefault(truth.body, []).append((scan, truth))
     ends = [result.given.time for result in results]
-    return {body: _presence(seen, ends) for body, seen in found.items()}
+    return {body: _presence(seen, ends) for body, seen in sightings.items()}
 
 
 def _presence(seen: Sequence[tuple[int, TargetTruth]], ends: Sequence[float]) -> Presence:

@@ -1,16 +1,65 @@
-"""All metrics of the tracks of a run."""
+"""All metrics of a run: of its plots, and of its tracks.
+
+Where the power of an extended target lies, not at her reference point, is measured here: no tracker can
+know the one from the other.
+"""
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.motion_scores import motion_scores
-from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.plot_scores import plot_metrics
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.set_scores import set_scores
 from radar_service.bench.scores.track_life import life_scores
 
+CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
+
+
+def metrics_of(results: Sequence[ScanResult]) -> dict[str, float | None]:
+    """Returns the metrics of a run by name, extended targets at the mean centroid of their power."""
+    centred = at_power_centroids(results)
+    return {**scores(centred), **plot_metrics(centred)}
+
 
 def scores(results: Sequence[ScanResult]) -> dict[str, float | None]:
-    """Returns the metrics of a run by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
+    """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
     run = judged(results)
     return {**set_scores(run), **life_scores(run), **motion_scores(run)}
+
+
+def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
+    """Returns a run whose extended targets stand at the mean centroid of their power, in the hull's frame.
+
+    The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
+    without power in all of these scans.
+    """
+    moved = []
+    for number, result in enumerate(results):
+        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
+        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
+    return moved
+
+
+def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
+    """A target at the mean of its centroids in these scans, with her heading of this one."""
+    if not truth.length:
+        return truth
+    offsets = [
+        truth_then.centroid
+        for result in near
+        for truth_then in result.truths
+        if truth_then.body == truth.body and truth_then.centroid
+    ]
+    if not offsets:
+        return truth
+    along, across = np.mean(offsets, axis=0).tolist()
+    sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
+    east, north = truth.position
+    return replace(
+        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
+    )

@@ -74,14 +74,14 @@ def velocity_error(scan: JudgedScan, body: str) -> float:
 
 def _localisation(due: Sequence[JudgedScan]) -> dict[str, float | None]:
     """The mean distance of the worst target [m], and the largest share that such a mean has of what is allowed."""
-    found: dict[str, list[float]] = {body: [] for scan in due for body in scan.due}
+    held: dict[str, list[float]] = {body: [] for scan in due for body in scan.due}
     length: Mapping[str, float] = {body: scan.truths[body].length for scan in due for body in scan.due}
     for scan in due:
         for body in scan.due & scan.pairs.keys():
-            found[body].append(scan.distance[body])
-    if not all(found.values()) or not found:
-        return {"localisation_m": None, "localisation_share": None} if found else {}
-    means = {body: float(np.mean(some)) for body, some in found.items()}
+            held[body].append(scan.distance[body])
+    if not all(held.values()) or not held:
+        return {"localisation_m": None, "localisation_share": None} if held else {}
+    means = {body: float(np.mean(some)) for body, some in held.items()}
     shares = [mean / max(POINT, LENGTH_SHARE * length[body]) for body, mean in means.items()]
     return {"localisation_m": max(means.values()), "localisation_share": max(shares)}
 

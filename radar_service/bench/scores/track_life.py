@@ -8,11 +8,12 @@ from radar_service.bench.scores.presence import FIRST_STATE, LEAVING, MAX_GAP, P
 
 def life_scores(run: JudgedRun) -> dict[str, float | None]:
     """Returns the metrics by name; None where a tracker owes an answer and has none. What a run cannot judge is left out."""
+    present = run.presence.items()
+    first = [_first_state(run, body, presence) for body, presence in present if _is_long(presence)]
+    gone = [_gone(run, body, presence) for body, presence in present if _leaves(presence)]
     return {
         "identity_changes": float(sum(_changes(run, body) for body in run.presence)),
-        **_worst("first_state_scans", [_first_state(run, body, one) for body, one in run.presence.items() if _is_long(one)]),
-        **_worst("gone_scans", [_gone(run, body, one) for body, one in run.presence.items() if _leaves(one)]),
-        **_bridged(run),
+        **_worst("first_state_scans", first), **_worst("gone_scans", gone), **_bridged(run),
     }  # fmt: skip
 
 
