@@ -56,7 +56,7 @@ def plots_digest(scenario: Scenario, seed: int) -> str:
     """Returns a hash of all that plots and truth depend on: the scene with its files, settings, this program, the arithmetic."""
     made_of = {
         "schema": SCHEMA, "source": source_digest(), "arithmetic": arithmetic(), "scene": scenario.scene_for(seed),
-        "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "plots", "plot_errors"}),
+        "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "radar", "plots", "plot_errors"}),
         "targets": scenario.tracked, "files": [hashlib.blake2b(path.read_bytes()).hexdigest() for path in _files(scenario)],
     }  # fmt: skip
     return hashlib.blake2b(json.dumps(made_of).encode(), digest_size=16).hexdigest()

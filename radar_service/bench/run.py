@@ -51,7 +51,7 @@ def observed(scenario: Scenario, seed: int, watch: Callable[[Scan], object] = la
 
     watch: gets each scan.
     """
-    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder)
+    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder).for_radar(scenario.radar)
     simulator = Simulator(scene, scenario.fidelity, seed)
     extractor = PlotExtractor(
         scene.radar,

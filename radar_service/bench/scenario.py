@@ -14,6 +14,8 @@ from radar_service.numerics.random import SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
 
 SUFFIX = ".toml"
+SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
+MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
 class ScenarioError(Exception):
@@ -92,6 +94,7 @@ class Scenario(_Table):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
+    radar: id of the radar whose plots the tracker gets; the first one by default.
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
     plot_errors: of points; none by default.
@@ -109,6 +112,7 @@ class Scenario(_Table):
     source: str = Field(min_length=1)
     scans: Annotated[int, Field(ge=1, le=100_000)] = 60
     fidelity: str = "balanced"
+    radar: str | None = None
     targets: tuple[str, ...] = ()
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
@@ -157,7 +161,7 @@ def scenarios() -> dict[str, Path]:
 
 
 def load_scenario(name: str) -> Scenario:
-    """Returns a packaged scenario by name, or that of a file. Raises ScenarioError."""
+    """Returns a packaged scenario by name, that of a file, or one of a scene file. Raises ScenarioError."""
     packaged = scenarios()
     path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
     if path is None:
@@ -165,6 +169,7 @@ def load_scenario(name: str) -> Scenario:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         folder = path.parent if name.endswith(SUFFIX) else path.parent.parent
+        content = scenario_of_scene(content) if SCENE_KEYS & content.keys() else content
         return Scenario(**{"name": path.stem, **content, "folder": folder})
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
@@ -173,6 +178,22 @@ def load_scenario(name: str) -> Scenario:
     except ValidationError as error:
         lines = (f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; correct the key" for e in error.errors())
         raise ScenarioError("\n".join(lines)) from None
+
+
+def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the content of a scenario of a scene file, judged by the limits of every scenario and by its table `bench`.
+
+    Targets are the bodies that move, or all where none does. Where others stand there, tracks of these are not false.
+    """
+    bodies = {str(body.get("name", "")): body for body in scene.get("body", ())}
+    moving = [name for name, body in bodies.items() if MOTION & body.keys()] or [*bodies]
+    bench = scene.get("bench", {})
+    others = bodies.keys() - set(bench.get("targets", moving))
+    return {
+        "question": "Does the tracker meet the limits of every scenario in this scene?", "expected": "It meets them.",
+        "source": "a scene file", "vary_m": 0.0, "targets": moving, "not_judged": ["spurious"] if others else [], **bench,
+        "scene": {key: table for key, table in scene.items() if key != "bench"},
+    }  # fmt: skip
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

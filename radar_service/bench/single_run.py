@@ -7,7 +7,7 @@ from typing import Any
 
 from radar_service.bench.kept_plots import observed_run, program_version, source_digest
 from radar_service.bench.run import answered
-from radar_service.bench.scenario import Scenario
+from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
@@ -33,6 +33,18 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) ->
         **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
         "remark": run.remark, "scans": [_scan_data(result) for result in results], "ppi": run.ppi,
     }  # fmt: skip
+
+
+def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path("bench-plots")) -> dict[str, float | None]:
+    """Returns the limits that a tracker in this process misses, by metric, with its values: a test asserts that there is none.
+
+    scenario: the name of a packaged one, or a scenario or scene file; tracker: a new one; plots: the folder that keeps plots
+    and truth. Raises ScenarioError, SceneError, OSError, TrackerError, and what the tracker raises.
+    """
+    loaded = load_scenario(scenario)
+    metrics = metrics_of(list(answered(observed_run(plots, loaded, seed).results, tracker)))
+    judged = [limit for limit in loaded.limits if limit.decides and (limit.metric in metrics or not limit.where_judged)]
+    return {limit.metric: metrics.get(limit.metric) for limit in judged if not limit.is_met(metrics.get(limit.metric))}
 
 
 def same_for_all(tracker: str) -> dict[str, Any]:

@@ -130,6 +130,52 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
             load_scenarios(names)
 
 
+SCENE = """
+[radar]
+azimuths = 256
+beamwidth_deg = 4
+[[body]]
+name = "quay"
+shape = "box"
+length_m = 60
+width_m = 10
+height_m = 4
+position_m = [0, 900, 0]
+[[body]]
+name = "ship"
+shape = "point"
+position_m = [500, 500, 5]
+rcs_dbsm = 10
+speed_kn = 8
+"""
+
+
+def test_a_scene_of_one_s_own_is_a_scenario(tmp_path: Path) -> None:
+    """What moves is to be tracked, and what stands there may be."""
+    path = tmp_path / "my-harbour.toml"
+    path.write_text(SCENE)
+    scenario = load_scenario(str(path))
+    assert (scenario.name, scenario.tracked, scenario.folder) == ("my-harbour", ("ship",), tmp_path)
+    assert {limit.metric for limit in scenario.limits} == {limit.metric for limit in GENERAL} - {"spurious"}
+    assert scenario.scene_for(0)["body"] == scenario.scene_for(1)["body"]  # no draw moves her onto the land
+
+
+def test_a_scene_says_more_in_its_table_for_the_bench(tmp_path: Path) -> None:
+    """The scene stays one for every other command."""
+    path = tmp_path / "my-harbour.toml"
+    table = (
+        '[bench]\nscans = 7\ntargets = ["quay", "ship"]\n[[bench.limit]]\nmetric = "held"\nminimum = 1\nsource = "mine"\n'
+    )
+    path.write_text(SCENE + table + "[bench.plots]\npfa = 1e-9\n")
+    scenario = load_scenario(str(path))
+    assert (scenario.scans, scenario.tracked, scenario.plots.pfa) == (7, ("quay", "ship"), 1e-9)
+    assert "bench" not in scenario.scene and scenario.limits[0].metric == "held" and len(scenario.limits) == 1 + len(GENERAL)
+    assert {body.name for body in load_scene(path).bodies} == {"quay", "ship"}
+    path.write_text(SCENE + "[bench]\nscanss = 7\n")
+    with pytest.raises(ScenarioError, match="my-harbour.toml: scanss: "):
+        load_scenario(str(path))
+
+
 def test_limits_of_every_scenario_stand_beside_its_own() -> None:
     """Its own limit on a metric replaces that of all; a scenario of plots has its own alone."""
     own = Limit(metric="spurious", maximum=0.05, source="s")

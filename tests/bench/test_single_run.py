@@ -5,7 +5,10 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench.bench import bench
-from radar_service.bench.single_run import same_for_all, single_run
+from radar_service.bench.kept_plots import observed_run
+from radar_service.bench.scenario import load_scenario
+from radar_service.bench.single_run import missed_limits, same_for_all, single_run
+from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
 from tests.bench.trackers.test_process_tracker import ECHO
 
@@ -47,3 +50,41 @@ def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
     run = single_run(small(tmp_path, 3), 0, command, tmp_path / "plots")
     assert same_for_all(command).items() <= run.items() and {"version", "source", "arithmetic", "program"} <= run.keys()
     assert run["failure"] is None and len(run["scans"]) == 3 and run["ppi"] is not None
+
+
+OWN = """
+[[radar]]
+id = "far"
+[[radar]]
+id = "near"
+azimuths = 256
+beamwidth_deg = 4
+range_max_m = 1500
+bandwidth_hz = 20e6
+sample_rate_hz = 30e6
+platform = { position_m = [50, 0] }
+[environment]
+noise = true
+[[body]]
+name = "ship"
+shape = "point"
+position_m = [-400, 700, 10]
+rcs_dbsm = -5
+course_deg = 90
+speed_kn = 20
+[bench]
+scans = 26
+radar = "near"
+plot_errors = { range_sd_m = 3, bearing_sd_deg = 0.05 }
+"""
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Path) -> None:
+    """A good tracker misses nothing, one without velocities a limit of every scenario; the radar is the one of the table."""
+    (tmp_path / "mine.toml").write_text(OWN)
+    scene, plots = str(tmp_path / "mine.toml"), tmp_path / "plots"
+    assert missed_limits(scene, seed, known.Kalman(), plots) == {}
+    assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
+    given = observed_run(plots, load_scenario(scene), seed).results[-1].given
+    assert (given.east, given.north) == (50.0, 0.0)
