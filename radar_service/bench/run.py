@@ -65,7 +65,7 @@ def observed(scenario: Scenario, seed: int, watch: Callable[[Scan], object] = la
         watch(scan)
         ended = extractor.add(scan)
         truths = truths_of(simulator, scan.number, scenario.tracked)
-        plots = with_errors(ended.plots, truths, scenario.plot_errors, seed, scan.number)
+        plots = with_errors(ended.plots, truths, scenario.plot_errors, float(scan.heading[-1]), seed, scan.number)
         yield ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 

@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from radar_service.numerics.random import SCENARIO, generator, name_key
+from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
+from radar_service.scene_file.error_tables import drawn_biases
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
@@ -84,10 +85,21 @@ class PlotSettings(_Table):
 
 
 class PlotErrors(_Table):
-    """Errors of plots of points: standard deviations of normal errors in range and bearing."""
+    """Errors of plots of points, as A.823(19), appendix 3, has them.
+
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_step_m: ranges are rounded to whole steps; 0: not rounded.
+    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
+    bearing, twice in each period; its phase is drawn by the seed.
+    """
 
     range_sd_m: Annotated[float, Field(ge=0)] = 0.0
     bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
+    range_step_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
+    roll_period_s: Annotated[float, Field(gt=0)] = 10.0
 
 
 class Scenario(_Table):
@@ -98,6 +110,7 @@ class Scenario(_Table):
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
     plot_errors: of points; none by default.
+    draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of.
@@ -117,6 +130,7 @@ class Scenario(_Table):
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
+    draw_biases: bool = False
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     tracker: TrackerSettings = TrackerSettings()
@@ -142,9 +156,13 @@ class Scenario(_Table):
         return hashlib.blake2b(self.model_dump_json().encode(), digest_size=8).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:
-        """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone."""
+        """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone, and biases of
+        sensors have signs of their own."""
         bodies = [self._moved(dict(body), seed) for body in self.scene.get("body", ())]
-        return {"name": self.name, **self.scene, "body": bodies}
+        scene = {"name": self.name, **self.scene, "body": bodies}
+        if self.draw_biases and "errors" in scene:
+            scene["errors"] = drawn_biases(scene["errors"], generator(seed, BIASES))
+        return scene
 
     def _moved(self, body: dict[str, Any], seed: int) -> dict[str, Any]:
         if body["name"] in self.tracked and "position_m" in body:

@@ -16,27 +16,32 @@ from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
 
 RANGE_ERROR, BEARING_ERROR = 4.0, 0.1  # least standard deviations of a plot [m], [degrees]
-ACCELERATION = 0.003  # spectral density of white acceleration [m^2/s^3]
+ACCELERATION = 0.003  # most spectral density of white acceleration [m^2/s^3]
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
 GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
-CONFIRM, LOST = 4, 9  # plots that confirm a track, scans without one that end it
+CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
 UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot
 
 
 class _Track:
     """A target at constant velocity. x: east, north, velocities (4,); p: its covariance (4, 4), at the time [s]."""
 
-    def __init__(self, name: int, plot: Plot, error: Floats) -> None:
+    def __init__(self, name: int, plot: Plot, error: Floats, acceleration: float) -> None:
         self.name, self.time, self.plots, self.missed = name, plot.time, 1, 0
         self.x = np.array([plot.east, plot.north, 0.0, 0.0])
         self.p = np.zeros((4, 4))
-        self.error, self.p[:2, :2], self.p[2:, 2:] = error, covariance(plot, error), FIRST_SPEED**2 * np.eye(2)
+        self.acceleration, self.error, self.p[:2, :2], self.p[2:, 2:] = (
+            acceleration,
+            error,
+            covariance(plot, error),
+            FIRST_SPEED**2 * np.eye(2),
+        )
 
     def predicted(self, at: float) -> tuple[Floats, Floats]:
         step, unit = at - self.time, np.eye(2)
         f = np.block([[unit, step * unit], [0.0 * unit, unit]])
         q = np.block([[step**3 / 3.0 * unit, step**2 / 2.0 * unit], [step**2 / 2.0 * unit, step * unit]])
-        return f @ self.x, f @ self.p @ f.T + ACCELERATION * (q if step > 0.0 else -q)
+        return f @ self.x, f @ self.p @ f.T + self.acceleration * (q if step > 0.0 else -q)
 
     def distance(self, plot: Plot) -> float:
         x, p = self.predicted(plot.time)
@@ -63,6 +68,7 @@ class Kalman:
     def __init__(self, settings: TrackerSettings | None = None) -> None:
         told = settings or TrackerSettings()
         self.error = np.array([max(told.range_error_m, RANGE_ERROR), np.radians(max(told.bearing_error_deg, BEARING_ERROR))])
+        self.acceleration = min(told.acceleration, ACCELERATION)
         self.tracks: list[_Track] = []
         self.started = 0
 
@@ -91,7 +97,7 @@ class Kalman:
             known[0].update(plot)
         else:
             self.started += 1
-            self.tracks.append(_Track(self.started, plot, self.error))
+            self.tracks.append(_Track(self.started, plot, self.error, self.acceleration))
 
     def state(self, track: _Track, end: float) -> TrackState:
         """At the end of the scan where plots are missed, and else at the time of the plot."""
@@ -178,8 +184,8 @@ class HalfSpeed(_Wrong):
 class NeverDeletes(Kalman):
     """Keeps every track that it has reported, and says that it coasts."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
         self.known: dict[str, TrackState] = {}
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -227,8 +233,8 @@ class Swaps(_Wrong):
 class Unfiltered(Kalman):
     """Reports the last plot, and the difference of the last two as velocity."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
         self.before: dict[str, list[TrackState]] = defaultdict(list)
 
     def follow(self, plots: Sequence[Plot]) -> None:
@@ -330,8 +336,8 @@ class StartOnly(Kalman):
 class Lags(_Wrong):
     """Follows courses slowly: its velocity is the mean of a minute."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
         self.mean: dict[str, Floats] = {}
 
     def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:

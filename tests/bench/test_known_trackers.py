@@ -89,7 +89,7 @@ def test_each_fault_misses_the_limit_that_is_made_for_it(
     wrong: type[known.Kalman], name: str, metric: str, folder: Path
 ) -> None:
     scenario, run = observed(name, 0, folder)
-    assert metric in missed(scenario, run, wrong())
+    assert metric in missed(scenario, run, wrong(scenario.tracker))
 
 
 @pytest.mark.parametrize("good", ["Kalman", "truth"])
@@ -103,7 +103,8 @@ def test_good_trackers_miss_nothing_there(good: str, name: str, folder: Path) ->
 @pytest.mark.parametrize(("wrong", "name", "metric"), TABLE)
 def test_smoke_finds_each_fault(wrong: type[known.Kalman], name: str, metric: str, folder: Path) -> None:
     """Gross in one of three runs, or missed in all of them."""
-    found = [missed(*observed(name, seed, folder), wrong()) for seed in range(SEEDS)]
+    runs = [observed(name, seed, folder) for seed in range(SEEDS)]
+    found = [missed(scenario, run, wrong(scenario.tracker)) for scenario, run in runs]
     assert any(one.get(metric) for one in found) or all(metric in one for one in found)
 
 
