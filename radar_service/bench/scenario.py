@@ -16,6 +16,11 @@ from radar_service.scene_file.error_tables import drawn_biases
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
+CLUTTER = {"sea_state", "rain_mm_h"}  # keys of an environment with clutter
+IN_CLUTTER = {
+    "threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "window_m": 300.0, "gap_cells": 12, "gap_spokes": 4, "split_db": 200.0,
+    "max_plots": 200,
+}  # of plots there: the guard is longer than a ship, and the plots of one are one  # fmt: skip
 MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
@@ -201,15 +206,17 @@ def load_scenario(name: str) -> Scenario:
 def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Returns the content of a scenario of a scene file, judged by the limits of every scenario and by its table `bench`.
 
-    Targets are the bodies that move, or all where none does. Where others stand there, tracks of these are not false.
+    Targets are the bodies that move, or all where none does. Where others stand there, tracks of these are not false. Plots are
+    extracted as IN_CLUTTER says where these, sea or rain would flood a known threshold.
     """
     bodies = {str(body.get("name", "")): body for body in scene.get("body", ())}
     moving = [name for name, body in bodies.items() if MOTION & body.keys()] or [*bodies]
-    bench = scene.get("bench", {})
+    bench, environment = scene.get("bench", {}), scene.get("environment", {})
     others = bodies.keys() - set(bench.get("targets", moving))
     return {
         "question": "Does the tracker meet the limits of every scenario in this scene?", "expected": "It meets them.",
-        "source": "a scene file", "vary_m": 0.0, "targets": moving, "not_judged": ["spurious"] if others else [], **bench,
+        "source": "a scene file", "vary_m": 0.0, "targets": moving, "not_judged": ["spurious"] if others else [],
+        "plots": IN_CLUTTER if others or CLUTTER & environment.keys() else {}, **bench,
         "scene": {key: table for key, table in scene.items() if key != "bench"},
     }  # fmt: skip
 

@@ -12,6 +12,7 @@ from radar_service.bench.scenario import Scenario, load_scenario, scenarios
 from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.scores.verdicts import is_gross
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for
 from tests.bench import known_trackers as known
@@ -47,7 +48,7 @@ TABLE: list[tuple[type[known.Kalman], str, str]] = [
 QUICK = {"crossing-cpa-500", "missed-scans", "target-manoeuvre"}  # the others are studies: their plots take a second each
 SEEDS = 3  # of a study
 GOOD: dict[str, Callable[[Scenario, ObservedRun], Tracker]] = {
-    "Kalman": lambda scenario, run: known.Kalman(scenario.tracker),
+    "Kalman": lambda scenario, run: ReckonedTracker(known.Kalman(scenario.tracker)),
     "truth": lambda scenario, run: known.Truth(run.results),
     "gnn": lambda scenario, run: tracker_for("gnn", scenario, {}),
 }

@@ -15,6 +15,7 @@ import numpy as np
 
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
+from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.stone_soup import StoneSoupTracker, Tuning
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
@@ -31,7 +32,7 @@ def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tra
     Commands and callables run in processes of their own. Raises TrackerError, and ImportError without Stone Soup.
     """
     if name in REFERENCE:
-        return StoneSoupTracker(tuning_of(scenario, name))
+        return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, name)))
     if name.startswith(SCHEMES):
         return WebsocketTracker(name, header)
     return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)

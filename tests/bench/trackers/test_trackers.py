@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
-from radar_service.bench.trackers.stone_soup import StoneSoupTracker
+from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.trackers import program_digest, tracker_for, tuning_of
 from radar_service.bench.trackers.websocket_tracker import WebsocketTracker
 from tests.bench.test_scenario import SMALL
@@ -18,7 +18,7 @@ SCENARIO = Scenario(**SMALL)
 
 def test_the_reference_trackers_have_the_scenario_s_tuning() -> None:
     pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
-    assert isinstance(tracker_for("gnn", SCENARIO, {}), StoneSoupTracker)
+    assert isinstance(tracker_for("gnn", SCENARIO, {}), ReckonedTracker)
     assert tuning_of(SCENARIO, "jpda").association == "jpda"
 
 
