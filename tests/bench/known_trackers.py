@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from radar_service.bench.scenario import TrackerSettings
 from radar_service.bench.scores.judged_scan import judged
-from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.scoring import at_power_centroids
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.numerics.types import Floats
@@ -109,23 +109,34 @@ class Kalman:
 
 
 class Truth:
-    """Answers the truth, as own ship reports it, from the second scan in which a target is seen to the last one."""
+    """Answers the truth, as own ship reports it, from the first scan in which a target is seen to the last one.
+
+    Its relative motion is true; its true motion is that with own ship's of gyro and log.
+    """
 
     def __init__(self, observed: Sequence[ScanResult]) -> None:
         run = judged(at_power_centroids(observed))
         self.answers = [
             [
-                TrackState(
-                    track=body, time=scan.result.given.time, east=truth.position[0], north=truth.position[1],
-                    velocity_east=truth.velocity[0], velocity_north=truth.velocity[1],
-                )
-                for body, truth in scan.truths.items() if number <= run.presence[body].last
+                _true_state(truth, scan.result.given)
+                for body, truth in scan.truths.items()
+                if number <= run.presence[body].last
             ]
             for number, scan in enumerate(run.scans)
-        ]  # fmt: skip
+        ]
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         return self.answers[scan.scan]
+
+
+def _true_state(truth: TargetTruth, own: TrackerInput) -> TrackState:
+    """A target as own ship reports it at the end of a scan."""
+    sensed = own.speed * np.array([np.sin(own.course), np.cos(own.course)])
+    east, north = (np.array(truth.velocity) - truth.own_velocity + sensed).tolist()
+    return TrackState(
+        track=truth.body, time=own.time, east=truth.position[0], north=truth.position[1], velocity_east=east,
+        velocity_north=north,
+    )  # fmt: skip
 
 
 class _Wrong(Kalman):
