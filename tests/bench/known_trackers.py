@@ -120,7 +120,7 @@ class Truth:
             [
                 _true_state(truth, scan.result.given)
                 for body, truth in scan.truths.items()
-                if number <= run.presence[body].last
+                if number <= run.sightings[body].last
             ]
             for number, scan in enumerate(run.scans)
         ]

@@ -73,7 +73,7 @@ def test_table_3_is_judged_under_the_errors_that_it_presupposes(number: int) -> 
         {"true_speed_kn_3min": 1.0} if number == 4 else {}
     )
     assert figures["bearing_deg_3min"] == 2.0 and figures["range_m_3min"] == (50.0 if number == 2 else 148.0)
-    assert all(limit.decides for limit in judging.limit) and not any(limit.decides for limit in rung.limit)
+    assert all(limit.decides for limit in judging.limit) and not any(limit.decides for limit in rung.limits)
     assert (
         rung.scene["errors"] == {"profile": "msc116-thd"} and rung.plot_errors == load_scenario(f"a823-{number}").plot_errors
     )

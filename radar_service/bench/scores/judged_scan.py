@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.bench.scores.presence import Presence, presences
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth, as_reported, at_end
+from radar_service.bench.scores.sightings import Sightings, sightings_of
 from radar_service.bench.trackers.tracker import TrackState, moved_on
 from radar_service.numerics.types import Floats
 
@@ -35,22 +35,22 @@ class JudgedScan:
 
 @dataclass(frozen=True)
 class JudgedRun:
-    """A run. scans: by number; presence: of each target that is ever seen, by name."""
+    """A run. scans: by number; sightings: of each target that is ever seen, by name."""
 
     scans: tuple[JudgedScan, ...]
-    presence: Mapping[str, Presence]
+    sightings: Mapping[str, Sightings]
 
 
 def judged(results: Sequence[ScanResult]) -> JudgedRun:
     """Returns a run as it is judged."""
-    presence = presences(results)
+    sightings = sightings_of(results)
     period = results[0].given.time / (results[0].given.scan + 1) if results else 0.0
-    return JudgedRun(tuple(_judged(k, result, presence, period) for k, result in enumerate(results)), presence)
+    return JudgedRun(tuple(_judged(k, result, sightings, period) for k, result in enumerate(results)), sightings)
 
 
-def _judged(scan: int, result: ScanResult, presence: Mapping[str, Presence], period: float) -> JudgedScan:
+def _judged(scan: int, result: ScanResult, sightings: Mapping[str, Sightings], period: float) -> JudgedScan:
     end = result.given.time
-    possible = [truth for truth in result.truths if truth.body in presence and presence[truth.body].may_have_track(scan)]
+    possible = [truth for truth in result.truths if truth.body in sightings and sightings[truth.body].may_have_track(scan)]
     truths = {truth.body: as_reported(at_end(truth, end)) for truth in possible}
     tracks = {
         track.track: track_at(track, end)
@@ -61,7 +61,7 @@ def _judged(scan: int, result: ScanResult, presence: Mapping[str, Presence], per
     names, bodies = [*tracks], [*truths]
     pairs = [(i, j) for i, j in zip(*assigned(distance), strict=True) if distance[i, j] < CUTOFF]
     return JudgedScan(
-        result, truths, frozenset(body for body in truths if scan in presence[body].due), tracks,
+        result, truths, frozenset(body for body in truths if scan in sightings[body].due), tracks,
         frozenset(names[j] for j in np.nonzero((distance < CUTOFF).any(axis=0))[0].tolist()),
         {bodies[i]: names[j] for i, j in pairs}, {bodies[i]: float(distance[i, j]) for i, j in pairs},
     )  # fmt: skip

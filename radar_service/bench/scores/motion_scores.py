@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan
-from radar_service.bench.scores.presence import Presence
 from radar_service.bench.scores.scan_result import TargetTruth
 from radar_service.bench.scores.set_scores import velocity_error
+from radar_service.bench.scores.sightings import Sightings
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import wrap_angle
@@ -36,10 +36,12 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
     """
     metrics: dict[str, float | None] = {}
     for minutes in MINUTES:
-        errors = [error for body, presence in run.presence.items() for error in _errors_after(run, body, presence, minutes)]
+        errors = [
+            error for body, sightings in run.sightings.items() for error in _errors_after(run, body, sightings, minutes)
+        ]
         for name in QUANTITIES if errors else ():
             metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
-    turns = [error for body in run.presence for error in _courses_after_turns(run, body)]
+    turns = [error for body in run.sightings for error in _courses_after_turns(run, body)]
     return metrics | ({"course_after_turn_deg": _worst(turns)} if turns else {})
 
 
@@ -49,13 +51,13 @@ def _worst(errors: Sequence[float]) -> float | None:
     return worst if math.isfinite(worst) else None
 
 
-def _errors_after(run: JudgedRun, body: str, presence: Presence, minutes: int) -> Iterator[Mapping[str, float] | None]:
+def _errors_after(run: JudgedRun, body: str, sightings: Sightings, minutes: int) -> Iterator[Mapping[str, float] | None]:
     """The errors of a target's motion in the first scan that ends so long after its first sight; None where it has no track;
     nothing where the scan is not in the run, or the target not due in it."""
-    truth = _truth(run.scans[presence.first], body)
+    truth = _truth(run.scans[sightings.first], body)
     begin = truth.time + 60.0 * minutes
     scan = next((k for k, scan in enumerate(run.scans) if scan.result.given.time >= begin), None)
-    if scan is not None and scan in presence.due:
+    if scan is not None and scan in sightings.due:
         yield _errors(run.scans[scan], body)
 
 
@@ -76,7 +78,7 @@ def _courses_after_turns(run: JudgedRun, body: str) -> Iterator[float]:
     for end in _turns(run, body):
         begin = run.scans[end].result.given.time + AFTER_TURN
         later = [k for k in range(end, len(run.scans)) if run.scans[k].result.given.time >= begin]
-        if later and all(k in run.presence[body].due for k in range(end, later[0] + 1)):
+        if later and all(k in run.sightings[body].due for k in range(end, later[0] + 1)):
             scan = run.scans[later[0]]
             track = scan.tracks.get(scan.pairs.get(body, ""))
             velocity = np.array([track.velocity_east, track.velocity_north]) if track else None

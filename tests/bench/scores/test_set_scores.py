@@ -90,7 +90,7 @@ def test_siap_is_that_of_stone_soup(seed: int) -> None:
     manager = MultiManager([siap], associator=_ByName())
     manager.add_data({"tracks": {*tracks.values()}, "groundtruth_paths": {*paths.values()}})
     expected = manager.generate_metrics()["siap_generator"]
-    mine = set_scores(JudgedRun(run.scans[BEGIN:], run.presence))
+    mine = set_scores(JudgedRun(run.scans[BEGIN:], run.sightings))
     for name, theirs in (("completeness", "SIAP Completeness"), ("ambiguity", "SIAP Ambiguity"),
                          ("spurious", "SIAP Spuriousness"), ("position_error_m", "SIAP Position Accuracy")):  # fmt: skip
         assert mine[name] == pytest.approx(float(expected[theirs].value), rel=1e-9), name

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from radar_service.bench.scores.presence import presences
 from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.sightings import sightings_of
 from tests.bench.scores.test_scoring import given, truth
 
 
@@ -32,14 +32,14 @@ def run(visible: str) -> list[ScanResult]:
 def test_a_state_is_owed_after_a_minute_and_through_short_gaps(
     visible: str, first: int, due: range | list[int], vanishes: bool
 ) -> None:
-    presence = presences(run(visible))["t"]
-    assert (presence.first, sorted(presence.due), presence.has_vanished) == (first, [*due], vanishes)
+    sightings = sightings_of(run(visible))["t"]
+    assert (sightings.first, sorted(sightings.due), sightings.has_vanished) == (first, [*due], vanishes)
 
 
 def test_a_track_may_stay_for_twenty_scans_and_come_no_sooner_than_its_target() -> None:
-    presence = presences(run("..." + "x" * 30 + "." * 40))["t"]
-    assert [k for k in range(73) if presence.may_have_track(k)] == [*range(3, 53)]
+    sightings = sightings_of(run("..." + "x" * 30 + "." * 40))["t"]
+    assert [k for k in range(73) if sightings.may_have_track(k)] == [*range(3, 53)]
 
 
 def test_a_target_that_is_never_seen_is_none() -> None:
-    assert presences(run("....")) == {}
+    assert sightings_of(run("....")) == {}

@@ -15,7 +15,7 @@ FIRST_STATE = 10  # scans within which a target that is seen has a state
 
 
 @dataclass(frozen=True)
-class Presence:
+class Sightings:
     """A target in the scans of a run, which are numbered from 0. seen: those in which it is visible; scans: their number;
     settled: the first one that ends ACQUISITION after it is seen first. At least one scan has seen it."""
 
@@ -54,18 +54,18 @@ class Presence:
         return frozenset(range(self.settled, self.last + 1)) - lost
 
 
-def presences(results: Sequence[ScanResult]) -> dict[str, Presence]:
-    """Returns the presence of each target of a run that any scan sees, by its name."""
-    sightings: dict[str, list[tuple[int, TargetTruth]]] = {}
+def sightings_of(results: Sequence[ScanResult]) -> dict[str, Sightings]:
+    """Returns the sightings of each target of a run that any scan sees, by its name."""
+    by_body: dict[str, list[tuple[int, TargetTruth]]] = {}
     for scan, result in enumerate(results):
         for truth in result.truths:
             if truth.visible:
-                sightings.setdefault(truth.body, []).append((scan, truth))
+                by_body.setdefault(truth.body, []).append((scan, truth))
     ends = [result.given.time for result in results]
-    return {body: _presence(seen, ends) for body, seen in sightings.items()}
+    return {body: _sightings(seen, ends) for body, seen in by_body.items()}
 
 
-def _presence(seen: Sequence[tuple[int, TargetTruth]], ends: Sequence[float]) -> Presence:
+def _sightings(seen: Sequence[tuple[int, TargetTruth]], ends: Sequence[float]) -> Sightings:
     begin = seen[0][1].time + ACQUISITION
     settled = next((scan for scan, end in enumerate(ends) if end >= begin), len(ends))
-    return Presence(tuple(scan for scan, _ in seen), len(ends), settled)
+    return Sightings(tuple(scan for scan, _ in seen), len(ends), settled)
