@@ -6,9 +6,7 @@ from functools import cached_property
 
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 
-ACQUISITION = (
-    60.0  # s after a target is seen first, before it counts in OSPA and completeness: the minute of MSC.192(79) 5.25.4
-)
+ACQUISITION = 60.0  # s after a target is seen first, before it counts in OSPA and completeness: MSC.192(79) 5.25.4
 MAX_GAP = 5  # scans in a row that a target may be missed and must be held
 LEAVING = 20  # scans that a track may stay after its target has vanished
 FIRST_STATE = 10  # scans within which a target that is seen has a state
