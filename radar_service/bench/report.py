@@ -22,12 +22,13 @@ if TYPE_CHECKING:
 MIN_HALF_WIDTH = 100.0  # m, of the map
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
 MINUTES = ("_1min", "_3min")  # after which a metric of motion is judged
+MAX_FAILURES = 5  # of a scenario that are listed
 MAX_NAMES = 8  # of targets in a legend: more leave no room for the map
 
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;margin:.6rem 0}td,th{border:1px solid #999;padding:.25rem .6rem;text-align:left}"
-    ".pass{background:#d8f0d8}.fail{background:#f6d0d0}.undecided{background:#f7ecc4}img{max-width:100%}"
+    ".pass{background:#d8f0d8}.fail{background:#f6d0d0}.undecided{background:#f7ecc4}.no{background:#d8f0d8}img{max-width:100%}"
 )
 
 
@@ -72,10 +73,30 @@ def verdict_table(report: Mapping[str, Any]) -> str:
             missed = f"{verdict['failures']} of {verdict['runs']}"
             lines.append(
                 f"{scenario['name'][:26]:26} {verdict['metric'][:28]:28} {_number(verdict['value_95']):>10} "
-                f"{_bound(verdict):>16} {unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
+                f"{bound_of(verdict):>16} {unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
             )
     lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
+    lines += failure_lines(report)
     return "\n".join(lines) + "\n"
+
+
+def failure_lines(report: Mapping[str, Any]) -> list[str]:
+    """Returns a line for each failed run, of the first MAX_FAILURES of a scenario, and how many more there are."""
+    lines = []
+    for scenario in report["scenarios"]:
+        failures = scenario["failures"]
+        lines += [f"{scenario['name']}, seed {failure['seed']}: {_failure(failure)}" for failure in failures[:MAX_FAILURES]]
+        lines += (
+            [f"{scenario['name']}: {len(failures) - MAX_FAILURES} more failed runs"] if len(failures) > MAX_FAILURES else []
+        )
+    return lines
+
+
+def _failure(failure: Mapping[str, Any]) -> str:
+    """How a run failed: where, what is wrong, the exit status and the last line of the standard error."""
+    at = "not started" if failure["scan"] is None else f"failed at scan {failure['scan']}"
+    status = "" if failure["status"] is None else f"; exit status {failure['status']}"
+    return f"{at}: {failure['message']}{status}" + (f"; it said: {failure['stderr']}" if failure["stderr"] else "")
 
 
 def unit_of(metric: str) -> str:
@@ -84,7 +105,8 @@ def unit_of(metric: str) -> str:
     return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
 
 
-def _bound(verdict: Mapping[str, Any]) -> str:
+def bound_of(verdict: Mapping[str, Any]) -> str:
+    """Returns the bound of a limit in words."""
     return f"at most {verdict['maximum']:g}" if verdict["maximum"] is not None else f"at least {verdict['minimum']:g}"
 
 
@@ -95,6 +117,7 @@ def _number(value: float | None) -> str:
 def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     text = {key: html.escape(str(scenario[key])) for key in ("name", "question", "expected", "source")}
     remark = f"<p>Remark: {html.escape(scenario['remark'])}</p>" if scenario["remark"] else ""
+    failed = "".join(f"<li>{html.escape(line)}</li>" for line in failure_lines({"scenarios": [scenario]}))
     metrics = "".join(
         f"<tr><td>{name}</td><td>{_number(scenario['metrics'][name])}</td>"
         f"<td>{_number(scenario['percentile_95'][name])}</td></tr>"
@@ -102,19 +125,27 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     )
     return (
         f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{remark}"
+        f"<ul>{failed}</ul>"
         f"<table><tr><th>limit</th><th>95 % value</th><th>runs that miss it</th><th>verdict</th><th>source</th></tr>"
         f"{''.join(map(_verdict_row, scenario['verdicts']))}</table>"
-        f'<img alt="plots, tracks and truth over the PPI of the last scan" src="data:image/png;base64,{_figure(run)}">'
+        f"{_picture(run)}"
         f"<details><summary>all metrics</summary><table><tr><th>metric</th><th>mean</th><th>95th percentile</th></tr>{metrics}"
         f"</table></details>"
     )
 
 
+def _picture(run: Mapping[str, Any]) -> str:
+    """The picture of a run; nothing of one that gave no scan."""
+    if not run["scans"]:
+        return ""
+    return f'<img alt="plots, tracks and truth over the PPI of the last scan" src="data:image/png;base64,{_figure(run)}">'
+
+
 def _verdict_row(verdict: Mapping[str, Any]) -> str:
-    limit = f"{html.escape(verdict['metric'])} {_bound(verdict)} {unit_of(verdict['metric'])}"
+    limit = f"{html.escape(verdict['metric'])} {bound_of(verdict)} {unit_of(verdict['metric'])}"
     return (
         f"<tr><td>{limit}</td><td>{_number(verdict['value_95'])}</td>"
-        f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split(",")[0]}">{verdict["word"]}</td>'
+        f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split()[0]}">{verdict["word"]}</td>'
         f"<td>{html.escape(verdict['source'])}</td></tr>"
     )
 

@@ -1,13 +1,15 @@
-"""One run of the test bench: a scenario, a seed and a tracker."""
+"""One run of the test bench: the plots and the truth of a scenario and a seed, and what a tracker makes of them."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from radar_service.bench.plot_errors import with_errors
 from radar_service.bench.scenario import PlotSettings, Scenario
-from radar_service.bench.scores.scoring import ScanResult, TargetTruth
-from radar_service.bench.trackers.tracker import Tracker, TrackerInput
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.plot import Plot
@@ -18,15 +20,38 @@ from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 
+ROUNDING = 1e-6  # s: no state is from the future by less
 
-def run(
-    scenario: Scenario, seed: int, tracker: Tracker, watch: Callable[[Scan], object] = lambda scan: None
-) -> Iterator[ScanResult]:
-    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError.
+
+def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
+    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises as its parts do."""
+    return answered(observed(scenario, seed), tracker)
+
+
+def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanResult]:
+    """Yields scans with what a tracker answers to each. Raises TrackerError, and what the tracker raises."""
+    for result in results:
+        tracks = tuple(tracker.update(result.given))
+        check_times(tracks, result.given)
+        yield replace(result, tracks=tracks)
+
+
+def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
+    """Raises TrackerError for a state from the future."""
+    for track in tracks:
+        if track.time > given.time + ROUNDING:
+            raise TrackerError(
+                f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
+                f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
+            )
+
+
+def observed(scenario: Scenario, seed: int, watch: Callable[[Scan], object] = lambda scan: None) -> Iterator[ScanResult]:
+    """Yields the plots and the truth of each scan, without tracks. Raises SceneError.
 
     watch: gets each scan.
     """
-    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder)
+    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder).for_radar(scenario.radar)
     simulator = Simulator(scene, scenario.fidelity, seed)
     extractor = PlotExtractor(
         scene.radar,
@@ -39,9 +64,9 @@ def run(
         scan = simulator.scan()
         watch(scan)
         ended = extractor.add(scan)
-        given = tracker_input(scan, ended.plots, scene.radar.rotation_period)
         truths = truths_of(simulator, scan.number, scenario.tracked)
-        yield ScanResult(given, tuple(tracker.update(given)), truths, ended.flood)
+        plots = with_errors(ended.plots, truths, scenario.plot_errors, float(scan.heading[-1]), seed, scan.number)
+        yield ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 
 def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
@@ -95,7 +120,10 @@ def _crossed(crossing: Crossing) -> TargetTruth:
 
 
 def _truth(body: Kinematics, own: OwnShipTruth) -> TargetTruth:
+    reported = own.reported
+    east, north = (0.0, 0.0) if reported is None else np.subtract(reported.position, own.position)[:2].tolist()
     return TargetTruth(
         body=body.body, time=body.time, position=body.position[:2], velocity=body.velocity[:2], own_position=own.position[:2],
         own_velocity=own.velocity[:2], visible=body.visible, heading=body.heading, length=body.length,
+        own_error=(east, north), azimuth_error=reported.azimuth_error if reported else 0.0,
     )  # fmt: skip

@@ -10,10 +10,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from radar_service.numerics.random import SCENARIO, generator, name_key
+from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
+from radar_service.scene_file.error_tables import drawn_biases
 
 SUFFIX = ".toml"
+SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
+CLUTTER = {"sea_state", "rain_mm_h"}  # keys of an environment with clutter
+IN_CLUTTER = {
+    "threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "window_m": 300.0, "gap_cells": 12, "gap_spokes": 4, "split_db": 200.0,
+    "max_plots": 200,
+}  # of plots there: the guard is longer than a ship, and the plots of one are one  # fmt: skip
+MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
 class ScenarioError(Exception):
@@ -25,19 +33,35 @@ class _Table(BaseModel):
 
 
 class Limit(_Table):
-    """One limit on a metric. Only limits whose source was read decide; the others are shown."""
+    """One limit on a metric. Only limits whose source was read decide; the others are shown.
+
+    where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
+    """
 
     metric: str = Field(min_length=1)
     maximum: float | None = None
     minimum: float | None = None
     source: str = Field(min_length=1)
     decides: bool = True
+    where_judged: bool = False
 
     def is_met(self, value: float | None) -> bool:
         """Returns whether a value lies within the limit; no value does not."""
         if value is None or math.isnan(value):
             return False
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
+
+
+OURS = "this project, in every scenario"
+GENERAL = tuple(
+    Limit(metric=metric, source=OURS, where_judged=True, **bound)
+    for metric, bound in {
+        "completeness": {"minimum": 0.95}, "spurious": {"maximum": 0.02}, "ambiguity": {"maximum": 1.02},
+        "identity_changes": {"maximum": 0.0}, "first_state_scans": {"maximum": 10.0}, "velocity_kn_1min": {"maximum": 1.5},
+        "velocity_kn_3min": {"maximum": 0.8}, "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
+        "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
+    }.items()
+)  # fmt: skip
 
 
 class TrackerSettings(_Table):
@@ -65,12 +89,36 @@ class PlotSettings(_Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
+class PlotErrors(_Table):
+    """Errors of plots of points, as A.823(19), appendix 3, has them.
+
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_step_m: ranges are rounded to whole steps; 0: not rounded.
+    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
+    bearing, twice in each period; its phase is drawn by the seed.
+    """
+
+    range_sd_m: Annotated[float, Field(ge=0)] = 0.0
+    bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
+    range_step_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
+    roll_period_s: Annotated[float, Field(gt=0)] = 10.0
+
+
 class Scenario(_Table):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
+    radar: id of the radar whose plots the tracker gets; the first one by default.
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
+    plot_errors: of points; none by default.
+    draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
+    limit: of this scenario; one for a metric of GENERAL stands in its place.
+    judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
+    not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of.
     scene: a scene, as a scene file has it.
     standard_nm: ranges of first detection that a standard states, by target [NM]: shown beside those of detection studies.
     folder: of its meshes, height maps and tracks.
@@ -82,9 +130,14 @@ class Scenario(_Table):
     source: str = Field(min_length=1)
     scans: Annotated[int, Field(ge=1, le=100_000)] = 60
     fidelity: str = "balanced"
+    radar: str | None = None
     targets: tuple[str, ...] = ()
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
+    plot_errors: PlotErrors | None = None
+    draw_biases: bool = False
+    judges: Literal["tracks", "plots"] = "tracks"
+    not_judged: tuple[str, ...] = ()
     tracker: TrackerSettings = TrackerSettings()
     limit: tuple[Limit, ...] = ()
     scene: Mapping[str, Any]
@@ -97,14 +150,24 @@ class Scenario(_Table):
         return self.targets or tuple(body["name"] for body in self.scene.get("body", ()))
 
     @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """All limits: its own, and those of GENERAL for which it has none of its own."""
+        own = {limit.metric for limit in self.limit} | set(self.not_judged)
+        return (*self.limit, *(limit for limit in GENERAL if self.judges == "tracks" and limit.metric not in own))
+
+    @cached_property
     def digest(self) -> str:
         """A hash of all that the scenario says: runs of another one are not mixed with its own."""
         return hashlib.blake2b(self.model_dump_json().encode(), digest_size=8).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:
-        """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone."""
+        """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone, and biases of
+        sensors have signs of their own."""
         bodies = [self._moved(dict(body), seed) for body in self.scene.get("body", ())]
-        return {"name": self.name, **self.scene, "body": bodies}
+        scene = {"name": self.name, **self.scene, "body": bodies}
+        if self.draw_biases and "errors" in scene:
+            scene["errors"] = drawn_biases(scene["errors"], generator(seed, BIASES))
+        return scene
 
     def _moved(self, body: dict[str, Any], seed: int) -> dict[str, Any]:
         if body["name"] in self.tracked and "position_m" in body:
@@ -121,7 +184,7 @@ def scenarios() -> dict[str, Path]:
 
 
 def load_scenario(name: str) -> Scenario:
-    """Returns a packaged scenario by name, or that of a file. Raises ScenarioError."""
+    """Returns a packaged scenario by name, that of a file, or one of a scene file. Raises ScenarioError."""
     packaged = scenarios()
     path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
     if path is None:
@@ -129,6 +192,7 @@ def load_scenario(name: str) -> Scenario:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         folder = path.parent if name.endswith(SUFFIX) else path.parent.parent
+        content = scenario_of_scene(content) if SCENE_KEYS & content.keys() else content
         return Scenario(**{"name": path.stem, **content, "folder": folder})
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
@@ -137,6 +201,24 @@ def load_scenario(name: str) -> Scenario:
     except ValidationError as error:
         lines = (f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; correct the key" for e in error.errors())
         raise ScenarioError("\n".join(lines)) from None
+
+
+def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the content of a scenario of a scene file, judged by the limits of every scenario and by its table `bench`.
+
+    Targets are the bodies that move, or all where none does. Where others stand there, tracks of these are not false. Plots are
+    extracted as IN_CLUTTER says where these, sea or rain would flood a known threshold.
+    """
+    bodies = {str(body.get("name", "")): body for body in scene.get("body", ())}
+    moving = [name for name, body in bodies.items() if MOTION & body.keys()] or [*bodies]
+    bench, environment = scene.get("bench", {}), scene.get("environment", {})
+    others = bodies.keys() - set(bench.get("targets", moving))
+    return {
+        "question": "Does the tracker meet the limits of every scenario in this scene?", "expected": "It meets them.",
+        "source": "a scene file", "vary_m": 0.0, "targets": moving, "not_judged": ["spurious"] if others else [],
+        "plots": IN_CLUTTER if others or CLUTTER & environment.keys() else {}, **bench,
+        "scene": {key: table for key, table in scene.items() if key != "bench"},
+    }  # fmt: skip
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

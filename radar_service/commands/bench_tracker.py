@@ -2,24 +2,34 @@
 
 import argparse
 import json
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.bench import bench
+from radar_service.bench.junit import write_junit
 from radar_service.bench.report import comparison, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.shared_options import add_jobs
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
+
+UNDECIDED = 3  # exit status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
-    add_whole_number(parser, "--seeds", 3, 1, 100_000, metavar="N", help="default 3")
+    add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
+    parser.add_argument("--smoke", action="store_true", help=f"{SMOKE_RUNS} seeds, and only gross misses fail")
+    parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
+    parser.add_argument("--plots", type=Path, metavar="DIR", help="keeps plots and truth (default: bench-plots beside -o)")
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",
@@ -30,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where a limit that decides is missed.
+    """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where a limit that decides is missed, and
+    UNDECIDED where the runs are too few.
 
     Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
@@ -54,9 +65,29 @@ def _bench(options: argparse.Namespace) -> int:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
     shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
+    seeds = SMOKE_RUNS if options.smoke else options.seeds
+    print(_plan(seeds, options.smoke))
     with processes(options.jobs) as executor:
-        report, runs = bench(loaded, options.seeds, options.tracker, options.out, executor, shown)
+        report, runs = bench(
+            loaded, seeds, options.tracker, options.out, executor, shown, plots=options.plots, smoke=options.smoke
+        )
     write_report(report, runs, options.out)
+    if options.junit:
+        write_junit(report, options.junit, options.strict)
     print(verdict_table(report) + str(options.out / "report.html"))
-    failed = any(verdict["word"] == "fail" for scenario in report["scenarios"] for verdict in scenario["verdicts"])
-    return 1 if failed else 0
+    return _status(report, options.strict)
+
+
+def _plan(seeds: int, smoke: bool) -> str:
+    """What the runs can show, said before the first one."""
+    if smoke:
+        return f"{seeds} seeds of each scenario: gross misses fail"
+    can = "pass or fail" if seeds >= RUNS else f"fail, but {RUNS} are needed to pass"
+    return f"{seeds} seeds of each scenario can {can}; {MISSES} misses of {RUNS} are allowed"
+
+
+def _status(report: Mapping[str, Any], strict: bool) -> int:
+    words = {verdict["word"] for scenario in report["scenarios"] for verdict in scenario["verdicts"]}
+    if "fail" in words or (strict and "undecided" in words):
+        return 1
+    return UNDECIDED if "undecided" in words else 0

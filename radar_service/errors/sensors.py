@@ -104,7 +104,10 @@ class SensorLaws:
         log = self._errors.log
         if log is None or self._log is None:
             return np.asarray(true.speed)
-        speed = self._delayed(number, log.latency, true, earlier).speed * (1.0 + log.scale) + log.bias
+        sensed = self._delayed(number, log.latency, true, earlier).speed
+        speed = sensed * (1.0 + log.scale) + log.bias
+        if log.least:
+            speed = sensed + np.copysign(np.maximum(np.abs(log.scale * sensed), log.least), log.scale) + log.bias
         return np.asarray(speed + log.noise * self._log.at(number, time) if log.noise else speed)
 
     def _position(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.document import validated
 from radar_service.scene_file.model.errors import (
@@ -27,6 +29,7 @@ from radar_service.world.error_settings import (
 )
 
 SCALES = {"_deg": math.pi / 180.0, "_kn": KNOT, "_percent": 0.01, "_m": 1.0, "_s": 1.0, "_per_s": 1.0}
+SIGNED = ("bias_deg", "bias_kn", "scale_percent")  # keys of errors that are as likely above 0 as below
 DIGITS = 12  # of a value in the units of a scene file: 0.5 degrees there and back is 0.5
 
 TABLES: dict[str, tuple[type[Section], Any]] = {
@@ -40,13 +43,27 @@ TABLES: dict[str, tuple[type[Section], Any]] = {
 # 3 sigma = 0.2 knots. Of the antenna: backlash rectangular, +-0.05 degrees at most; bearing quantisation rectangular, +-0.1
 # degrees at most; encoder normal, sigma = 0.03 degrees. It has no position and no correlation times: those are the defaults.
 # What it says of targets, of roll and pitch, and of beam and pulse comes from the scene: the engine computes these.
+# imo-2004: the sensors that carriage rules ask for since, in place of these. Of the log: 0.2 knots or 2 % of the speed, whichever
+# is more (MSC.96(72)). Of the position: 13 m in 95 % (MSC.112(73)), normal east and north, so that the distance is Rayleigh's.
+# msc116-thd: the same with the least heading device that is allowed, MSC.116(73), recalled: static error 1 degree, dynamic error
+# 1.5 degrees, here three standard deviations, of periods of 30 s and more.
+_ANTENNA = {"backlash_deg": 0.05, "encoder_step_deg": 0.2, "encoder_noise_deg": 0.03}
+_LOG_2004 = {"scale_percent": 2.0, "least_kn": 0.2}
+_POSITION_2004 = {"noise_m": 13.0 / math.sqrt(-2.0 * math.log(0.05))}
 PROFILES: dict[str, dict[str, dict[str, Any]]] = {
     "imo-a823": {
         "gyro": {"bias_deg": 0.5, "noise_deg": 0.12},
         "log": {"bias_kn": 0.5, "noise_kn": 0.2 / 3.0},
-        "antenna": {"backlash_deg": 0.05, "encoder_step_deg": 0.2, "encoder_noise_deg": 0.03},
+        "antenna": _ANTENNA,
     },
-}
+    "imo-2004": {
+        "gyro": {"bias_deg": 0.5, "noise_deg": 0.12}, "log": _LOG_2004, "position": _POSITION_2004, "antenna": _ANTENNA,
+    },
+    "msc116-thd": {
+        "gyro": {"bias_deg": 1.0, "noise_deg": 0.5, "noise_time_s": 30.0}, "log": _LOG_2004, "position": _POSITION_2004,
+        "antenna": _ANTENNA,
+    },
+}  # fmt: skip
 
 
 def settings_from_models(*models: ProfileSection | None, has_sensors: bool = True) -> ErrorSettings | None:
@@ -135,3 +152,22 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, tuple):
         return [_rounded(item) for item in value]
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+def drawn_biases(errors: Mapping[str, Any], rng: np.random.Generator) -> dict[str, Any]:
+    """Returns tables of errors of a scene file whose biases have signs, and whose calibration and position have directions, that
+    are drawn: those of a profile or of a table are of one ship among many."""
+    profile = PROFILES[errors["profile"]] if errors.get("profile") else {}
+    drawn = dict(errors)
+    signs = rng.choice((-1.0, 1.0), 2)
+    turns = rng.uniform(0.0, 360.0, 2)
+    for name, sign in zip(("gyro", "log"), signs.tolist(), strict=True):
+        table = dict(profile.get(name, {})) | dict(errors.get(name, {}))
+        drawn |= {name: {key: sign * value if key in SIGNED else value for key, value in table.items()}} if table else {}
+    if "calibration_deg" in drawn.get("gyro", {}):
+        drawn["gyro"]["calibration_phase_deg"] = float(turns[0])
+    bias = errors.get("position", {}).get("bias_m")
+    if bias:
+        length, angle = math.hypot(*bias), math.radians(turns[1])
+        drawn["position"] = {**errors["position"], "bias_m": [length * math.sin(angle), length * math.cos(angle)]}
+    return drawn

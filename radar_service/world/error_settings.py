@@ -17,10 +17,11 @@ class GyroErrors:
 
 @dataclass(frozen=True)
 class LogErrors:
-    """Errors of the reported speed. scale: share of the speed."""
+    """Errors of the reported speed. scale: share of the speed; least: the speed that this adds or takes at least."""
 
     bias: float
     scale: float
+    least: float
     noise: float
     noise_time: float
     latency: float

@@ -2,18 +2,18 @@
 
 import json
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from radar_service.bench import bench as bench_module
-from radar_service.bench.bench import CROSSINGS, at_power_centroids, bench
+from radar_service.bench import kept_plots
+from radar_service.bench import single_run as single_module
+from radar_service.bench.bench import bench
 from radar_service.bench.scenario import Scenario, load_scenario
-from radar_service.bench.scores.scoring import ScanResult
-from tests.bench.scores.test_scoring import given, truth
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.process_tracker import ProcessTracker
 from tests.bench.trackers.test_process_tracker import ECHO, program
 from tests.bench.trackers.test_websocket_tracker import plots_as_tracks, server
 
@@ -40,7 +40,7 @@ noise = true
 [[scene.body]]
 name = "t"
 shape = "point"
-position_m = [800, 300, 10]
+position_m = [500, 300, 10]
 rcs_dbsm = -15
 course_deg = 90
 speed_kn = 20
@@ -55,7 +55,7 @@ def small(tmp_path: Path, scans: int) -> Scenario:
 
 @pytest.fixture
 def scenario(tmp_path: Path) -> Scenario:
-    return small(tmp_path, 24)
+    return small(tmp_path, 30)
 
 
 @pytest.fixture
@@ -64,9 +64,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     runs: list[tuple[str, int]] = []
     single = bench_module.single_run
 
-    def counted(scenario: Scenario, seed: int, tracker: str) -> dict:
+    def counted(scenario: Scenario, seed: int, tracker: str, plots: Path) -> dict:
         runs.append((scenario.name, seed))
-        return single(scenario, seed, tracker)
+        return single(scenario, seed, tracker, plots)
 
     monkeypatch.setattr(bench_module, "single_run", counted)
     return runs
@@ -84,18 +84,18 @@ def test_a_report_of_two_seeds_is_resumed(scenario: Scenario, made: list[tuple[s
     kept.write_text(kept.read_text()[:100])
     assert bench([scenario], 3, "gnn", tmp_path / "out")[0]["scenarios"][0]["seeds"] == [0, 1, 2]
     assert made[2:] == [("small", 1), ("small", 2)]
-    shorter = small(tmp_path, 23)
+    shorter = small(tmp_path, 29)
     bench([shorter], 1, "gnn", tmp_path / "out")
     assert made[4:] == [("small", 0)]
-    assert len(bench([shorter], 1, "gnn", tmp_path / "out")[1]["small"][0]["scans"]) == 23
+    assert len(bench([shorter], 1, "gnn", tmp_path / "out")[1]["small"][0]["scans"]) == 29
 
 
 def test_a_program_of_another_language_is_judged_too(scenario: Path, tmp_path: Path) -> None:
-    """It reports each plot as a track without velocity: the position is right, the velocity is not."""
+    """It reports each plot as a track without velocity, which is moved on with none for the 1.7 to 2.2 s that the scan takes."""
     (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
-    assert its["metrics"]["position_error_m"] < 1.0 and its["metrics"]["velocity_error_m_s"] == pytest.approx(
-        20 * 1852 / 3600, rel=0.01
-    )
+    speed = 20 * 1852 / 3600
+    assert 1.7 * speed < its["metrics"]["position_error_m"] < 2.2 * speed
+    assert its["metrics"]["velocity_error_m_s"] == pytest.approx(speed, rel=0.01)
 
 
 @pytest.mark.same_bytes
@@ -122,7 +122,7 @@ def test_runs_of_another_arithmetic_are_run_anew(
 ) -> None:
     scenario = small(tmp_path, 4)
     for name, runs in (("one", 1), ("one", 1), ("another", 2), ("another", 2)):
-        monkeypatch.setattr(bench_module, "arithmetic", lambda name=name: name)
+        monkeypatch.setattr(single_module, "arithmetic", lambda name=name: name)
         bench([scenario], 1, "gnn", tmp_path / "out")
         assert len(made) == runs
     (run,) = bench([scenario], 1, "gnn", tmp_path / "out")[1]["small"]
@@ -135,7 +135,7 @@ def test_a_server_is_judged_as_a_program_is(tmp_path: Path) -> None:
     (by_pipe,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     with server(plots_as_tracks) as url:
         (by_socket,) = bench([scenario], 1, url, tmp_path / "out")[0]["scenarios"]
-    assert by_socket == by_pipe and by_pipe["metrics"]["held"] > 0
+    assert by_socket == by_pipe and by_pipe["metrics"]["detected"] > 0
 
 
 def test_a_command_of_any_length_has_a_file(tmp_path: Path) -> None:
@@ -163,41 +163,30 @@ def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) 
     assert 'set threshold to "ca"' in its["remark"]
 
 
-HEADING = np.radians(90.0)  # bow to the east, starboard to the south
+def test_after_three_hangs_the_bench_stops(
+    tmp_path: Path, made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ProcessTracker.__init__, "__defaults__", (0.2,))
+    hangs = program(tmp_path, "import time; time.sleep(60)")
+    with pytest.raises(
+        TrackerError, match="no answer to scan 0 within 0.2 s; 3 runs hung, so the bench stops, at small, seed 2"
+    ):
+        bench([small(tmp_path, 4)], 9, hangs, tmp_path / "out")
+    assert len(made) == 3
+    (scenario,) = bench([small(tmp_path, 4)], 2, hangs, tmp_path / "out")[0]["scenarios"]
+    assert [failure["scan"] for failure in scenario["failures"]] == [0, 0]
 
 
-def run(offsets: list[tuple[float, float] | None], heading: float = HEADING) -> list[ScanResult]:
-    """A ship at rest at (0, 1000) whose power lies at these offsets from her reference point."""
-    at_rest = replace(truth("ship", 0.0, 0.0, 1000.0, speed=0.0), heading=heading)
-    return [ScanResult(given(k), (), (replace(at_rest, centroid=offset),)) for k, offset in enumerate(offsets)]
+def test_a_tracker_that_does_not_start_ends_the_bench_at_once(tmp_path: Path, made: list[tuple[str, int]]) -> None:
+    for seeds, tries in ((9, 3), (1, 4)):
+        with pytest.raises(TrackerError, match="'no-such-program' could not be started"):
+            bench([small(tmp_path, 4)], seeds, "no-such-program", tmp_path / "out")
+        assert len(made) == tries
+    assert not (tmp_path / "bench-plots").exists()
 
 
-def positions(results: list[ScanResult]) -> list[tuple[float, float]]:
-    return [result.truths[0].position for result in at_power_centroids(results)]
-
-
-def test_a_target_stands_where_her_power_lies_in_the_mean() -> None:
-    """Glint of 12 m to and fro about 4 m ahead and 3 m to starboard: the mean over 11 crossings, the ends over fewer."""
-    glint = [(4.0 + 12.0 * (-1) ** k, 3.0) for k in range(31)]
-    moved = positions(run(glint))
-    expected = 4.0 + 12.0 * (-1) ** (15 - CROSSINGS) / (2 * CROSSINGS + 1)
-    assert moved[15] == pytest.approx((expected, 1000.0 - 3.0))
-    assert moved[0] == pytest.approx((4.0, 997.0))  # six crossings: as many ahead as astern
-
-
-@pytest.mark.parametrize(("degrees", "east", "north"), [(0, 2.0, 5.0), (90, 5.0, -2.0), (180, -2.0, -5.0), (270, -5.0, 2.0)])
-def test_offsets_turn_with_the_ship(degrees: float, east: float, north: float) -> None:
-    """5 m to the bow and 2 m to starboard."""
-    assert positions(run([(5.0, 2.0)] * 3, np.radians(degrees)))[1] == pytest.approx((east, 1000.0 + north))
-
-
-def test_crossings_without_power_do_not_count() -> None:
-    assert positions(run([None, (6.0, 0.0), None]))[0] == pytest.approx((6.0, 1000.0))
-    assert positions(run([None] * 3)) == [(0.0, 1000.0)] * 3
-    assert positions(run([(6.0, 0.0)] + [None] * (CROSSINGS + 1)))[-1] == (0.0, 1000.0)  # too long ago
-
-
-def test_targets_are_not_mixed() -> None:
-    one, other = run([(6.0, 0.0)])[0], replace(truth("buoy", 0.0, 0.0, 500.0, speed=0.0))
-    both = at_power_centroids([replace(one, truths=(*one.truths, other))])[0]
-    assert [truth.position for truth in both.truths] == [pytest.approx((6.0, 1000.0)), (0.0, 500.0)]
+def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench([small(tmp_path, 4)], 2, "gnn", tmp_path / "one")
+    monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
+    assert bench([small(tmp_path, 4)], 2, program(tmp_path, ECHO), tmp_path / "two")[0]["version"]
+    assert sorted(path.name for path in (tmp_path / "bench-plots").iterdir()) == ["small-0.json.gz", "small-1.json.gz"]

@@ -13,14 +13,14 @@ from PIL import Image
 
 from radar_service.bench.bench import report
 from radar_service.bench.ppi_picture import SIZE
-from radar_service.bench.report import comparison, unit_of, verdict_table, write_report
+from radar_service.bench.report import comparison, page, unit_of, verdict_table, write_report
 from radar_service.bench.scenario import Limit, Scenario
 from tests.bench.test_scenario import SMALL
 
 TRUTH = {"body": "t <1>", "time": 1.0, "position": [0.0, 100.0], "velocity": [1.0, 0.0]}
 TRACK = {"track": "1", "time": 2.0, "east": 1.0, "north": 103.0, "velocity_east": 1.0, "velocity_north": 0.0}
 RUN = {
-    "seed": 0, "remark": None, "metrics": {"ospa_m": 3.0, "held": None},
+    "seed": 0, "remark": None, "failure": None, "metrics": {"ospa_m": 3.0, "held": None},
     "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "truths": [TRUTH]},
               {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "truths": [TRUTH]}],
 }  # fmt: skip
@@ -29,7 +29,7 @@ LIMITS = (Limit(metric="ospa_m", maximum=10, source="a & b"), Limit(metric="held
 
 def data(tracker: str = "gnn", ospa: float = 3.0) -> dict:
     run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": ospa}}
-    return report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, tracker)
+    return report({"small": Scenario(**{**SMALL, "limit": LIMITS, "judges": "plots"})}, {"small": [run]}, tracker)
 
 
 def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
@@ -37,22 +37,17 @@ def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "report.json").read_text()) == data("<gnn>")
     page = (tmp_path / "report.html").read_text()
     assert "&lt;gnn&gt;" in page and "<gnn>" not in page and "a &amp; b" in page
-    assert (
-        "ospa_m at most 10 m<" in page
-        and "held at least 1" in page
-        and "undecided, more seeds" in page
-        and ">shown<" in page
-    )
+    assert "ospa_m at most 10 m<" in page and "held at least 1" in page and "undecided" in page and ">shown<" in page
     (picture,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
     assert base64.b64decode(picture).startswith(b"\x89PNG")
 
 
 def test_verdicts_are_a_table_with_values_limits_and_units() -> None:
     run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": 3.0}, "remark": "1 of 2 scans flood the plot extractor; <more>"}
-    made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, "gnn")
+    made = report({"small": Scenario(**{**SMALL, "limit": LIMITS, "judges": "plots"})}, {"small": [run]}, "gnn")
     lines = [line.split() for line in verdict_table(made).splitlines()]
     assert lines[0] == ["scenario", "metric", "95", "%", "value", "limit", "unit", "missed", "verdict"]
-    assert lines[1] == "small ospa_m 3 at most 10 m 0 of 1 undecided, more seeds".split()
+    assert lines[1] == "small ospa_m 3 at most 10 m 0 of 1 undecided".split()
     assert lines[2] == "small held none at least 1 1 of 1 shown".split()
     assert lines[3] == "small: remark: 1 of 2 scans flood the plot extractor; <more>".split()
 
@@ -107,3 +102,21 @@ def test_means_and_percentiles(runs: int) -> None:
     assert its["metrics"] == {"ospa_m": (runs - 1) / 2} and its["percentile_95"]["ospa_m"] == pytest.approx(
         0.95 * (runs - 1)
     )
+
+
+def test_failed_runs_are_listed_with_scan_status_and_last_line() -> None:
+    failure = {"scan": 7, "message": "it has ended", "status": -11, "stderr": "Segmentation <fault>", "hangs": False}
+    runs = [{**RUN, "seed": seed, "metrics": {}, "failure": failure, "scans": []} for seed in range(7)]
+    made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": runs}, "mine")
+    lines = verdict_table(made).splitlines()
+    assert "small, seed 4: failed at scan 7: it has ended; exit status -11; it said: Segmentation <fault>" in lines
+    assert lines[-1] == "small: 2 more failed runs"
+    assert "Segmentation &lt;fault&gt;" in page(made, {"small": runs})
+    assert all(verdict["failures"] == 7 for verdict in made["scenarios"][0]["verdicts"])
+
+
+def test_limits_of_every_scenario_ask_nothing_of_runs_that_cannot_judge_them() -> None:
+    """Nobody vanishes here, so no track has to end; where the tracker owes a state and has none, it misses the limit."""
+    run = {**RUN, "metrics": {"completeness": 1.0, "velocity_kn_1min": None}}
+    (its,) = report({"small": Scenario(**SMALL)}, {"small": [run]}, "mine")["scenarios"]
+    assert {one["metric"]: one["failures"] for one in its["verdicts"]} == {"completeness": 0, "velocity_kn_1min": 1}

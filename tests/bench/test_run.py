@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.bench.run import rule_of, run, threshold_of, tracker_input
+from radar_service.bench.run import check_times, rule_of, run, threshold_of, tracker_input
 from radar_service.bench.scenario import PlotSettings, Scenario
-from radar_service.bench.scores.scoring import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult, as_reported
+from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
+from tests.bench.scores.test_scoring import given
 from tests.bench.test_scenario import SMALL
 from tests.plots.test_detections import scan_of_power
 from tests.scenes import radar
@@ -126,3 +128,21 @@ def test_a_simulator_without_sources_gives_the_reference_point() -> None:
 def test_near_plots_are_left_out_as_the_scenario_says() -> None:
     assert all(one.given.plots for one in results(scans=3)[1:])
     assert not any(one.given.plots for one in results(scans=3, plots={"nearest_m": 1200}))
+
+
+def test_a_state_from_the_future_is_an_error() -> None:
+    """The scan ends at 2.5 s; rounding is no error."""
+    state = TrackState(track="a", time=2.5 + 1e-7, east=0.0, north=0.0, velocity_east=0.0, velocity_north=0.0)
+    check_times([state], given(0))
+    with pytest.raises(TrackerError, match="scan 0 has track 'a' at 2.6 s, after the end of the scan at 2.5 s"):
+        check_times([replace(state, time=2.6)], given(0))
+
+
+def test_own_ship_s_errors_come_with_the_truth() -> None:
+    """0.5 degrees of gyro and 30 m of position: in the frame that she reports her target is where its plot is."""
+    errors = {"gyro": {"bias_deg": 0.5}, "position": {"bias_m": [30.0, 0.0]}}
+    for one in results(scene=SMALL["scene"] | {"errors": errors}, scans=4):
+        (plot,), (truth,) = one.given.plots, one.truths
+        assert truth.own_error == pytest.approx((30.0, 0.0)) and truth.azimuth_error == pytest.approx(np.radians(0.5))
+        east, north = as_reported(truth).position
+        assert np.hypot(plot.east - east, plot.north - north) < 1.0 < np.hypot(*np.subtract(truth.position, (east, north)))

@@ -3,12 +3,13 @@
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.scenario import scenarios
+from radar_service.commands.bench_tracker import UNDECIDED
 from radar_service.commands.command_line import parser
 from tests.bench.test_bench import FILE
 
@@ -23,9 +24,9 @@ def test_the_list_has_a_scenario_a_line(capsys: pytest.CaptureFixture[str]) -> N
 def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = tmp_path / "small.toml", tmp_path / "out"
     path.write_text(FILE.format(scans=12))
-    assert main(["bench-tracker", str(path), "--seeds", "1", "--jobs", "1", "-o", str(out)]) == 0
+    assert main(["bench-tracker", str(path), "--seeds", "1", "--jobs", "1", "-o", str(out)]) == UNDECIDED
     printed = capsys.readouterr().out
-    assert re.search(r"small +held +\S+ +at least 1 +1 of 1  undecided, more seeds\n", printed)
+    assert re.search(r"small +held +\S+ +at least 1 +1 of 1  undecided\n", printed)
     assert str(out / "report.html") in printed
     report = json.loads((out / "report.json").read_text())
     assert report["scenarios"][0]["seeds"] == [0] and report["tracker"] == "gnn"
@@ -63,12 +64,36 @@ def test_wrong_values_are_refused(wrong: list[str]) -> None:
         parser().parse_args(["bench-tracker", *wrong])
 
 
-def test_a_fault_of_a_tracker_in_python_is_not_one_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`'x'` would be all that a KeyError says: its traceback names the line."""
+def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scans: int = 3) -> list[str]:
+    """A command with a tracker that raises a KeyError."""
     (tmp_path / "faulty.py").write_text("class T:\n    def update(self, scan):\n        return {}['x']\n")
-    (tmp_path / "small.toml").write_text(FILE.format(scans=2))
+    (tmp_path / "small.toml").write_text(FILE.format(scans=scans))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(JobsFailed) as failed:
-        main(["bench-tracker", "small.toml", "--seeds", "1", "--jobs", "1", "--tracker", "faulty:T", "-o", "out"])
-    assert isinstance(failed.value.__cause__, KeyError)
+    return ["bench-tracker", "small.toml", "--jobs", "1", "--tracker", "faulty:T", "-o", "out"]
+
+
+def test_a_tracker_that_raises_is_a_failed_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`'x'` is all that a KeyError says: the last line of its traceback names it."""
+    assert main([*faulty(tmp_path, monkeypatch), "--smoke"]) == 1
+    printed = capsys.readouterr().out
+    assert printed.startswith("3 seeds of each scenario: gross misses fail\n")
+    for seed in range(3):
+        line = next(line for line in printed.splitlines() if line.startswith(f"small, seed {seed}: failed at scan 0: "))
+        assert line.endswith("exit status 1; it said: KeyError: 'x'")
+
+
+def test_strict_takes_undecided_for_failed_and_junit_says_each_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "small.toml").write_text(FILE.format(scans=26))
+    monkeypatch.chdir(tmp_path)
+    command = ["bench-tracker", "small.toml", "--seeds", "1", "--jobs", "1", "-o", "out", "--junit", "bench.xml"]
+    for options, status, kind in (([], UNDECIDED, "skipped"), (["--strict"], 1, "failure")):
+        assert main([*command, *options]) == status
+        (suite,) = ElementTree.parse("bench.xml").getroot()
+        cases = {str(case.get("name")): case for case in suite}
+        assert suite.get("name") == "small" and suite.get("tests") == str(len(cases))
+        assert cases["held at least 1"].find(kind) is not None and cases["runs"].find("failure") is None
+    assert "1 seeds of each scenario can fail, but 1000 are needed to pass; 38 misses of 1000" in capsys.readouterr().out

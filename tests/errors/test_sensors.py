@@ -56,6 +56,14 @@ def test_a_log_has_bias_scale_and_noise() -> None:
     np.testing.assert_array_equal(block.azimuth, was.azimuth)
 
 
+@pytest.mark.parametrize(("percent", "least_kn", "sign"), [(2.0, 50.0, 1.0), (-2.0, 50.0, -1.0), (2.0, 0.01, 0.0)])
+def test_a_log_errs_by_a_share_of_the_speed_or_by_the_least(percent: float, least_kn: float, sign: float) -> None:
+    """50 knots are more than 2 % of any speed here, and 0.01 knots are less; its sign is that of the share."""
+    block, was, _, _ = true({"log": {"scale_percent": percent, "least_kn": least_kn}})
+    expected = was.speed * 1.02 if sign == 0.0 else was.speed + sign * 50.0 * KNOT
+    np.testing.assert_allclose(block.speed, expected, atol=ROUNDING)
+
+
 def test_a_position_has_bias_and_noise_of_each_axis() -> None:
     block, was, number, time = true({"position": {"bias_m": [3, -4], "noise_m": 2, "noise_time_s": 30}})
     for axis, (bias, key) in enumerate(((3.0, EAST), (-4.0, NORTH))):

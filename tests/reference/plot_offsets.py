@@ -15,7 +15,7 @@ import numpy as np
 import radar_service as rs
 from radar_service.bench.run import tracker_input, truths_of
 from radar_service.bench.scores.plot_scores import PlotMatch, matches
-from radar_service.bench.scores.scoring import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.scene_file.document import packaged_folder

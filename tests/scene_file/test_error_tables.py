@@ -3,10 +3,11 @@
 import math
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.error_tables import PROFILES, changed_errors, error_tables
+from radar_service.scene_file.error_tables import PROFILES, changed_errors, drawn_biases, error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.world.error_settings import ErrorSettings
 from tests.world.test_error_settings import EVERY, settings
@@ -18,7 +19,14 @@ BOTH = settings({"gyro": {"bias_deg": 1, "noise_deg": 0.1}, "log": {"bias_kn": 1
 def test_tables_come_back_as_they_were_written() -> None:
     assert error_tables(settings(EVERY)) == EVERY
     assert error_tables(settings({"log": {"bias_kn": 1}})) == {
-        "log": {"bias_kn": 1.0, "scale_percent": 0.0, "noise_kn": 0.0, "noise_time_s": 1.0, "latency_s": 0.0},
+        "log": {
+            "bias_kn": 1.0,
+            "scale_percent": 0.0,
+            "least_kn": 0.0,
+            "noise_kn": 0.0,
+            "noise_time_s": 1.0,
+            "latency_s": 0.0,
+        },
         **dict.fromkeys(("gyro", "position", "antenna", "feed")),
     }
 
@@ -48,6 +56,32 @@ def test_the_arpa_resolution_gives_these_sensor_errors() -> None:
     antenna = its.antenna.backlash, its.antenna.encoder_step, its.antenna.encoder_noise
     assert antenna == pytest.approx((0.05 * DEGREE, 2 * 0.1 * DEGREE, 0.03 * DEGREE), rel=1e-12)
     assert its.position is None and its.feed is None
+
+
+def test_carriage_rules_since_2004_give_these_sensor_errors() -> None:
+    """The log errs by 0.2 knots or 2 %; 95 % of positions are within 13 m, a Rayleigh distribution."""
+    its = rs.load_scene({"errors": {"profile": "imo-2004"}}).errors
+    assert its is not None and its.log is not None and its.position is not None and its.gyro is not None
+    assert (its.log.bias, its.log.scale, its.log.least) == pytest.approx((0.0, 0.02, 0.2 * KNOT), rel=1e-12)
+    assert 1.0 - math.exp(-0.5 * (13.0 / its.position.noise) ** 2) == pytest.approx(0.95, rel=1e-12)
+    assert (its.gyro.bias, its.gyro.noise) == pytest.approx((0.5 * DEGREE, 0.12 * DEGREE), rel=1e-12)
+
+
+def test_biases_have_signs_and_directions_of_their_own() -> None:
+    """400 draws: half of the signs are above 0 within 4 standard errors, 0.1; gyro and log are independent."""
+    tables = {"profile": "imo-2004", "position": {"bias_m": [30.0, 40.0]}, "gyro": {"calibration_deg": 0.3}}
+    drawn = [drawn_biases(tables, np.random.default_rng(seed)) for seed in range(400)]
+    gyro, log = (
+        np.array([one[name][key] for one in drawn]) for name, key in (("gyro", "bias_deg"), ("log", "scale_percent"))
+    )
+    assert set(gyro.tolist()) == {-0.5, 0.5} and set(log.tolist()) == {-2.0, 2.0}
+    for signs in (gyro > 0.0, log > 0.0, gyro * log > 0.0):
+        assert np.mean(signs) == pytest.approx(0.5, abs=0.1)
+    position = np.array([one["position"]["bias_m"] for one in drawn])
+    assert np.hypot(*position.T) == pytest.approx(50.0) and np.hypot(*position.mean(axis=0)) < 50.0 * 0.2
+    assert np.ptp([one["gyro"]["calibration_phase_deg"] for one in drawn]) > 340.0
+    assert settings(drawn[0]).log is not None and drawn[0]["gyro"]["noise_deg"] == 0.12
+    assert drawn_biases({"feed": {"drop_rate": 0.1}}, np.random.default_rng(1)) == {"feed": {"drop_rate": 0.1}}
 
 
 SHORE: dict[str, Any] = {"id": "shore", "platform": {"position_m": [90, 0]}}

@@ -11,7 +11,7 @@ from radar_service.world.error_settings import ErrorSettings
 EVERY: dict[str, dict[str, Any]] = {
     "gyro": {"bias_deg": 0.5, "calibration_deg": 0.3, "calibration_phase_deg": 40.0, "noise_deg": 0.12, "noise_time_s": 7.0,
              "latency_s": 0.2},
-    "log": {"bias_kn": -0.5, "scale_percent": 3.0, "noise_kn": 0.1, "noise_time_s": 5.0, "latency_s": 1.0},
+    "log": {"bias_kn": -0.5, "scale_percent": 3.0, "least_kn": 0.1, "noise_kn": 0.1, "noise_time_s": 5.0, "latency_s": 1.0},
     "position": {"bias_m": [3.0, -4.0], "noise_m": 2.5, "noise_time_s": 90.0, "latency_s": 0.5},
     "antenna": {"misalignment_deg": -1.1, "backlash_deg": 0.05, "encoder_noise_deg": 0.03, "encoder_step_deg": 0.2},
     "feed": {"drop_rate": 0.1, "burst_rate": 0.01, "burst_spokes": 12, "repeat_rate": 0.05, "late_rate": 0.04, "late_s": 0.3,

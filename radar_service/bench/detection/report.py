@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.report import page_of, png_text
-from radar_service.bench.scores.scoring import NAUTICAL_MILE
+from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.terminal.output_files import make_folder
 
 COLUMNS = (

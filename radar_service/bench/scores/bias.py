@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.bench.scores.plot_scores import matches
-from radar_service.bench.scores.scoring import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.numerics.types import Floats
 
 ROUNDING = 1e-9  # m or rad: plots are no surer

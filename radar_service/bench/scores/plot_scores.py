@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.bench.scores.scoring import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.numerics.frames import wrap_angle
 from radar_service.plots.plot import Plot
 

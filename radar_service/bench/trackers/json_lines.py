@@ -21,12 +21,16 @@ class TrackerError(Exception):
     """A tracker that ended, did not answer in time or answered rubbish. Its text says which."""
 
 
+class TrackerHangs(TrackerError):
+    """A tracker that took or gave nothing in time."""
+
+
 class LineTracker(ABC):
     """A tracker.Tracker behind lines of JSON. `close` ends it.
 
     It gets one line with `type` "header", then one with `type` "scan" for each scan (TrackerInput.as_dict). To each scan it
     answers with one line: {"type": "tracks", "scan": its number, "tracks": [{"track", "time", "east", "north",
-    "velocity_east", "velocity_north"}]}.
+    "velocity_east", "velocity_north", and "coasting" where it does}]}.
     """
 
     def __init__(self, name: str, timeout: float) -> None:
@@ -57,7 +61,7 @@ class LineTracker(ABC):
         self._sending.start()
         self._sending.join(self.timeout)
         if self.is_stuck:
-            raise TrackerError(f"tracker: {self.name!r} read no plots for {self.timeout:g} s")
+            raise TrackerHangs(f"tracker: {self.name!r} read no plots for {self.timeout:g} s")
         if self._fault is not None:
             raise TrackerError(f"tracker: {self.name!r} {self.end} and takes no more plots") from self._fault
 
@@ -84,9 +88,19 @@ class LineTracker(ABC):
     def close(self) -> None:
         """Ends the tracker, or the connection to it."""
 
+    @property
+    def status(self) -> int | None:
+        """The exit status of a program that has ended, negative for a signal; None where there is none."""
+        return None
+
+    @property
+    def last_line(self) -> str:
+        """What a program has last written to its standard error; "" where there is nothing."""
+        return ""
+
     def silent(self, scan: int) -> TrackerError:
         """Returns the error of a tracker that does not answer in time."""
-        return TrackerError(f"tracker: no answer to scan {scan} within {self.timeout:g} s")
+        return TrackerHangs(f"tracker: no answer to scan {scan} within {self.timeout:g} s")
 
 
 def tracks_from_line(line: str, scan: int) -> tuple[TrackState, ...]:
@@ -126,4 +140,7 @@ def _state(track: Mapping[str, Any]) -> TrackState:
             raise ValueError(f"{key} is {value}; a finite number is needed")
         if abs(value) > MAX_VALUE:
             raise ValueError(f"{key} is {value:g}; at most {MAX_VALUE:g} is needed")
-    return TrackState(track=str(name), **values)
+    coasting = track.get("coasting", False)
+    if not isinstance(coasting, bool):
+        raise ValueError(f"coasting is {_shown(coasting)}; true or false is needed")
+    return TrackState(track=str(name), coasting=coasting, **values)

@@ -2,7 +2,8 @@
 
 import shlex
 import subprocess
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from queue import Empty, Queue
 from threading import Thread
@@ -13,6 +14,8 @@ from typing_extensions import override
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
+MAX_TEXT = 1000  # characters of a line of its standard error that are kept
+CHILD = "radar_service.bench.trackers.callable_child"  # the program that a callable runs in
 
 
 class ProcessTracker(LineTracker):
@@ -22,14 +25,24 @@ class ProcessTracker(LineTracker):
         """command: as a shell splits it, but without a shell; timeout: for each answer [s]. Raises TrackerError."""
         super().__init__(command, timeout)
         try:
-            self._process = subprocess.Popen(
-                shlex.split(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", errors="replace"
-            )
+            self._process = self._started(self._words(command))
         except (OSError, ValueError, IndexError) as error:
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
+        self._last_line = ""
         Thread(target=self._read, name="tracker's answers", daemon=True).start()
+        self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
+        self._noting.start()
         self.begin(header)
+
+    def _words(self, command: str) -> Sequence[str]:
+        """The program and its arguments."""
+        return shlex.split(command)
+
+    @staticmethod
+    def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
+        pipe = subprocess.PIPE
+        return subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace")
 
     @override
     def write(self, line: str) -> None:
@@ -42,6 +55,7 @@ class ProcessTracker(LineTracker):
         try:
             line = self._answers.get(timeout=self.timeout)
         except Empty:
+            self._process.kill()
             raise self.silent(scan) from None
         if not line:
             raise TrackerError(f"tracker: {self.name!r} {self.end} before it answered scan {scan}")
@@ -61,6 +75,25 @@ class ProcessTracker(LineTracker):
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        self._noting.join(1.0)  # a child of the program may keep its standard error open
+
+    @property
+    @override
+    def status(self) -> int | None:
+        return self._process.poll()
+
+    @property
+    @override
+    def last_line(self) -> str:
+        return self._last_line
+
+    def _note(self) -> None:
+        """Passes the program's standard error on, and keeps its last line."""
+        assert self._process.stderr
+        with self._process.stderr as output:
+            while line := output.readline(MAX_TEXT):
+                self._last_line = line.strip() or self._last_line
+                sys.stderr.write(line)
 
     def _read(self) -> None:
         """Keeps the answers. A program that answers what it was not asked is read no further, so that they stay few."""
@@ -72,3 +105,11 @@ class ProcessTracker(LineTracker):
                     break
                 self._answers.put(line)
         self._answers.put("")
+
+
+class CallableTracker(ProcessTracker):
+    """A tracker in Python, `module:callable`, in a process of its own: it is checked as any program is."""
+
+    @override
+    def _words(self, command: str) -> Sequence[str]:
+        return [sys.executable, "-m", CHILD, command]

@@ -39,7 +39,7 @@ class Tuning:
     speed_error: float = 10.0
     gate: float = 3.5
     confirm: int = 4
-    delete: int = 5
+    delete: int = 8
     detection: float = 0.9
     clutter: float = 1e-7
 

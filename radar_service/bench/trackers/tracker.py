@@ -39,7 +39,12 @@ class TrackerInput:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackState:
-    """A confirmed track after one scan. track: its name, the same in all scans; time: of the state [s]; SI on the map."""
+    """A confirmed track after one scan. SI on the map.
+
+    track: its name, the same in all scans.
+    time: of the state [s], none after the end of the scan.
+    coasting: whether the track goes on without plots, so that its state may be older than three scans.
+    """
 
     track: str
     time: float
@@ -47,6 +52,7 @@ class TrackState:
     north: float
     velocity_east: float
     velocity_north: float
+    coasting: bool = False
 
 
 class Tracker(Protocol):

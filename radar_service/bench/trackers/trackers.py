@@ -1,7 +1,6 @@
 """Trackers by name: the reference tracker, a callable in Python, a program, or a server. And what stands behind a name."""
 
 import hashlib
-import importlib
 import importlib.metadata
 import importlib.util
 import os
@@ -15,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.process_tracker import ProcessTracker
+from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
+from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.stone_soup import StoneSoupTracker, Tuning
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
@@ -30,21 +29,13 @@ def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tra
 
     "gnn" or "jpda": the reference. "ws://..." or "wss://...": a server. "module:callable": what the callable returns.
     Anything else: a command, which gets plots and answers tracks as JSON Lines. header: what a server or command gets first.
-    Raises TrackerError and ImportError.
+    Commands and callables run in processes of their own. Raises TrackerError, and ImportError without Stone Soup.
     """
     if name in REFERENCE:
-        return StoneSoupTracker(tuning_of(scenario, name))
+        return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, name)))
     if name.startswith(SCHEMES):
         return WebsocketTracker(name, header)
-    if not _is_callable(name):
-        return ProcessTracker(name, header)
-    module, _, attribute = name.partition(":")
-    _import_from_here()
-    try:
-        tracker: Tracker = getattr(importlib.import_module(module), attribute)()
-    except (ImportError, AttributeError) as error:
-        raise TrackerError(f"tracker: {name} could not be imported: {error}") from None
-    return tracker
+    return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)
 
 
 def tuning_of(scenario: Scenario, association: str) -> Tuning:

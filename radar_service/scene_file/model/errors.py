@@ -41,6 +41,7 @@ class LogErrorsModel(Section):
 
     bias_kn: ErrorSpeed = Field(0.0, description="added to the speed")
     scale_percent: Number = Field(0.0, ge=-100, le=100, description="of the speed, added to it")
+    least_kn: Number = Field(0.0, ge=0, le=100, description="what scale_percent adds or takes is no less than this")
     noise_kn: Number = Field(0.0, ge=0, le=100, description="standard deviation")
     noise_time_s: CorrelationTime = Field(1.0, description=_NOISE_TIME)
     latency_s: Latency = Field(0.0, description=_LATENCY)
@@ -94,7 +95,9 @@ class FeedErrorsModel(Section):
 class ProfileSection(Section):
     """A table of errors with a profile."""
 
-    profile: Literal["imo-a823"] | None = Field(None, description="values of the keys that are not given")
+    profile: Literal["imo-a823", "imo-2004", "msc116-thd"] | None = Field(
+        None, description="values of the keys that are not given"
+    )
 
 
 class RadarErrorsModel(ProfileSection):

@@ -4,7 +4,7 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
-from typing import Self
+from typing import Any, Self
 
 from pydantic import Field, model_validator
 
@@ -53,6 +53,7 @@ class SceneModel(Section):
     body: tuple[AnyBody, ...] = Field((), max_length=MAX_BODIES)
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
     errors: ErrorsModel | None = None
+    bench: dict[str, Any] | None = Field(None, description="for the command `bench-tracker` alone")
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:

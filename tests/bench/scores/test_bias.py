@@ -11,7 +11,7 @@ import pytest
 from radar_service.bench.run import tracker_input, truths_of
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.bias import Bias, bias_cause, range_and_bearing_bias
-from radar_service.bench.scores.scoring import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene

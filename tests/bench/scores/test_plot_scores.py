@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.bench.scores.plot_scores import matches, plot_metrics
-from radar_service.bench.scores.scoring import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.plots.plot import Plot
 from tests.bench.scores.test_scoring import given, truth
 

@@ -19,6 +19,10 @@ def test_an_answer_gives_tracks() -> None:
     one, other = tracks_from_line(line(STATE, {**STATE, "track": 7}), 4)
     assert (one.track, one.time, one.east, one.north, other.track) == ("a", 1.0, 1.0, 2.0, "7")
     assert tracks_from_line(line(), 4) == ()
+    assert [one.coasting for one in tracks_from_line(line({**STATE, "coasting": True}, {**STATE, "track": "b"}), 4)] == [
+        True,
+        False,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -33,8 +37,9 @@ def test_an_answer_gives_tracks() -> None:
         ({"track": "n" * 101}, "at most 100 characters"),
         ({"track": {"name": "a"}}, "a whole number, is needed"),
         ({"track": 10**100}, "at most 100 characters"),
+        ({"coasting": 1}, "true or false is needed"),
     ],
-    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number"],
+    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting"],
 )  # fmt: skip
 def test_tracks_of_rubbish_are_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(TrackerError, match=f"answer to scan 4.*{words}"):

@@ -37,6 +37,5 @@ def test_motpy_follows_straight_targets_and_keeps_their_names() -> None:
 
 
 def test_motpy_runs_through_the_bench(tmp_path: Path) -> None:
-    pytest.importorskip("stonesoup", reason="the extra `tracking` is absent: it has the metrics")
-    (its,) = bench([small(tmp_path, 24)], 1, COMMAND, tmp_path / "out")[0]["scenarios"]
+    (its,) = bench([small(tmp_path, 30)], 1, COMMAND, tmp_path / "out")[0]["scenarios"]
     assert its["metrics"]["held"] == 1.0 and its["metrics"]["ospa_m"] < 10.0 and its["metrics"]["identity_changes"] == 0

@@ -21,7 +21,10 @@ import radar_service as rs
         ({"feed": {"burst_spokes": 2.5}}, "errors.feed.burst_spokes: 2.5 is not allowed"),
         ({"feed": {"heading_lost_s": [[5, 5]]}}, "heading_lost_s[0]: 5 s is not after 5 s; give from and to in this order"),
         ({"feed": {"bytes_per_s": 0}}, "errors.feed.bytes_per_s: 0 is not allowed"),
-        ({"profile": "imo"}, 'errors.profile: "imo" is not allowed; one of "imo-a823"; choose one of these'),
+        (
+            {"profile": "imo"},
+            'errors.profile: "imo" is not allowed; one of "imo-a823", "imo-2004", "msc116-thd"; choose one of these',
+        ),
         ({"compass": {}}, "errors.compass: this is not a known key"),
         (3, "errors: 3 is not allowed"),
     ],

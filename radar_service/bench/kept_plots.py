@@ -1,0 +1,137 @@
+"""Plots and truth of scenarios and seeds, which are kept in a folder and shared by all trackers."""
+
+import gzip
+import hashlib
+import json
+import os
+import warnings
+import zlib
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from radar_service.bench.ppi_picture import ppi_of
+from radar_service.bench.run import observed
+from radar_service.bench.scenario import Scenario
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.trackers.tracker import TrackerInput
+from radar_service.numerics.arithmetic import arithmetic
+from radar_service.plots.flood import FloodWarning, flood_remark
+from radar_service.plots.plot import Plot
+from radar_service.scans.scan import Scan
+from radar_service.terminal.output_files import make_folder
+
+SCHEMA = 1
+FIRST_SEED = 0  # the one that has a picture
+NO_PART = ("service", "ports", "recording", "commands", "study", "clients", "scenes")  # of what makes plots and truth
+OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py")  # files of the bench that have a part in it
+
+
+@dataclass(frozen=True)
+class ObservedRun:
+    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods; ppi: of the last scan, or None."""
+
+    results: Sequence[ScanResult]
+    remark: str | None
+    ppi: Mapping[str, Any] | None
+
+
+def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
+    """Returns plots and truth of a scenario and a seed, kept in the folder where they are made of the same; or makes and keeps
+    them. Raises SceneError and OSError."""
+    path, digest = folder / f"{scenario.name}-{seed}.json.gz", plots_digest(scenario, seed)
+    kept = _read(path, digest)
+    if kept is None:
+        kept = {"digest": digest, **_observe(scenario, seed)}
+        _write(path, kept)
+        kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
+    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], kept["ppi"])
+
+
+def plots_digest(scenario: Scenario, seed: int) -> str:
+    """Returns a hash of all that plots and truth depend on: the scene with its files, settings, this program, the arithmetic."""
+    made_of = {
+        "schema": SCHEMA, "source": source_digest(), "arithmetic": arithmetic(), "scene": scenario.scene_for(seed),
+        "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "radar", "plots", "plot_errors"}),
+        "targets": scenario.tracked, "files": [hashlib.blake2b(path.read_bytes()).hexdigest() for path in _files(scenario)],
+    }  # fmt: skip
+    return hashlib.blake2b(json.dumps(made_of).encode(), digest_size=16).hexdigest()
+
+
+@cache
+def program_version() -> str:
+    """Returns the version of this program."""
+    return version("radar-service")
+
+
+@cache
+def source_digest() -> str:
+    """Returns a hash of the source of the engine, of the plot extractor, and of what feeds a tracker with their plots."""
+    root = Path(__file__).parents[1]
+    files = [path for path in sorted(root.rglob("*.py")) if makes_plots(path.relative_to(root).parts)]
+    content = b"".join(path.relative_to(root).as_posix().encode() + path.read_bytes() for path in files)
+    return hashlib.blake2b(content, digest_size=8).hexdigest()
+
+
+def makes_plots(parts: Sequence[str]) -> bool:
+    """Returns whether a file of the package, given by the parts of its path, has a part in plots and truth."""
+    return parts[0] not in NO_PART and (parts[0] != "bench" or parts[-1] in OF_BENCH)
+
+
+def _files(scenario: Scenario) -> list[Path]:
+    """The files that the scene names: meshes, height maps, tracks."""
+    folder = scenario.folder or Path()
+    return [path for text in _texts(scenario.scene) if os.path.isfile(path := folder / text)]
+
+
+def _texts(value: object) -> Iterator[str]:
+    """All texts of nested tables."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping | list):
+        for part in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts(part)
+
+
+def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
+    latest = deque[Scan](maxlen=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
+        results = list(observed(scenario, seed, latest.append))
+    return {
+        "scans": [asdict(replace(result, flood=None)) for result in results],
+        "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
+        "ppi": ppi_of(latest[0]) if seed == FIRST_SEED else None,
+    }
+
+
+def _read(path: Path, digest: str) -> dict[str, Any] | None:
+    """The content of a file that is whole and has this digest; None otherwise."""
+    try:
+        kept: dict[str, Any] = json.loads(gzip.decompress(path.read_bytes()))
+        return kept if kept["digest"] == digest else None
+    except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError):
+        return None
+
+
+def _write(path: Path, content: Mapping[str, Any]) -> None:
+    """Writes a file as a whole or not at all."""
+    make_folder(path.parent)
+    part = path.with_suffix(f".{os.getpid()}.part")
+    part.write_bytes(gzip.compress(json.dumps(content, allow_nan=False).encode(), compresslevel=6))
+    os.replace(part, path)
+
+
+def _result(kept: Mapping[str, Any]) -> ScanResult:
+    """A scan as it was kept; a list of JSON is a tuple."""
+    plots = tuple(Plot(**_tuples(plot)) for plot in kept["given"]["plots"])
+    given = TrackerInput(**{**kept["given"], "plots": plots})
+    return ScanResult(given, (), tuple(TargetTruth(**_tuples(truth)) for truth in kept["truths"]))
+
+
+def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}

@@ -1,0 +1,75 @@
+"""Errors of plots on purpose, for points: a tracker that is judged by perfect plots needs no filter.
+
+Meshes and hulls have such errors from the engine, so plots of extended targets stay as they are.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.bench.scenario import PlotErrors
+from radar_service.bench.scores.scan_result import TargetTruth, as_reported
+from radar_service.numerics.frames import wrap_bearing
+from radar_service.numerics.random import PLOT_ERRORS, generator
+from radar_service.numerics.types import Floats
+from radar_service.plots.plot import Plot
+
+NEAR = 50.0  # m: a plot within half the length of an extended target and this is hers
+GLINT_SHARE = 1.0 / 6.0  # of the length of a ship: A.823(19), appendix 3
+
+
+def with_errors(
+    plots: Sequence[Plot], truths: Sequence[TargetTruth], errors: PlotErrors | None, heading: float, seed: int, scan: int
+) -> tuple[Plot, ...]:
+    """Returns the plots of a scan with errors, but for those of extended targets.
+
+    errors: None for none; heading: of own ship [rad]. Each scan of a seed has draws of its own, in the order of its plots.
+    """
+    if errors is None:
+        return tuple(plots)
+    draws = generator(seed, PLOT_ERRORS, scan).standard_normal((len(plots), 3))
+    phase = float(generator(seed, PLOT_ERRORS).uniform(0.0, 2.0 * np.pi))
+    reported = [as_reported(truth) for truth in truths]
+    return tuple(
+        plot if _is_extended(plot, reported) else _with_errors(plot, reported, errors, heading, phase, draw)
+        for plot, draw in zip(plots, draws, strict=True)
+    )
+
+
+def roll_error(relative: float, roll: float, period: float, phase: float, time: float) -> float:
+    """Returns the error of the bearing [rad] at a relative bearing [rad], of an antenna that rolls by `roll` [rad].
+
+    Source: Bole, Wall and Norris, Radar and ARPA Manual, 9.4.2.2: the square of the heel, halved, times sine and cosine.
+    """
+    heel = roll * np.sin(2.0 * np.pi * time / period + phase)
+    return float(-0.5 * heel**2 * np.sin(relative) * np.cos(relative))
+
+
+def _is_extended(plot: Plot, truths: Sequence[TargetTruth]) -> bool:
+    """Whether a plot is that of an extended target."""
+    return any(truth.length and _distance(plot, truth) < truth.length / 2.0 + NEAR for truth in truths)
+
+
+def _distance(plot: Plot, truth: TargetTruth) -> float:
+    return float(np.hypot(plot.east - truth.position[0], plot.north - truth.position[1]))
+
+
+def _with_errors(
+    plot: Plot, truths: Sequence[TargetTruth], errors: PlotErrors, heading: float, phase: float, draw: Floats
+) -> Plot:
+    """A plot that wanders along its ship, then errs in range and bearing. draw: normal numbers (3,)."""
+    own = np.array([plot.east - plot.range * np.sin(plot.bearing), plot.north - plot.range * np.cos(plot.bearing)])
+    course = min(truths, key=lambda truth: _distance(plot, truth)).heading if truths else 0.0
+    glint = draw[2] * errors.glint_length_m * GLINT_SHARE
+    east, north = np.array([plot.east, plot.north]) - own + glint * np.array([np.sin(course), np.cos(course)])
+    roll = roll_error(plot.bearing - heading, np.radians(errors.roll_deg), errors.roll_period_s, phase, plot.time)
+    distance = max(float(np.hypot(east, north)) + float(draw[0]) * errors.range_sd_m, 0.0)
+    if errors.range_step_m:
+        distance = round(distance / errors.range_step_m) * errors.range_step_m
+    turn = float(draw[1]) * np.radians(errors.bearing_sd_deg) + roll
+    bearing = float(wrap_bearing(np.asarray(np.arctan2(east, north) + turn)))
+    return replace(
+        plot, range=distance, bearing=bearing, east=float(own[0] + distance * np.sin(bearing)),
+        north=float(own[1] + distance * np.cos(bearing)),
+    )  # fmt: skip

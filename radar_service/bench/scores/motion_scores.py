@@ -1,0 +1,159 @@
+"""How well tracks know the motion of their targets: after one and three minutes, and after a turn."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan
+from radar_service.bench.scores.scan_result import TargetTruth
+from radar_service.bench.scores.set_scores import velocity_error
+from radar_service.bench.scores.sightings import Sightings
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats
+from radar_service.truth.crossings import closest_approach
+
+MINUTES = (1, 3)
+NAUTICAL_MILE = 1852.0  # m
+AFTER_TURN = 120.0  # s after which the course of a target that has turned is judged
+TURN_RATE = math.radians(0.1)  # rad/s: a slower change of course is no turn
+TURN = math.radians(10.0)  # a smaller change of course is none either
+UNDER_WAY = 0.5  # m/s: slower targets have no course to judge
+QUANTITIES = (
+    "relative_course_deg", "relative_speed_kn", "cpa_nm", "tcpa_min", "true_course_deg", "true_speed_kn", "range_m",
+    "bearing_deg", "velocity_kn",
+)  # fmt: skip
+
+
+def motion_scores(run: JudgedRun) -> dict[str, float | None]:
+    """Returns the errors of the motion of the worst target one and three minutes after it was seen first, and after turns.
+
+    Names: relative_course_deg_1min and so on. A target without a track has no error, which is None, and meets no limit. Targets
+    that are not due then are not judged, and what no target can be judged by is left out.
+    """
+    metrics: dict[str, float | None] = {}
+    for minutes in MINUTES:
+        errors = [
+            error for body, sightings in run.sightings.items() for error in _errors_after(run, body, sightings, minutes)
+        ]
+        for name in QUANTITIES if errors else ():
+            metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
+    turns = [error for body in run.sightings for error in _courses_after_turns(run, body)]
+    return metrics | ({"course_after_turn_deg": _worst(turns)} if turns else {})
+
+
+def _worst(errors: Sequence[float]) -> float | None:
+    """The largest error: nan, where the truth has no such quantity, does not count; inf, a missing answer, gives None."""
+    worst = max((error for error in errors if not math.isnan(error)), default=math.inf)
+    return worst if math.isfinite(worst) else None
+
+
+def _errors_after(run: JudgedRun, body: str, sightings: Sightings, minutes: int) -> Iterator[Mapping[str, float] | None]:
+    """The errors of a target's motion in the first scan that ends so long after its first sight; None where it has no track;
+    nothing where the scan is not in the run, or the target not due in it."""
+    truth = _truth(run.scans[sightings.first], body)
+    begin = truth.time + 60.0 * minutes
+    scan = next((k for k, scan in enumerate(run.scans) if scan.result.given.time >= begin), None)
+    if scan is not None and scan in sightings.due:
+        yield _errors(run.scans[scan], body)
+
+
+def _errors(scan: JudgedScan, body: str) -> Mapping[str, float] | None:
+    if body not in scan.pairs:
+        return None
+    errors = target_errors(scan.tracks[scan.pairs[body]], _truth(scan, body), scan.result.given)
+    return errors | {"velocity_kn": velocity_error(scan, body) / KNOT}
+
+
+def _truth(scan: JudgedScan, body: str) -> TargetTruth:
+    """A target as it truly is, at its own time."""
+    return next(truth for truth in scan.result.truths if truth.body == body)
+
+
+def _courses_after_turns(run: JudgedRun, body: str) -> Iterator[float]:
+    """The errors of the course [deg], as own ship reports it, AFTER_TURN after each turn of a target; inf without a track."""
+    for end in _turns(run, body):
+        begin = run.scans[end].result.given.time + AFTER_TURN
+        later = [k for k in range(end, len(run.scans)) if run.scans[k].result.given.time >= begin]
+        if later and all(k in run.sightings[body].due for k in range(end, later[0] + 1)):
+            scan = run.scans[later[0]]
+            track = scan.tracks.get(scan.pairs.get(body, ""))
+            velocity = np.array([track.velocity_east, track.velocity_north]) if track else None
+            yield math.inf if velocity is None else _angle_between(velocity, np.array(scan.truths[body].velocity))
+
+
+def _turns(run: JudgedRun, body: str) -> Iterator[int]:
+    """The scans in which a target ends a turn after which it keeps its course for AFTER_TURN."""
+    path = [(k, _truth(scan, body)) for k, scan in enumerate(run.scans) if body in scan.truths]
+    turned, last, end = 0.0, 0.0, 0
+    for (_, before), (scan, after) in zip(path, path[1:], strict=False):
+        change, time = _course_change(before, after), run.scans[scan].result.given.time
+        if abs(change) > TURN_RATE * (after.time - before.time):
+            turned, last, end = turned + change, time, scan
+        elif abs(turned) > TURN and time - last >= AFTER_TURN:
+            yield end
+            turned = 0.0
+
+
+def _course_change(before: TargetTruth, after: TargetTruth) -> float:
+    """How far a target has turned [rad], to starboard; 0 where it hardly moves."""
+    if min(math.hypot(*before.velocity), math.hypot(*after.velocity)) < UNDER_WAY:
+        return 0.0
+    courses = [math.atan2(*truth.velocity) for truth in (before, after)]
+    return float(wrap_angle(np.asarray(courses[1] - courses[0])))
+
+
+def target_errors(track: TrackState, truth: TargetTruth, own: TrackerInput) -> dict[str, float]:
+    """Returns the errors of QUANTITIES but the last, none below 0, at the track's time. own: as her sensors report her.
+
+    nan: the truth has no such quantity, as the course of a body at rest; inf: the truth has a TCPA and the track has none.
+    """
+    later = track.time - truth.time
+    true = _Motion(np.array(truth.position), np.array(truth.velocity)).after(later)
+    true_own = _Motion(np.array(truth.own_position), np.array(truth.own_velocity)).after(later)
+    own_velocity = own.speed * np.array([np.sin(own.course), np.cos(own.course)])
+    tracked_own = _Motion(np.array([own.east, own.north]), own_velocity).after(track.time - own.time)
+    tracked = _Motion(np.array([track.east, track.north]), np.array([track.velocity_east, track.velocity_north]))
+    relative, true_relative = tracked.relative_to(tracked_own), true.relative_to(true_own)
+    (cpa, tcpa), (true_cpa, true_tcpa) = relative.closest_approach(), true_relative.closest_approach()
+    return {
+        "relative_course_deg": _angle_between(relative.velocity, true_relative.velocity),
+        "relative_speed_kn": abs(_length(relative.velocity) - _length(true_relative.velocity)) / KNOT,
+        "cpa_nm": abs(cpa - true_cpa) / NAUTICAL_MILE,
+        "tcpa_min": math.inf if math.isnan(tcpa) and not math.isnan(true_tcpa) else abs(tcpa - true_tcpa) / 60.0,
+        "true_course_deg": _angle_between(tracked.velocity, true.velocity),
+        "true_speed_kn": abs(_length(tracked.velocity) - _length(true.velocity)) / KNOT,
+        "range_m": abs(_length(relative.position) - _length(true_relative.position)),
+        "bearing_deg": _angle_between(relative.position, true_relative.position),
+    }
+
+
+class _Motion(NamedTuple):
+    """Position (2,) [m] and velocity (2,) [m/s], east and north."""
+
+    position: Floats
+    velocity: Floats
+
+    def after(self, time: float) -> "_Motion":
+        return _Motion(moved_on(self.position, self.velocity, time), self.velocity)
+
+    def relative_to(self, other: "_Motion") -> "_Motion":
+        return _Motion(self.position - other.position, self.velocity - other.velocity)
+
+    def closest_approach(self) -> tuple[float, float]:
+        distance, time = closest_approach(self.position[None], self.velocity[None])
+        return float(distance[0]), float(time[0])
+
+
+def _length(vector: Floats) -> float:
+    return float(np.hypot(vector[0], vector[1]))
+
+
+def _angle_between(estimated: Floats, true: Floats) -> float:
+    """Angle [deg] between two vectors (2,); nan where the true one has no direction."""
+    if not true.any():
+        return math.nan
+    return float(np.degrees(abs(wrap_angle(np.arctan2(estimated[0], estimated[1]) - np.arctan2(true[0], true[1])))))

@@ -1,0 +1,87 @@
+"""One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from radar_service.bench.kept_plots import observed_run, program_version, source_digest
+from radar_service.bench.run import answered
+from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.scoring import metrics_of
+from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
+from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.trackers import program_digest, tracker_for
+from radar_service.numerics.arithmetic import arithmetic
+
+SCHEMA = 3
+
+
+def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
+    """Returns one run as plain data; plots: the folder that keeps plots and truth. A tracker that fails is a failed run, and
+    has `failure`. Raises SceneError, OSError, and ImportError without Stone Soup."""
+    made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
+    header = {"scenario": scenario.name, "seed": seed, "schema": SCHEMA}
+    try:
+        tracker = tracker_for(tracker_name, scenario, header)
+    except TrackerError as error:
+        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
+    run = observed_run(plots, scenario, seed)
+    results, failed = _tracked(run.results, tracker)
+    return {
+        **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
+        "remark": run.remark, "scans": [_scan_data(result) for result in results], "ppi": run.ppi,
+    }  # fmt: skip
+
+
+def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path("bench-plots")) -> dict[str, float | None]:
+    """Returns the limits that a tracker in this process misses, by metric, with its values: a test asserts that there is none.
+
+    scenario: the name of a packaged one, or a scenario or scene file; tracker: a new one; plots: the folder that keeps plots
+    and truth. Raises ScenarioError, SceneError, OSError, TrackerError, and what the tracker raises.
+    """
+    loaded = load_scenario(scenario)
+    metrics = metrics_of(list(answered(observed_run(plots, loaded, seed).results, tracker)))
+    judged = [limit for limit in loaded.limits if limit.decides and (limit.metric in metrics or not limit.where_judged)]
+    return {limit.metric: metrics.get(limit.metric) for limit in judged if not limit.is_met(metrics.get(limit.metric))}
+
+
+def same_for_all(tracker: str) -> dict[str, Any]:
+    """Returns what all runs of a tracker are made of."""
+    return {
+        "schema": SCHEMA, "tracker": tracker, "program": program_digest(tracker), "arithmetic": arithmetic(),
+        "version": program_version(), "source": source_digest(),
+    }  # fmt: skip
+
+
+def _tracked(observed: Sequence[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
+    """The scans that a tracker answered, and how it failed; None where it did not."""
+    results: list[ScanResult] = []
+    try:
+        results.extend(answered(observed, tracker))
+    except TrackerError as error:
+        if isinstance(tracker, LineTracker):
+            tracker.close()
+            return results, _failed(error, len(results), tracker.status, tracker.last_line)
+        return results, _failed(error, len(results))
+    finally:
+        if isinstance(tracker, LineTracker):
+            tracker.close()
+    return results, None
+
+
+def _failed(error: TrackerError, scan: int | None, status: int | None = None, last_line: str = "") -> dict[str, Any]:
+    """What a failed run has in place of metrics. scan: that it failed at, None where it did not start."""
+    failure = {
+        "scan": scan, "message": str(error), "status": status, "stderr": last_line, "hangs": isinstance(error, TrackerHangs)
+    }  # fmt: skip
+    return {"failure": failure, "metrics": {}, "remark": None, "scans": [], "ppi": None}
+
+
+def _scan_data(result: ScanResult) -> dict[str, Any]:
+    return {
+        "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
+        "plots": [[plot.east, plot.north] for plot in result.given.plots],
+        "tracks": [asdict(track) for track in result.tracks], "truths": [asdict(truth) for truth in result.truths],
+    }  # fmt: skip

@@ -1,0 +1,371 @@
+"""Trackers whose faults are known, and a good one: a Kalman filter with global nearest neighbours. Each fault is one of it."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from radar_service.bench.scenario import TrackerSettings
+from radar_service.bench.scores.judged_scan import judged
+from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scoring import at_power_centroids
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.numerics.types import Floats
+from radar_service.plots.plot import Plot
+
+RANGE_ERROR, BEARING_ERROR = 4.0, 0.1  # least standard deviations of a plot [m], [degrees]
+ACCELERATION = 0.003  # most spectral density of white acceleration [m^2/s^3]
+FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
+GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
+CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
+UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot
+
+
+class _Track:
+    """A target at constant velocity. x: east, north, velocities (4,); p: its covariance (4, 4), at the time [s]."""
+
+    def __init__(self, name: int, plot: Plot, error: Floats, acceleration: float) -> None:
+        self.name, self.time, self.plots, self.missed = name, plot.time, 1, 0
+        self.x = np.array([plot.east, plot.north, 0.0, 0.0])
+        self.p = np.zeros((4, 4))
+        self.acceleration, self.error, self.p[:2, :2], self.p[2:, 2:] = (
+            acceleration,
+            error,
+            covariance(plot, error),
+            FIRST_SPEED**2 * np.eye(2),
+        )
+
+    def predicted(self, at: float) -> tuple[Floats, Floats]:
+        step, unit = at - self.time, np.eye(2)
+        f = np.block([[unit, step * unit], [0.0 * unit, unit]])
+        q = np.block([[step**3 / 3.0 * unit, step**2 / 2.0 * unit], [step**2 / 2.0 * unit, step * unit]])
+        return f @ self.x, f @ self.p @ f.T + self.acceleration * (q if step > 0.0 else -q)
+
+    def distance(self, plot: Plot) -> float:
+        x, p = self.predicted(plot.time)
+        miss = np.array([plot.east, plot.north]) - x[:2]
+        return float(miss @ np.linalg.solve(p[:2, :2] + covariance(plot, self.error), miss))
+
+    def update(self, plot: Plot) -> None:
+        x, p = self.predicted(plot.time)
+        gain = p[:, :2] @ np.linalg.inv(p[:2, :2] + covariance(plot, self.error))
+        self.x = x + gain @ (np.array([plot.east, plot.north]) - x[:2])
+        self.p, self.time, self.plots, self.missed = p - gain @ p[:2], plot.time, self.plots + 1, 0
+
+
+def covariance(plot: Plot, error: Floats) -> Floats:
+    """Of a plot's position (2, 2) [m^2]. error: of range [m] and bearing [rad]."""
+    sine, cosine = np.sin(plot.bearing), np.cos(plot.bearing)
+    turn = np.array([[sine, cosine], [cosine, -sine]])
+    return turn @ np.diag([error[0] ** 2, (plot.range * error[1]) ** 2]) @ turn.T
+
+
+class Kalman:
+    """A good tracker. settings: what is known of its plots."""
+
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        told = settings or TrackerSettings()
+        self.error = np.array([max(told.range_error_m, RANGE_ERROR), np.radians(max(told.bearing_error_deg, BEARING_ERROR))])
+        self.acceleration = min(told.acceleration, ACCELERATION)
+        self.tracks: list[_Track] = []
+        self.started = 0
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.follow(scan.plots)
+        return [self.state(track, scan.time) for track in self.tracks if track.plots >= CONFIRM]
+
+    def follow(self, plots: Sequence[Plot]) -> None:
+        cost = np.array([[track.distance(plot) for plot in plots] for track in self.tracks])
+        cost = np.minimum(cost.reshape(len(self.tracks), len(plots)), GATE)
+        pairs = {j: i for i, j in zip(*linear_sum_assignment(cost), strict=True) if cost[i, j] < GATE}
+        for track in self.tracks:
+            track.missed += 1
+        others = [plot for j, plot in enumerate(plots) if j not in pairs]
+        for j, plot in enumerate(plots):
+            if j in pairs:
+                self.tracks[pairs[j]].update(plot)
+        for plot in others:
+            self.begin(plot)
+        self.tracks = [t for t in self.tracks if t.missed < (LOST if t.plots >= CONFIRM else UNLIKELY)]
+
+    def begin(self, plot: Plot) -> None:
+        """Begins a track, but where the beam has met a target twice in a scan, before and after north."""
+        known = [track for track in self.tracks if track.plots > 2 and track.distance(plot) < GATE]
+        if known:
+            known[0].update(plot)
+        else:
+            self.started += 1
+            self.tracks.append(_Track(self.started, plot, self.error, self.acceleration))
+
+    def state(self, track: _Track, end: float) -> TrackState:
+        """At the end of the scan where plots are missed, and else at the time of the plot."""
+        at = end if track.missed else track.time
+        east, north, v_east, v_north = track.predicted(at)[0].tolist()
+        return TrackState(
+            track=str(track.name), time=at, east=east, north=north, velocity_east=v_east, velocity_north=v_north
+        )
+
+
+class Truth:
+    """Answers the truth, as own ship reports it, from the first scan in which a target is seen to the last one.
+
+    Its relative motion is true; its true motion is that with own ship's of gyro and log.
+    """
+
+    def __init__(self, observed: Sequence[ScanResult]) -> None:
+        run = judged(at_power_centroids(observed))
+        self.answers = [
+            [
+                _true_state(truth, scan.result.given)
+                for body, truth in scan.truths.items()
+                if number <= run.sightings[body].last
+            ]
+            for number, scan in enumerate(run.scans)
+        ]
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        return self.answers[scan.scan]
+
+
+def _true_state(truth: TargetTruth, own: TrackerInput) -> TrackState:
+    """A target as own ship reports it at the end of a scan."""
+    sensed = own.speed * np.array([np.sin(own.course), np.cos(own.course)])
+    east, north = (np.array(truth.velocity) - truth.own_velocity + sensed).tolist()
+    return TrackState(
+        track=truth.body, time=own.time, east=truth.position[0], north=truth.position[1], velocity_east=east,
+        velocity_north=north,
+    )  # fmt: skip
+
+
+class _Wrong(Kalman):
+    """A good tracker whose answers are changed."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        return [changed for state in super().update(scan) for changed in self.change(state, scan)]
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        raise NotImplementedError
+
+
+class Frozen(Kalman):
+    """Gives the states of its eighth scan for ever."""
+
+    states: Sequence[TrackState] = ()
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.states = super().update(scan) if scan.scan < 8 else self.states
+        return self.states
+
+
+class Extrapolates(Kalman):
+    """Takes no plots after 30 scans, and moves its tracks on honestly."""
+
+    def follow(self, plots: Sequence[Plot]) -> None:
+        self.scans = getattr(self, "scans", 0) + 1
+        if self.scans <= 30:
+            super().follow(plots)
+        for track in self.tracks if self.scans > 30 else ():
+            track.missed = 1
+
+
+class Silent(Kalman):
+    """Says nothing for 39 scans."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        states = super().update(scan)
+        return states if scan.scan >= 39 else []
+
+
+class Still(_Wrong):
+    """Knows no velocity."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield replace(state, velocity_east=0.0, velocity_north=0.0)
+
+
+class HalfSpeed(_Wrong):
+    """Gives half the velocity."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield replace(state, velocity_east=state.velocity_east / 2.0, velocity_north=state.velocity_north / 2.0)
+
+
+class NeverDeletes(Kalman):
+    """Keeps every track that it has reported, and says that it coasts."""
+
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
+        self.known: dict[str, TrackState] = {}
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.known |= {state.track: state for state in super().update(scan)}
+        return [replace(state, coasting=True) for state in self.known.values()]
+
+
+class Late(_Wrong):
+    """Gives each state a time one second later."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield replace(state, time=state.time + 1.0)
+
+
+class Ghost(Kalman):
+    """Has one more track, of nothing."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        ghost = TrackState(track="ghost", time=scan.time, east=9e3, north=9e3, velocity_east=0.0, velocity_north=0.0)
+        return [*super().update(scan), ghost]
+
+
+class Twice(_Wrong):
+    """Has each track twice."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        return (state, replace(state, track=f"{state.track} again"))
+
+
+class NewNames(_Wrong):
+    """Gives each track a new name in each scan."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield replace(state, track=f"{state.track} of scan {scan.scan}")
+
+
+class Swaps(_Wrong):
+    """Swaps the names of its first two tracks at scan 40."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        names: Mapping[str, str] = {"1": "2", "2": "1"} if scan.scan >= 40 else {}
+        yield replace(state, track=names.get(state.track, state.track))
+
+
+class Unfiltered(Kalman):
+    """Reports the last plot, and the difference of the last two as velocity."""
+
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
+        self.before: dict[str, list[TrackState]] = defaultdict(list)
+
+    def follow(self, plots: Sequence[Plot]) -> None:
+        super().follow(plots)
+        for track in self.tracks:
+            plot = next((plot for plot in plots if plot.time == track.time), None)
+            if plot is not None:
+                east, north, _, _ = track.x
+                self.before[str(track.name)].append(
+                    TrackState(track="", time=plot.time, east=plot.east, north=plot.north, velocity_east=0, velocity_north=0)
+                )
+
+    def state(self, track: _Track, end: float) -> TrackState:
+        one, two = self.before[str(track.name)][-2:]
+        step = two.time - one.time
+        return replace(
+            two,
+            track=str(track.name),
+            velocity_east=(two.east - one.east) / step,
+            velocity_north=(two.north - one.north) / step,
+        )
+
+
+class _Displaced(_Wrong):
+    """Errs in range [m] and bearing [degrees] from own ship."""
+
+    range_m = bearing_deg = 0.0
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        east, north = state.east - scan.east, state.north - scan.north
+        distance, bearing = np.hypot(east, north) + self.range_m, np.arctan2(east, north) + np.radians(self.bearing_deg)
+        yield replace(
+            state, east=float(scan.east + distance * np.sin(bearing)), north=float(scan.north + distance * np.cos(bearing))
+        )
+
+
+class Far(_Displaced):
+    """Has ranges 150 m too long."""
+
+    range_m = 150.0
+
+
+class VeryFar(_Displaced):
+    """Has ranges 300 m too long."""
+
+    range_m = 300.0
+
+
+class Turned(_Displaced):
+    """Has bearings half a degree too large."""
+
+    bearing_deg = 0.5
+
+
+class VeryTurned(_Displaced):
+    """Has bearings three degrees too large."""
+
+    bearing_deg = 3.0
+
+
+class DropsAtOnce(Kalman):
+    """Ends a track with its first scan without a plot."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        states = super().update(scan)
+        self.tracks = [track for track in self.tracks if not track.missed]
+        return [state for state in states if state.track in {str(track.name) for track in self.tracks}]
+
+
+class FewTracks(_Wrong):
+    """Follows twenty targets at most."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        return list(super().update(scan))[:20]
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield state
+
+
+class SlowOnly(_Wrong):
+    """Takes what moves faster than 28 knots for noise."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        if np.hypot(state.velocity_east, state.velocity_north) < 28.0 * 1852.0 / 3600.0:
+            yield state
+
+
+class StartOnly(Kalman):
+    """Begins no track after the first minute."""
+
+    def follow(self, plots: Sequence[Plot]) -> None:
+        before = len(self.tracks)
+        names = {track.name for track in self.tracks}
+        super().follow(plots)
+        if before and plots and plots[0].time > 60.0:
+            self.tracks = [track for track in self.tracks if track.name in names]
+
+
+class Lags(_Wrong):
+    """Follows courses slowly: its velocity is the mean of a minute."""
+
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
+        self.mean: dict[str, Floats] = {}
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        now = np.array([state.velocity_east, state.velocity_north])
+        mean = self.mean[state.track] = self.mean.get(state.track, now) * 0.99 + now * 0.01
+        yield replace(state, velocity_east=float(mean[0]), velocity_north=float(mean[1]))
+
+
+class Crashes(Kalman):
+    """Dies in its third scan."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        return super().update(scan) if scan.scan < 2 else [][scan.scan]
+
+
+class NoNumbers(_Wrong):
+    """Has a state that is no number."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        yield replace(state, velocity_east=float("nan"))

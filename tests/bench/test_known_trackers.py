@@ -1,0 +1,122 @@
+"""The bench is tested by trackers: each fault misses the limit that is made for it, and good trackers miss none."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from radar_service.bench.kept_plots import ObservedRun, observed_run
+from radar_service.bench.run import answered
+from radar_service.bench.scenario import Scenario, load_scenario, scenarios
+from radar_service.bench.scores.scoring import metrics_of
+from radar_service.bench.scores.verdicts import is_gross
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.reckoning import ReckonedTracker
+from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.trackers import tracker_for
+from tests.bench import known_trackers as known
+
+FAST_RADAR = {"azimuths": 360, "beamwidth_deg": 3.0, "bandwidth_hz": 5e6, "sample_rate_hz": 7.5e6}
+FROM_THE_FUTURE = "from the future"
+
+TABLE: list[tuple[type[known.Kalman], str, str]] = [
+    (known.Frozen, "crossing-cpa-500", "completeness"),
+    (known.Extrapolates, "crossing-cpa-500", "gone_scans"),
+    (known.Extrapolates, "target-manoeuvre", "localisation_share"),
+    (known.Silent, "crossing-cpa-500", "first_state_scans"),
+    (known.Silent, "crossing-cpa-500", "completeness"),
+    (known.Still, "crossing-cpa-500", "velocity_kn_1min"),
+    (known.HalfSpeed, "crossing-cpa-500", "velocity_kn_3min"),
+    (known.NeverDeletes, "vanishing", "gone_scans"),
+    (known.Late, "crossing-cpa-500", FROM_THE_FUTURE),
+    (known.Ghost, "crossing-cpa-500", "spurious"),
+    (known.Twice, "crossing-cpa-500", "ambiguity"),
+    (known.NewNames, "crossing-cpa-500", "identity_changes"),
+    (known.Swaps, "crossing-cpa-500", "identity_changes"),
+    (known.Unfiltered, "crossing-cpa-500", "velocity_kn_1min"),
+    (known.Far, "crossing-cpa-500", "localisation_share"),
+    (known.Turned, "crossing-cpa-500", "localisation_share"),
+    (known.VeryFar, "msc192-table3-1", "range_m_3min"),
+    (known.VeryTurned, "msc192-table3-1", "bearing_deg_3min"),
+    (known.DropsAtOnce, "missed-scans", "bridged"),
+    (known.StartOnly, "late", "first_state_scans"),
+    (known.SlowOnly, "fast-ferries", "completeness"),
+    (known.FewTracks, "fifty-targets", "completeness"),
+    (known.Lags, "target-manoeuvre", "course_after_turn_deg"),
+]
+QUICK = {"crossing-cpa-500", "missed-scans", "target-manoeuvre"}  # the others are studies: their plots take a second each
+SEEDS = 3  # of a study
+GOOD: dict[str, Callable[[Scenario, ObservedRun], Tracker]] = {
+    "Kalman": lambda scenario, run: ReckonedTracker(known.Kalman(scenario.tracker)),
+    "truth": lambda scenario, run: known.Truth(run.results),
+    "gnn": lambda scenario, run: tracker_for("gnn", scenario, {}),
+}
+ROWS = [
+    pytest.param(*row, marks=() if row[1] in QUICK else pytest.mark.study, id=f"{row[0].__name__}-{row[1]}-{row[2]}")
+    for row in TABLE
+]
+
+
+@cache
+def observed(name: str, seed: int, folder: Path) -> tuple[Scenario, ObservedRun]:
+    """A packaged scenario with a radar of a sixteenth of the cells, and what it sees."""
+    scenario = load_scenario(name)
+    scene = {**scenario.scene, "radar": {**scenario.scene["radar"], **FAST_RADAR}}
+    fast = scenario.model_copy(update={"scene": scene})
+    return fast, observed_run(folder, fast, seed)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("plots")
+
+
+def missed(scenario: Scenario, run: ObservedRun, tracker: Tracker) -> dict[str, bool]:
+    """The limits that a tracker misses in one run, and whether grossly."""
+    try:
+        metrics = metrics_of(list(answered(run.results, tracker)))
+    except TrackerError as error:
+        return {FROM_THE_FUTURE: True} if "after the end of the scan" in str(error) else {}
+    judged = [limit for limit in scenario.limits if limit.decides and (limit.metric in metrics or not limit.where_judged)]
+    values = {limit.metric: metrics.get(limit.metric) for limit in judged}
+    return {
+        limit.metric: is_gross(limit, values[limit.metric]) for limit in judged if not limit.is_met(values[limit.metric])
+    }
+
+
+@pytest.mark.parametrize(("wrong", "name", "metric"), ROWS)
+def test_each_fault_misses_the_limit_that_is_made_for_it(
+    wrong: type[known.Kalman], name: str, metric: str, folder: Path
+) -> None:
+    scenario, run = observed(name, 0, folder)
+    assert metric in missed(scenario, run, wrong(scenario.tracker))
+
+
+@pytest.mark.parametrize("good", ["Kalman", "truth"])
+@pytest.mark.parametrize("name", sorted(QUICK))
+def test_good_trackers_miss_nothing_there(good: str, name: str, folder: Path) -> None:
+    scenario, run = observed(name, 0, folder)
+    assert missed(scenario, run, GOOD[good](scenario, run)) == {}
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(("wrong", "name", "metric"), TABLE)
+def test_smoke_finds_each_fault(wrong: type[known.Kalman], name: str, metric: str, folder: Path) -> None:
+    """Gross in one of three runs, or missed in all of them."""
+    runs = [observed(name, seed, folder) for seed in range(SEEDS)]
+    found = [missed(scenario, run, wrong(scenario.tracker)) for scenario, run in runs]
+    assert any(one.get(metric) for one in found) or all(metric in one for one in found)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("good", GOOD)
+@pytest.mark.parametrize("name", [name for name in scenarios() if load_scenario(name).judges == "tracks"])
+def test_smoke_lets_good_trackers_pass(good: str, name: str, folder: Path) -> None:
+    found = []
+    for seed in range(SEEDS):
+        scenario = load_scenario(name)
+        run = observed_run(folder, scenario, seed)
+        found.append(missed(scenario, run, GOOD[good](scenario, run)))
+    gross = {metric for one in found for metric, is_so in one.items() if is_so}
+    assert not gross and not set.intersection(*map(set, found))

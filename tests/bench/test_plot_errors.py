@@ -1,0 +1,58 @@
+"""Errors of plots on purpose."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radar_service.bench.plot_errors import roll_error, with_errors
+from radar_service.bench.scenario import PlotErrors
+from tests.bench.scores.test_scoring import truth
+from tests.bench.trackers.test_stone_soup import plot
+
+
+def test_plots_of_points_err_as_the_scenario_says_and_those_of_hulls_do_not() -> None:
+    """Standard deviations of 400 plots are within 4 standard errors, 3.5 % each; each seed and scan has its own."""
+    errors, exact = PlotErrors(range_sd_m=5.0, bearing_sd_deg=0.2), plot(1.0, 3000.0, 4000.0)
+    point = replace(truth("t", 1.0, 3000.0, 4000.0, speed=0.0), position=(3000.0, 4000.0))
+    moved = [with_errors([exact], [point], errors, 0.0, 1, scan)[0] for scan in range(400)]
+    assert np.std([one.range - 5000.0 for one in moved]) == pytest.approx(5.0, rel=4 * 0.0354)
+    assert np.std([np.degrees(one.bearing - exact.bearing) for one in moved]) == pytest.approx(0.2, rel=4 * 0.0354)
+    assert all(np.hypot(one.east, one.north) == pytest.approx(one.range) for one in moved)
+    assert with_errors([exact], [point], errors, 0.0, 2, 0) != with_errors([exact], [point], errors, 0.0, 1, 0)
+    assert (
+        with_errors([exact], [replace(point, length=100.0)], errors, 0.0, 1, 0)
+        == (exact,)
+        == with_errors([exact], [], None, 0.0, 1, 0)
+    )
+
+
+def test_glint_wanders_along_the_ship() -> None:
+    """200 m long and heading east, north of own ship: a sixth of her length to either side, and nothing along the range but for
+    what the bearing turns: 33 m at 5000 m are 0.1 m."""
+    exact = plot(1.0, 0.0, 5000.0)
+    target = replace(truth("t", 1.0, 0.0, 5000.0, speed=0.0), heading=np.pi / 2.0)
+    moved = [with_errors([exact], [target], PlotErrors(glint_length_m=200.0), 0.0, 1, scan)[0] for scan in range(400)]
+    assert np.std([one.east for one in moved]) == pytest.approx(200.0 / 6.0, rel=4 * 0.0354)
+    assert np.ptp([one.north for one in moved]) < 1.0
+
+
+def test_ranges_are_rounded_to_steps() -> None:
+    (moved,) = with_errors([plot(1.0, 0.0, 5000.0)], [], PlotErrors(range_step_m=18.52), 0.0, 1, 0)
+    assert moved.range == pytest.approx(270 * 18.52) == moved.north
+
+
+@pytest.mark.parametrize("relative", [0.0, 90.0, 180.0, 270.0])
+def test_roll_turns_nothing_ahead_and_abeam(relative: float) -> None:
+    """Times are so many that each phase comes; rounding of cosines is all that is left."""
+    errors = [roll_error(np.radians(relative), np.radians(10.0), 10.0, 0.3, time) for time in np.linspace(0.0, 10.0, 200)]
+    assert max(map(abs, errors)) < 1e-15
+
+
+def test_roll_of_ten_degrees_has_the_figures_of_the_resolution() -> None:
+    """A.823(19), appendix 3: at 45 degrees a mean of 0.22 degrees and a sine of 0.22 degrees, twice in each period."""
+    time = np.linspace(0.0, 10.0, 1000, endpoint=False)
+    errors = np.degrees([-roll_error(np.radians(45.0), np.radians(10.0), 10.0, 0.3, at) for at in time.tolist()])
+    spectrum = 2.0 * np.abs(np.fft.rfft(errors)) / len(time)
+    assert errors.mean() == pytest.approx(0.22, abs=0.005) and spectrum[2] == pytest.approx(0.22, abs=0.005)
+    assert np.delete(spectrum, (0, 2)).max() < 1e-12

@@ -1,0 +1,90 @@
+"""One run: a tracker that fails is a failed run, and what a run is made of is told."""
+
+from pathlib import Path
+
+import pytest
+
+from radar_service.bench.bench import bench
+from radar_service.bench.kept_plots import observed_run
+from radar_service.bench.scenario import load_scenario
+from radar_service.bench.single_run import missed_limits, same_for_all, single_run
+from tests.bench import known_trackers as known
+from tests.bench.test_bench import program, small
+from tests.bench.trackers.test_process_tracker import ECHO
+
+ROOT = Path(__file__).parents[2]
+
+
+def tracker_module(folder: Path, kind: str) -> str:
+    """A module of a folder whose tracker is one of the known ones."""
+    (folder / "mine.py").write_text(f"from tests.bench.known_trackers import {kind} as Mine\n")
+    return "mine:Mine"
+
+
+@pytest.mark.parametrize(
+    ("kind", "message", "status", "said"),
+    [
+        ("Crashes", "has ended before it answered scan 2", 1, "IndexError: list index out of range"),
+        ("NoNumbers", "velocity_east is nan; a finite number is needed", None, ""),
+    ],
+)
+def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
+    kind: str, message: str, status: int | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With scan, exit status and last line of the standard error, in a process of its own; it misses every limit."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    other = small(tmp_path, 6).model_copy(update={"name": "other"})
+    reported, runs = bench([small(tmp_path, 6), other], 1, tracker_module(tmp_path, kind), tmp_path / "out")
+    assert [scenario["name"] for scenario in reported["scenarios"]] == ["small", "other"]
+    for scenario in reported["scenarios"]:
+        (failure,) = scenario["failures"]
+        assert failure["seed"] == 0 and message in failure["message"] and failure["scan"] == len(runs["small"][0]["scans"])
+        assert failure["stderr"] == said and (status is None or failure["status"] == status)
+        assert all(verdict["failures"] == 1 for verdict in scenario["verdicts"])
+    assert not [*(tmp_path / "out" / "runs").glob("*.json")]  # another try may end otherwise
+
+
+def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
+    command = program(tmp_path, ECHO)
+    run = single_run(small(tmp_path, 3), 0, command, tmp_path / "plots")
+    assert same_for_all(command).items() <= run.items() and {"version", "source", "arithmetic", "program"} <= run.keys()
+    assert run["failure"] is None and len(run["scans"]) == 3 and run["ppi"] is not None
+
+
+OWN = """
+[[radar]]
+id = "far"
+[[radar]]
+id = "near"
+azimuths = 256
+beamwidth_deg = 4
+range_max_m = 1500
+bandwidth_hz = 20e6
+sample_rate_hz = 30e6
+platform = { position_m = [50, 0] }
+[environment]
+noise = true
+[[body]]
+name = "ship"
+shape = "point"
+position_m = [-400, 700, 10]
+rcs_dbsm = -5
+course_deg = 90
+speed_kn = 20
+[bench]
+scans = 26
+radar = "near"
+plot_errors = { range_sd_m = 3, bearing_sd_deg = 0.05 }
+"""
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Path) -> None:
+    """A good tracker misses nothing, one without velocities a limit of every scenario; the radar is the one of the table."""
+    (tmp_path / "mine.toml").write_text(OWN)
+    scene, plots = str(tmp_path / "mine.toml"), tmp_path / "plots"
+    assert missed_limits(scene, seed, known.Kalman(), plots) == {}
+    assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
+    given = observed_run(plots, load_scenario(scene), seed).results[-1].given
+    assert (given.east, given.north) == (50.0, 0.0)
