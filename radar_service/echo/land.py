@@ -19,7 +19,7 @@ from radar_service.numerics.frames import Polar, effective_earth_radius
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
-from radar_service.scattering.fixed_scatterers import DiffuseScattering, cosines
+from radar_service.scattering.fixed_scatterers import cosines
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
 from radar_service.scattering.resting_points import RestingPoints
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -55,13 +55,13 @@ class LandPassages:
     """Pieces of land at rest on the map, as the antenna of a scene passes it."""
 
     def __init__(
-        self, scene: Scene, model: DiffuseScattering, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
+        self, scene: Scene, key: Indices, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
     ) -> None:
-        """model: of bodies at rest, with its points; max_range: beyond it no echo is received [m].
+        """key: (B,) index in the scene of each body that `points` name; max_range: beyond it no echo is received [m].
 
         top_way: of the antenna while boresight turns by 1 rad, at its highest speed [m]; least_border: of any piece [m].
         """
-        self._scene, self._model, self._line_of_sight, self._max_range = scene, model, line_of_sight, max_range
+        self._scene, self._key, self._line_of_sight, self._max_range = scene, key, line_of_sight, max_range
         self.points, self.track = points, BoresightTrack(scene)
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
@@ -72,7 +72,7 @@ class LandPassages:
 
     def of_scene(self, scene: Scene) -> "LandPassages":
         """Returns the passages in a scene whose rotation has another origin."""
-        return LandPassages(scene, self._model, self._line_of_sight, self._max_range, self.points)
+        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points)
 
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
@@ -140,7 +140,7 @@ class LandPassages:
 
     def _visible(self, which: Indices, antenna: Floats, time: float) -> Indices:
         """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]."""
-        points, body = self.points, self._model.key[self.points.body[which]]
+        points, body = self.points, self._key[self.points.body[which]]
         triangle = points.triangle[which].astype(np.int64)
         seen = SurfacePoints(body, triangle, points.position.take(which, axis=0))
         visible = self._line_of_sight.visible(

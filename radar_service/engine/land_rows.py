@@ -23,7 +23,6 @@ from radar_service.receive.compression import Compression, range_kernel
 from radar_service.receive.gridding import Kernel, spread_by_tables
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.models import scattering_model
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
@@ -186,7 +185,7 @@ def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
 
 def is_land(body: Body, fidelity: Fidelity) -> bool:
     """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
-    return body.at_rest and scattering_model(body, fidelity.sampler) is DiffuseScattering
+    return body.at_rest and scattering_model(body, fidelity.sampler).has_resting_points
 
 
 def _turned_back(phase: Floats) -> Profiles:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import ScatteringContext
+from radar_service.scattering.resting_points import RestingModel
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -166,9 +167,8 @@ def _land_rows(
     """The rows of land under way; None without any."""
     if not len(land):
         return None
-    (model,) = land.models
-    assert isinstance(model, DiffuseScattering)
-    passages = LandPassages(scene, model, line_of_sight, max_range, model.resting_points())
+    points = cast(RestingModel, land.models[0]).resting_points()
+    passages = LandPassages(scene, land.key, line_of_sight, max_range, points)
     visibility = Visibility(scene, land, line_of_sight, max_range, fidelity.visibility_step)
     return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
 

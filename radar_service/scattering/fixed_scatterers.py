@@ -51,6 +51,7 @@ class FixedScatterers(ScatteringModel, ABC):
     diffracts: ClassVar[bool] = True
     lit_by_sea: ClassVar[bool] = False
     tells_sea_delay: ClassVar[bool] = True
+    has_resting_points: ClassVar[bool] = False
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
@@ -183,6 +184,8 @@ class FixedScatterers(ScatteringModel, ABC):
 
 class DiffuseScattering(FixedScatterers):
     """Rough surfaces: sigma0 = gamma cos(incidence) (constant gamma; Long, Radar Reflectivity of Land and Sea, 2001)."""
+
+    has_resting_points: ClassVar[bool] = True
 
     @staticmethod
     def sample(body: Body, context: ScatteringContext) -> Scatterers:

@@ -144,12 +144,14 @@ class ScatteringModel(Protocol):
     diffracts: whether echoes reach beyond the horizon by diffraction.
     lit_by_sea: whether parts that only the path by the sea reaches have echoes.
     tells_sea_delay: whether the plan tells how much longer the path by the sea is than the direct range that echoes keep.
+    has_resting_points: whether it is a `resting_points.RestingModel`.
     """
 
     by_aspect: ClassVar[bool]
     diffracts: ClassVar[bool]
     lit_by_sea: ClassVar[bool]
     tells_sea_delay: ClassVar[bool]
+    has_resting_points: ClassVar[bool]
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:

@@ -137,6 +137,7 @@ class RaySampledSurfaces(ScatteringModel):
     diffracts: ClassVar[bool] = False  # the horizon hides what rays would hit beyond it
     lit_by_sea: ClassVar[bool] = False
     tells_sea_delay: ClassVar[bool] = False
+    has_resting_points: ClassVar[bool] = False
 
     def __init__(self, key: Indices, caster: RayCaster) -> None:
         """key: (B,) index of each body in the scene."""

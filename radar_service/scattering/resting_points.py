@@ -1,12 +1,13 @@
 """Points of diffuse surfaces that rest on the map, cell by cell, so that those in a sector are found without the others."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
-from radar_service.scattering.model import BearingWedge
+from radar_service.scattering.model import BearingWedge, ScatteringModel
 
 CELL = 128.0  # m: points in such a square of the map are chosen together
 
@@ -65,3 +66,11 @@ class RestingPoints:
 
     def __len__(self) -> int:
         return len(self.span)
+
+
+class RestingModel(ScatteringModel, Protocol):
+    """A model whose bodies, where they rest, are points that neither fluctuate nor have an aspect."""
+
+    def resting_points(self) -> RestingPoints:
+        """The points of all its bodies, which rest."""
+        ...

@@ -112,6 +112,7 @@ class PhysicalOptics(AspectModel):
     diffracts: ClassVar[bool] = True
     lit_by_sea: ClassVar[bool] = True
     tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
+    has_resting_points: ClassVar[bool] = False
     upright: ClassVar[float] = UPRIGHT
 
     def __init__(
