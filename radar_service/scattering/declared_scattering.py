@@ -29,7 +29,7 @@ class DeclaredScattering(FixedScatterers):
         if body.mesh is None:
             return point_scatterer(np.zeros(3))
         if np.hypot(body.length, body.beam) < context.radar.range_resolution:
-            corners = body.mesh.vertices[np.unique(body.mesh.faces)]
+            corners = body.mesh.used_vertices
             low, high = corners.min(axis=0), corners.max(axis=0)
             return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
         return sampled(body, context, MAX_DECLARED)

@@ -17,6 +17,7 @@ from typing_extensions import override
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.trace.box_tree import BoxTree
 from radar_service.trace.tree_cache import SharedTree, Tree, TreeCache, Triangles
+from radar_service.world.body import used_rows
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -87,7 +88,7 @@ class TriangleScene:
 
     def __init__(self, vertices: Floats, faces: Indices, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
-        used = vertices[np.unique(faces)]
+        used = used_rows(vertices, faces)
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
         self.vertices: Floats = np.ascontiguousarray(vertices, dtype=np.float64)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
+from radar_service.world.body import used_rows
 
 Crossings = Callable[[Floats, Floats, Floats], Floats]
 
@@ -86,7 +87,7 @@ class TriangleList:
     """Triangles tested one by one, with the interface of `trace.embree.TriangleScene` and either of the two tests above."""
 
     def __init__(self, vertices: Floats, faces: Indices, crossings: Crossings = printed_crossings) -> None:
-        used = vertices[np.unique(faces)]
+        used = used_rows(vertices, faces)
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
         self._corners, self._crossings = vertices[faces], crossings

@@ -62,7 +62,7 @@ class Surface:
     @cached_property
     def corners(self) -> Floats:
         """The vertices (C, 3) that faces use; of more than MAX_CORNERS the highest of each cell of the plan."""
-        vertices = _used(self.mesh)
+        vertices = self.mesh.used_vertices
         if len(vertices) <= MAX_CORNERS:
             return vertices
         plan = vertices[:, :2] - vertices[:, :2].min(axis=0)
@@ -91,15 +91,8 @@ class Surface:
 
 def outermost(mesh: Mesh) -> Floats:
     """The vertices (K, 3) that lie farthest out in the directions of OUTWARD, in the body's own frame [m]."""
-    vertices = _used(mesh)
+    vertices = mesh.used_vertices
     return np.asarray(vertices[np.unique(np.argmax(vertices @ OUTWARD.T, axis=0))])
-
-
-def _used(mesh: Mesh) -> Floats:
-    """The vertices (V, 3) that faces use."""
-    used = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    used[mesh.faces] = True
-    return mesh.vertices[used]
 
 
 def viewed(points: Floats, antenna: Floats, earth_radius: float, middle: float) -> View:

@@ -296,7 +296,7 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
 
 def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
     """What bounds the facets of a mesh for this radar."""
-    extent = float(np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0).max())
+    extent = float(np.ptp(mesh.used_vertices, axis=0).max())
     return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 

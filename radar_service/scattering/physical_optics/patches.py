@@ -84,7 +84,7 @@ def concave_sides(mesh: Mesh) -> Flags:
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
-    outer = _outermost(np.unique(mesh.vertices[np.unique(mesh.faces)], axis=0))
+    outer = _outermost(np.unique(mesh.used_vertices, axis=0))
     own = np.einsum("ij,ij->i", normal, corners[:, 0])
     margin = LEVEL * float(np.linalg.norm(np.ptp(outer, axis=0)))
     result = np.zeros((len(normal), 2), dtype=np.bool_)

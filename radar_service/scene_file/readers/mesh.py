@@ -128,8 +128,9 @@ def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedBody:
         kept = np.delete(kept, copies)
         edges = numbered_edges(welded[kept])
     findings.extend(_surface_defects(edges))
-    used, compact = np.unique(faces[kept], return_inverse=True)
-    return LoadedBody(Mesh(vertices[used], compact.reshape(-1, 3).astype(np.int64)), tuple(findings))
+    used = np.zeros(len(vertices), dtype=np.bool_)
+    used[faces[kept]] = True
+    return LoadedBody(Mesh(vertices[used], (np.cumsum(used) - 1)[faces[kept]]), tuple(findings))
 
 
 def _unique_rows(rows: Floats) -> tuple[Floats, Indices]:
