@@ -33,6 +33,8 @@ class Part(NamedTuple):
     def weights(self, spoke: Floats) -> Singles:
         """Weights (M, K) of the nodes at spokes (K,), 0 outside the part."""
         within = (spoke > self.first - 0.5) & (spoke <= self.last + 0.5)
+        if len(self.nodes) == 1:
+            return within[None].astype(np.float32)
         return node_weights(self.nodes, spoke) * within
 
 
