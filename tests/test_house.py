@@ -80,7 +80,7 @@ HOMES = {
     "PIL": ("radar_service.scene_file.readers", "radar_service.display", "radar_service.study"),
     "stonesoup": ("radar_service.bench",),
     "matplotlib": (
-        "radar_service.bench.report",
+        "radar_service.bench.run_picture",
         "radar_service.plots.picture",
         "radar_service.bench.detection.report",
         "radar_service.scans.scan",

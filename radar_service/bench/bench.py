@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
 from radar_service.batch.jobs import run as run_jobs
+from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.verdicts import verdict
@@ -88,6 +89,7 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool)
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
         "seeds": [run["seed"] for run in runs], "remark": next((run["remark"] for run in runs if run["remark"]), None),
+        "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
         "metrics": {name: _mean(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},

@@ -6,7 +6,6 @@ import json
 import os
 import warnings
 import zlib
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -14,7 +13,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from radar_service.bench.ppi_picture import ppi_of
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
@@ -22,22 +20,19 @@ from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import FloodWarning, flood_remark
 from radar_service.plots.plot import Plot
-from radar_service.scans.scan import Scan
 from radar_service.terminal.output_files import make_folder
 
-SCHEMA = 1
-FIRST_SEED = 0  # the one that has a picture
+SCHEMA = 2
 NO_PART = ("service", "ports", "recording", "commands", "study", "clients", "scenes")  # of what makes plots and truth
 OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py")  # files of the bench that have a part in it
 
 
 @dataclass(frozen=True)
 class ObservedRun:
-    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods; ppi: of the last scan, or None."""
+    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods."""
 
     results: Sequence[ScanResult]
     remark: str | None
-    ppi: Mapping[str, Any] | None
 
 
 def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
@@ -49,7 +44,7 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
         kept = {"digest": digest, **_observe(scenario, seed)}
         _write(path, kept)
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
-    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], kept["ppi"])
+    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"])
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -98,14 +93,12 @@ def _texts(value: object) -> Iterator[str]:
 
 
 def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
-    latest = deque[Scan](maxlen=1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
-        results = list(observed(scenario, seed, latest.append))
+        results = list(observed(scenario, seed))
     return {
         "scans": [asdict(replace(result, flood=None)) for result in results],
         "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
-        "ppi": ppi_of(latest[0]) if seed == FIRST_SEED else None,
     }
 
 

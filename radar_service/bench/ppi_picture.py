@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.bench.run import simulator_of
+from radar_service.bench.scenario import Scenario
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import scan_convert
 from radar_service.numerics.types import Singles
@@ -22,6 +24,13 @@ def ppi_of(scan: Scan) -> dict[str, Any]:
     bright = picture_from_power(np.nan_to_num(scan.power))
     image = scan_convert(bright, float(scan.range[0]), scan.range_step, SIZE, reach, interpolation="peak")
     return {"range": reach, "pixels": base64.b64encode(zlib.compress(np.rint(image).astype(np.uint8).tobytes())).decode()}
+
+
+def ppi_at(scenario: Scenario, seed: int, scan: int) -> dict[str, Any]:
+    """Returns the PPI of a scan of a scenario and a seed, which alone is simulated. Raises SceneError."""
+    simulator = simulator_of(scenario, seed)
+    simulator.skip_to(scan)
+    return ppi_of(simulator.scan())
 
 
 def image_of(ppi: Mapping[str, Any]) -> Singles:

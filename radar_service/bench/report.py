@@ -1,29 +1,19 @@
-"""The report of a test bench as one HTML page: verdicts with their sources, tracks over the map, error over time."""
+"""The report of a test bench as one HTML page: a summary, the worst run of each scenario, verdicts with their sources."""
 
-import base64
 import html
-import io
 import json
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
+from radar_service.bench.run_picture import run_picture
 
-from radar_service.bench.ppi_picture import image_of
-from radar_service.bench.trackers.tracker import distance_at
-from radar_service.numerics.types import Floats
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-MIN_HALF_WIDTH = 100.0  # m, of the map
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
 MINUTES = ("_1min", "_3min")  # after which a metric of motion is judged
 MAX_FAILURES = 5  # of a scenario that are listed
-MAX_NAMES = 8  # of targets in a legend: more leave no room for the map
+MAX_LISTED = 10  # failed runs of a scenario whose events are listed
+MAX_SUMMARY = 3  # events of a scenario in the summary
+WORDS = ("fail", "undecided", "no gross miss", "pass", "shown")  # the gravest first
 
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
@@ -32,16 +22,73 @@ STYLE = (
 )
 
 
-def write_report(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]], folder: Path) -> None:
-    """Writes report.json and report.html. runs: by scenario, of which the first is drawn. Raises OSError."""
+def write_report(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None], folder: Path) -> None:
+    """Writes report.json and report.html. drawn: the run of each scenario that is drawn, or None. Raises OSError."""
     (folder / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
-    (folder / "report.html").write_text(page(report, runs), encoding="utf-8")
+    (folder / "report.html").write_text(page(report, drawn), encoding="utf-8")
 
 
-def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Returns the page."""
-    sections = "".join(_section(scenario, runs[scenario["name"]][0]) for scenario in report["scenarios"])
-    return page_of(f"Test bench: {html.escape(report['tracker'])}", sections)
+def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None]) -> str:
+    """Returns the page: the summary, then the scenarios, the gravest first."""
+    ordered = gravest_first(report)
+    sections = "".join(_section(scenario, drawn[scenario["name"]]) for scenario in ordered)
+    return page_of(f"Test bench: {html.escape(report['tracker'])}", _summary(ordered) + sections)
+
+
+def gravest_first(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Returns the scenarios of a report, by their gravest verdict, then those with the most failed runs."""
+    return sorted(report["scenarios"], key=lambda one: (WORDS.index(word_of(one)), -len(one["failed_runs"])))
+
+
+def word_of(scenario: Mapping[str, Any]) -> str:
+    """Returns the gravest verdict on a scenario of a report."""
+    return min((verdict["word"] for verdict in scenario["verdicts"]), key=WORDS.index, default="shown")
+
+
+def summary_table(report: Mapping[str, Any]) -> str:
+    """Returns a table as text, the gravest scenario first: verdict, failed runs, the worst seed, and its gravest events."""
+    lines = [f"{'scenario':32} {'verdict':14} {'failed runs':>12} {'worst seed':>10}"]
+    for scenario in gravest_first(report):
+        failed, runs = scenario["failed_runs"], len(scenario["seeds"])
+        seed = failed[0]["seed"] if failed else ""
+        lines.append(
+            f"{scenario['name'][:32]:32} {word_of(scenario):14} {f'{len(failed)} of {runs}':>12} {seed:>10}".rstrip()
+        )
+        lines += [f"    {event_line(event)}" for event in (failed[0]["events"][:MAX_SUMMARY] if failed else ())]
+    return "\n".join(lines) + "\n"
+
+
+def event_line(event: Mapping[str, Any]) -> str:
+    """Returns an event in words."""
+    scans = f"scan {event['scan']}" if event["scan"] == event["last"] else f"scans {event['scan']} to {event['last']}"
+    return f"{scans}: {event['kind']}: {event['what']}"
+
+
+def _summary(scenarios: Sequence[Mapping[str, Any]]) -> str:
+    heads = ("scenario", "verdict", "failed runs", "worst seed", "it misses", "its gravest events")
+    return _table(heads, "".join(map(_summary_row, scenarios)))
+
+
+def _summary_row(scenario: Mapping[str, Any]) -> str:
+    name, word, failed = html.escape(scenario["name"]), word_of(scenario), scenario["failed_runs"]
+    seed, missed, events = _worst(failed[0]) if failed else ("", "", "")
+    return (
+        f'<tr><td><a href="#{name}">{name}</a></td><td class="{word.split()[0]}">{word}</td>'
+        f"<td>{len(failed)} of {len(scenario['seeds'])}</td><td>{seed}</td><td>{missed}</td><td>{events}</td></tr>"
+    )
+
+
+def _worst(run: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Of a failed run the seed, some of the limits that it misses, and some events, as HTML."""
+    missed = [*run["missed"]]
+    more = [f"{len(missed) - MAX_SUMMARY} more"] if len(missed) > MAX_SUMMARY else []
+    events = [html.escape(event_line(event)) for event in run["events"][:MAX_SUMMARY]]
+    return str(run["seed"]), ", ".join(missed[:MAX_SUMMARY] + more), "<br>".join(events)
+
+
+def _table(heads: Sequence[str], rows: str) -> str:
+    """A table; rows are HTML."""
+    return f"<table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{rows}</table>"
 
 
 def page_of(title: str, content: str) -> str:
@@ -114,7 +161,7 @@ def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:.4g}"
 
 
-def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+def _section(scenario: Mapping[str, Any], run: Mapping[str, Any] | None) -> str:
     text = {key: html.escape(str(scenario[key])) for key in ("name", "question", "expected", "source")}
     remark = f"<p>Remark: {html.escape(scenario['remark'])}</p>" if scenario["remark"] else ""
     failed = "".join(f"<li>{html.escape(line)}</li>" for line in failure_lines({"scenarios": [scenario]}))
@@ -123,22 +170,43 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
         f"<td>{_number(scenario['percentile_95'][name])}</td></tr>"
         for name in scenario["metrics"]
     )
+    limits = "".join(map(_verdict_row, scenario["verdicts"]))
     return (
-        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{remark}"
-        f"<ul>{failed}</ul>"
-        f"<table><tr><th>limit</th><th>95 % value</th><th>runs that miss it</th><th>verdict</th><th>source</th></tr>"
-        f"{''.join(map(_verdict_row, scenario['verdicts']))}</table>"
-        f"{_picture(run)}"
-        f"<details><summary>all metrics</summary><table><tr><th>metric</th><th>mean</th><th>95th percentile</th></tr>{metrics}"
-        f"</table></details>"
+        f'<h2 id="{text["name"]}">{text["name"]}</h2><p>{text["question"]} Expected: {text["expected"]} ({text["source"]})</p>'
+        f"{_picture(run)}{remark}<ul>{failed}</ul>{_events(scenario['failed_runs'])}"
+        f"{_table(('limit', '95 % value', 'runs that miss it', 'verdict', 'source'), limits)}"
+        f"<details><summary>all metrics</summary>{_table(('metric', 'mean', '95th percentile'), metrics)}</details>"
     )
 
 
-def _picture(run: Mapping[str, Any]) -> str:
-    """The picture of a run; nothing of one that gave no scan."""
-    if not run["scans"]:
+def _picture(run: Mapping[str, Any] | None) -> str:
+    """The picture of a run; nothing without one."""
+    if run is None:
         return ""
-    return f'<img alt="plots, tracks and truth over the PPI of the last scan" src="data:image/png;base64,{_figure(run)}">'
+    alt = f"seed {run['seed']}: plots, tracks and targets over the PPI of the last scan; distances over time"
+    return f'<img alt="{alt}" src="data:image/png;base64,{run_picture(run)}">'
+
+
+def _events(failed: Sequence[Mapping[str, Any]]) -> str:
+    """The events of each failed run; those of the worst one are unfolded."""
+    runs = "".join(_run_events(run, "" if k else " open") for k, run in enumerate(failed[:MAX_LISTED]))
+    return runs + (f"<p>{len(failed) - MAX_LISTED} more failed runs</p>" if len(failed) > MAX_LISTED else "")
+
+
+def _run_events(run: Mapping[str, Any], is_open: str) -> str:
+    more = run["event_count"] - len(run["events"])
+    rows = "".join(_event_row(event) for event in run["events"])
+    missed = ", ".join(f"{metric} {_number(value)}" for metric, value in run["missed"].items())
+    return (
+        f"<details{is_open}><summary>seed {run['seed']} misses {missed}</summary>"
+        f"{_table(('scans', 'target', 'event', 'what'), rows)}{f'<p>{more} more events</p>' if more else ''}</details>"
+    )
+
+
+def _event_row(event: Mapping[str, Any]) -> str:
+    scans = f"{event['scan']}" if event["scan"] == event["last"] else f"{event['scan']} to {event['last']}"
+    bodies = ", ".join(html.escape(body) for body in (event["body"], event["other"]) if body)
+    return f"<tr><td>{scans}</td><td>{bodies}</td><td>{event['kind']}</td><td>{html.escape(event['what'])}</td></tr>"
 
 
 def _verdict_row(verdict: Mapping[str, Any]) -> str:
@@ -148,80 +216,3 @@ def _verdict_row(verdict: Mapping[str, Any]) -> str:
         f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split()[0]}">{verdict["word"]}</td>'
         f"<td>{html.escape(verdict['source'])}</td></tr>"
     )
-
-
-def _figure(run: Mapping[str, Any]) -> str:
-    """Plots, tracks and truth over the PPI of the last scan, and how far the nearest track is over time; a PNG in base 64."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
-    chart, errors = figure.subplots(1, 2)
-    scans = run["scans"]
-    plots = _points(scan["plots"] for scan in scans)
-    chart.plot(*plots.T, ".", color="0.6", markersize=2, label="plots")
-    names = sorted({truth["body"] for scan in scans for truth in scan["truths"]})
-    for k, name in enumerate(names):
-        truths = [(scan, truth) for scan in scans for truth in scan["truths"] if truth["body"] == name]
-        path = np.array([truth["position"] for _, truth in truths])
-        label = name if len(names) <= MAX_NAMES else "_" if k else f"{len(names)} targets"  # "_": not in the legend
-        (line,) = chart.plot(*path.T, linewidth=3.0, alpha=0.5, label=label)
-        nearest = [(truth["time"], _nearest(truth, scan["tracks"])) for scan, truth in truths]
-        errors.plot(*np.array(nearest, dtype=float).T, color=line.get_color())
-    tracks = _points([[track["east"], track["north"]] for track in scan["tracks"]] for scan in scans)
-    chart.plot(*tracks.T, ".", color="black", markersize=3, label="tracks")
-    own = _points([scan["own"]] for scan in scans)
-    chart.plot(*own.T, color="red", linewidth=1.0)
-    chart.plot(*own[-1:].T, "^", color="red", markersize=6, label="own ship")
-    if run.get("ppi"):
-        _draw_ppi(chart, run["ppi"], own[-1])
-    of_interest = np.concatenate([own, tracks, _points([truth["position"] for truth in scan["truths"]] for scan in scans)])
-    _zoom(chart, of_interest, own[-1])
-    chart.legend(fontsize="small")
-    errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
-    return png_text(figure)
-
-
-def png_text(figure: "Figure") -> str:
-    """Returns a figure as a PNG in base 64."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
-    return base64.b64encode(buffer.getvalue()).decode()
-
-
-def _draw_ppi(chart: "Axes", ppi: dict[str, Any], centre: Floats) -> None:
-    """Draws the PPI of the last scan about own ship (2,) behind all else; echoes are dark."""
-    (east, north), reach = centre, ppi["range"]
-    extent = (east - reach, east + reach, north - reach, north + reach)
-    chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=1.5, extent=extent, interpolation="nearest", zorder=0)
-
-
-def _points(scans: Iterable[Sequence[Sequence[float]]]) -> Floats:
-    """All points (K, 2) of scans."""
-    return np.array([point for points in scans for point in points], dtype=np.float64).reshape(-1, 2)
-
-
-def _zoom(chart: "Axes", points: Floats, centre: Floats) -> None:
-    """Shows points (K, 2), whatever false plots lie elsewhere, with range rings about a centre (2,)."""
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    half = max(0.55 * float(np.ptp(points, axis=0).max()), MIN_HALF_WIDTH)
-    chart.set(
-        xlabel="east [m]", ylabel="north [m]", aspect="equal", xlim=(middle[0] - half, middle[0] + half),
-        ylim=(middle[1] - half, middle[1] + half),
-    )  # fmt: skip
-    step = 10.0 ** math.floor(math.log10(half))
-    bearing = np.linspace(0.0, 2.0 * np.pi, 181)
-    for ring in step * np.arange(1, math.ceil(4.0 * half / step)):
-        chart.plot(
-            *(centre[:, None] + ring * np.stack([np.sin(bearing), np.cos(bearing)])), color="0.85", linewidth=0.6, zorder=0
-        )
-
-
-def _nearest(truth: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]]) -> float:
-    """Distance [m] of the nearest track at its own time; nan without tracks."""
-    distances = [
-        distance_at(
-            (track["east"], track["north"]), track["time"], truth["position"], truth["velocity"], truth["time"]
-        )
-        for track in tracks
-    ]  # fmt: skip
-    return min(distances, default=math.nan)

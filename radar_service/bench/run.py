@@ -1,6 +1,6 @@
 """One run of the test bench: the plots and the truth of a scenario and a seed, and what a tracker makes of them."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,13 +46,16 @@ def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
             )
 
 
-def observed(scenario: Scenario, seed: int, watch: Callable[[Scan], object] = lambda scan: None) -> Iterator[ScanResult]:
-    """Yields the plots and the truth of each scan, without tracks. Raises SceneError.
-
-    watch: gets each scan.
-    """
+def simulator_of(scenario: Scenario, seed: int) -> Simulator:
+    """Returns the simulator of a scenario and a seed, before its first scan. Raises SceneError."""
     scene = load_scene(scenario.scene_for(seed), folder=scenario.folder).for_radar(scenario.radar)
-    simulator = Simulator(scene, scenario.fidelity, seed)
+    return Simulator(scene, scenario.fidelity, seed)
+
+
+def observed(scenario: Scenario, seed: int) -> Iterator[ScanResult]:
+    """Yields the plots and the truth of each scan, without tracks. Raises SceneError."""
+    simulator = simulator_of(scenario, seed)
+    scene = simulator.scene
     extractor = PlotExtractor(
         scene.radar,
         threshold_of(scenario.plots, scene.radar),
@@ -62,7 +65,6 @@ def observed(scenario: Scenario, seed: int, watch: Callable[[Scan], object] = la
     )
     for _ in range(scenario.scans):
         scan = simulator.scan()
-        watch(scan)
         ended = extractor.add(scan)
         truths = truths_of(simulator, scan.number, scenario.tracked)
         plots = with_errors(ended.plots, truths, scenario.plot_errors, float(scan.heading[-1]), seed, scan.number)

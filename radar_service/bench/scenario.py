@@ -155,6 +155,11 @@ class Scenario(_Table):
         own = {limit.metric for limit in self.limit} | set(self.not_judged)
         return (*self.limit, *(limit for limit in GENERAL if self.judges == "tracks" and limit.metric not in own))
 
+    def missed(self, metrics: Mapping[str, float | None]) -> dict[str, float | None]:
+        """Returns the limits that decide and that a run misses, by metric, with its values."""
+        judged = [limit for limit in self.limits if limit.decides and (limit.metric in metrics or not limit.where_judged)]
+        return {limit.metric: metrics.get(limit.metric) for limit in judged if not limit.is_met(metrics.get(limit.metric))}
+
     @cached_property
     def digest(self) -> str:
         """A hash of all that the scenario says: runs of another one are not mixed with its own."""

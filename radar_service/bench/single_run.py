@@ -8,14 +8,17 @@ from typing import Any
 from radar_service.bench.kept_plots import observed_run, program_version, source_digest
 from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.bench.scores.events import events_of
+from radar_service.bench.scores.judged_scan import JudgedScan, judged, nearest_distances
 from radar_service.bench.scores.scan_result import ScanResult
-from radar_service.bench.scores.scoring import metrics_of
+from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
+from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
 
-SCHEMA = 3
+SCHEMA = 4
 
 
 def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
@@ -29,9 +32,11 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) ->
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
     run = observed_run(plots, scenario, seed)
     results, failed = _tracked(run.results, tracker)
+    centred = judged(at_power_centroids(results))
     return {
         **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
-        "remark": run.remark, "scans": [_scan_data(result) for result in results], "ppi": run.ppi,
+        "remark": run.remark, "events": [asdict(event) for event in events_of(centred)],
+        "scans": [_scan_data(scan) for scan in centred.scans],
     }  # fmt: skip
 
 
@@ -42,9 +47,7 @@ def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path
     and truth. Raises ScenarioError, SceneError, OSError, TrackerError, and what the tracker raises.
     """
     loaded = load_scenario(scenario)
-    metrics = metrics_of(list(answered(observed_run(plots, loaded, seed).results, tracker)))
-    judged = [limit for limit in loaded.limits if limit.decides and (limit.metric in metrics or not limit.where_judged)]
-    return {limit.metric: metrics.get(limit.metric) for limit in judged if not limit.is_met(metrics.get(limit.metric))}
+    return loaded.missed(metrics_of(list(answered(observed_run(plots, loaded, seed).results, tracker))))
 
 
 def same_for_all(tracker: str) -> dict[str, Any]:
@@ -76,12 +79,21 @@ def _failed(error: TrackerError, scan: int | None, status: int | None = None, la
     failure = {
         "scan": scan, "message": str(error), "status": status, "stderr": last_line, "hangs": isinstance(error, TrackerHangs)
     }  # fmt: skip
-    return {"failure": failure, "metrics": {}, "remark": None, "scans": [], "ppi": None}
+    return {"failure": failure, "metrics": {}, "remark": None, "events": [], "scans": []}
 
 
-def _scan_data(result: ScanResult) -> dict[str, Any]:
+def _scan_data(scan: JudgedScan) -> dict[str, Any]:
+    """What a report draws of a scan: positions as own ship reports them; targets and tracks at its end, as they are judged."""
+    result, nearest = scan.result, nearest_distances(scan)
     return {
         "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
         "plots": [[plot.east, plot.north] for plot in result.given.plots],
-        "tracks": [asdict(track) for track in result.tracks], "truths": [asdict(truth) for truth in result.truths],
+        "tracks": [asdict(track) for track in result.tracks],
+        "targets": [
+            {
+                "body": body, "position": truth.position, "track": scan.pairs.get(body), "nearest": nearest.get(body),
+                "allowed": allowed_distance(truth.length),
+            }
+            for body, truth in scan.truths.items()
+        ],
     }  # fmt: skip

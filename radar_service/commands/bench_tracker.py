@@ -9,8 +9,9 @@ from typing import Any
 
 from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.bench import bench
+from radar_service.bench.diagnosis import drawn_run
 from radar_service.bench.junit import write_junit
-from radar_service.bench.report import comparison, verdict_table, write_report
+from radar_service.bench.report import comparison, summary_table, verdict_table, write_report
 from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -71,10 +72,10 @@ def _bench(options: argparse.Namespace) -> int:
         report, runs = bench(
             loaded, seeds, options.tracker, options.out, executor, shown, plots=options.plots, smoke=options.smoke
         )
-    write_report(report, runs, options.out)
+    write_report(report, {one.name: drawn_run(one, runs[one.name]) for one in loaded}, options.out)
     if options.junit:
         write_junit(report, options.junit, options.strict)
-    print(verdict_table(report) + str(options.out / "report.html"))
+    print(f"{summary_table(report)}\n{verdict_table(report)}" + str(options.out / "report.html"))
     return _status(report, options.strict)
 
 

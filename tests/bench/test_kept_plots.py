@@ -26,10 +26,6 @@ def test_what_is_kept_is_what_was_made(tmp_path: Path) -> None:
     assert made[1].given.plots and made[1].truths
 
 
-def test_the_first_seed_has_a_picture(tmp_path: Path) -> None:
-    assert observed_run(tmp_path, SCENARIO, 0).ppi is not None and observed_run(tmp_path, SCENARIO, 1).ppi is None
-
-
 @pytest.mark.parametrize(
     "change",
     [

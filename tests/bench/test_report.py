@@ -1,28 +1,24 @@
 """The report of the bench as files and as a table."""
 
 import base64
-import io
 import json
 import re
-import zlib
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from radar_service.bench.bench import report
-from radar_service.bench.ppi_picture import SIZE
-from radar_service.bench.report import comparison, page, unit_of, verdict_table, write_report
+from radar_service.bench.report import comparison, gravest_first, page, summary_table, unit_of, verdict_table, write_report
 from radar_service.bench.scenario import Limit, Scenario
 from tests.bench.test_scenario import SMALL
 
-TRUTH = {"body": "t <1>", "time": 1.0, "position": [0.0, 100.0], "velocity": [1.0, 0.0]}
+TARGET = {"body": "t <1>", "position": [0.0, 100.0], "track": None, "nearest": 3.2, "allowed": 15.0}
+EVENT = {"kind": "break", "scan": 1, "last": 1, "body": "t <1>", "other": "", "what": "t <1> has no track"}
 TRACK = {"track": "1", "time": 2.0, "east": 1.0, "north": 103.0, "velocity_east": 1.0, "velocity_north": 0.0}
 RUN = {
-    "seed": 0, "remark": None, "failure": None, "metrics": {"ospa_m": 3.0, "held": None},
-    "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "truths": [TRUTH]},
-              {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "truths": [TRUTH]}],
+    "seed": 0, "remark": None, "failure": None, "metrics": {"ospa_m": 3.0, "held": None}, "events": [EVENT],
+    "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "targets": [TARGET]},
+              {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "targets": [TARGET]}],
 }  # fmt: skip
 LIMITS = (Limit(metric="ospa_m", maximum=10, source="a & b"), Limit(metric="held", minimum=1, source="c", decides=False))
 
@@ -33,7 +29,7 @@ def data(tracker: str = "gnn", ospa: float = 3.0) -> dict:
 
 
 def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
-    write_report(data("<gnn>"), {"small": [RUN]}, tmp_path)
+    write_report(data("<gnn>"), {"small": RUN}, tmp_path)
     assert json.loads((tmp_path / "report.json").read_text()) == data("<gnn>")
     page = (tmp_path / "report.html").read_text()
     assert "&lt;gnn&gt;" in page and "<gnn>" not in page and "a &amp; b" in page
@@ -61,33 +57,6 @@ def test_a_metric_has_the_unit_of_its_name(metric: str, unit: str) -> None:
     assert unit_of(metric) == unit
 
 
-@pytest.mark.parametrize("targets", [1, 40])
-def test_any_number_of_targets_leaves_room_for_the_map(targets: int, tmp_path: Path) -> None:
-    """A legend of forty names left nothing of it."""
-    truths = [{**TRUTH, "body": f"a target with a long name {k}"} for k in range(targets)]
-    run = {**RUN, "scans": [{**RUN["scans"][0], "truths": truths}]}
-    write_report(data(), {"small": [run]}, tmp_path)
-    (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
-    pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int)
-    frame = (pixels[:, : pixels.shape[1] // 2] < 60).sum(axis=0).max()  # the left edge of the map
-    assert frame > pixels.shape[0] / 3
-
-
-def test_tracks_stand_on_the_ppi_of_the_last_scan(tmp_path: Path) -> None:
-    """An echo all over the north-east darkens that quarter of the map alone, whose middle is own ship's."""
-    echo = np.zeros((SIZE, SIZE), dtype=np.uint8)
-    echo[: SIZE // 2, SIZE // 2 :] = 255
-    ppi = {"pixels": base64.b64encode(zlib.compress(echo.tobytes())).decode(), "range": 5000.0}
-    pixels = []
-    for run in (RUN, {**RUN, "ppi": ppi}):
-        write_report(data(), {"small": [run]}, tmp_path)
-        (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
-        pixels.append(np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int))
-    changed = np.argwhere(pixels[1] < pixels[0] - 50)
-    left, right = np.nonzero((pixels[0] < 60).sum(axis=0) > pixels[0].shape[0] / 3)[0][:2]  # the edges of the map
-    assert len(changed) > 1000 and left + 0.4 * (right - left) < changed[:, 1].min() < changed[:, 1].max() <= right
-
-
 def test_two_reports_side_by_side() -> None:
     lines = comparison(data("one", 3.0), data("two", 4.5)).splitlines()
     assert lines[0].split() == ["scenario", "metric", "one", "two"]
@@ -106,12 +75,12 @@ def test_means_and_percentiles(runs: int) -> None:
 
 def test_failed_runs_are_listed_with_scan_status_and_last_line() -> None:
     failure = {"scan": 7, "message": "it has ended", "status": -11, "stderr": "Segmentation <fault>", "hangs": False}
-    runs = [{**RUN, "seed": seed, "metrics": {}, "failure": failure, "scans": []} for seed in range(7)]
+    runs = [{**RUN, "seed": seed, "metrics": {}, "failure": failure, "scans": [], "events": []} for seed in range(7)]
     made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": runs}, "mine")
     lines = verdict_table(made).splitlines()
     assert "small, seed 4: failed at scan 7: it has ended; exit status -11; it said: Segmentation <fault>" in lines
     assert lines[-1] == "small: 2 more failed runs"
-    assert "Segmentation &lt;fault&gt;" in page(made, {"small": runs})
+    assert "Segmentation &lt;fault&gt;" in page(made, {"small": None})
     assert all(verdict["failures"] == 7 for verdict in made["scenarios"][0]["verdicts"])
 
 
@@ -120,3 +89,33 @@ def test_limits_of_every_scenario_ask_nothing_of_runs_that_cannot_judge_them() -
     run = {**RUN, "metrics": {"completeness": 1.0, "velocity_kn_1min": None}}
     (its,) = report({"small": Scenario(**SMALL)}, {"small": [run]}, "mine")["scenarios"]
     assert {one["metric"]: one["failures"] for one in its["verdicts"]} == {"completeness": 0, "velocity_kn_1min": 1}
+
+
+def test_the_summary_has_the_gravest_scenario_first() -> None:
+    limit = Limit(metric="held", minimum=1, source="c")
+    scenarios = {
+        name: Scenario(**{**SMALL, "name": name, "limit": (limit,), "judges": "plots"}) for name in ("good", "<bad>")
+    }
+    runs = {"good": [{**RUN, "metrics": {"held": 1.0}}], "<bad>": [RUN, {**RUN, "seed": 1, "events": [EVENT] * 4}]}
+    made = report(scenarios, runs, "mine", smoke=True)
+    assert [one["name"] for one in gravest_first(made)] == ["<bad>", "good"]
+    lines = [line.split() for line in summary_table(made).splitlines()]
+    assert lines[1:] == [
+        "<bad> fail 2 of 2 0".split(),
+        "scan 1: break: t <1> has no track".split(),
+        "good no gross miss 0 of 1".split(),
+    ]
+    text = page(made, {"good": None, "<bad>": None})
+    assert "<table>" in text and "<bad>" not in text and "t &lt;1&gt; has no track" in text
+    assert (
+        text.index("scan 1: break") < text.index("<h2") < text.index("seed 0 misses held none") < text.index("seed 1 misses")
+    )
+
+
+def test_more_failed_runs_and_events_are_counted() -> None:
+    events = [{**EVENT, "scan": 2 * k, "last": 2 * k} for k in range(15)]
+    runs = [{**RUN, "seed": seed, "events": events} for seed in range(12)]
+    limit = Limit(metric="held", minimum=1, source="c")
+    made = report({"small": Scenario(**{**SMALL, "limit": (limit,), "judges": "plots"})}, {"small": runs}, "mine")
+    text = page(made, {"small": None})
+    assert "2 more failed runs" in text and text.count("3 more events") == 10

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.bench.report import page_of, png_text
+from radar_service.bench.report import page_of
+from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.terminal.output_files import make_folder
 

@@ -81,6 +81,14 @@ def distances(truths: Sequence[TargetTruth], tracks: Sequence[TrackState]) -> Fl
     return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))
 
 
+def nearest_distances(scan: JudgedScan) -> dict[str, float]:
+    """Returns how far the nearest track of each target is [m], however far; none where the scan has no track."""
+    if not scan.tracks:
+        return {}
+    apart = distances([*scan.truths.values()], [*scan.tracks.values()])
+    return dict(zip(scan.truths, apart.min(axis=1).tolist(), strict=True))
+
+
 def assigned(distance: Floats) -> tuple[list[int], list[int]]:
     """Returns the pairs, one to one, of rows and columns with the least sum of distances, none of which counts above CUTOFF."""
     rows, columns = linear_sum_assignment(np.minimum(distance, CUTOFF))

@@ -72,6 +72,11 @@ def velocity_error(scan: JudgedScan, body: str) -> float:
     return float(np.hypot(track.velocity_east - truth.velocity[0], track.velocity_north - truth.velocity[1]))
 
 
+def allowed_distance(length: float) -> float:
+    """Returns how far a track may be on average [m] from a target of a length [m], 0 for a point."""
+    return max(POINT, LENGTH_SHARE * length)
+
+
 def _localisation(due: Sequence[JudgedScan]) -> dict[str, float | None]:
     """The mean distance of the worst target [m], and the largest share that such a mean has of what is allowed."""
     held: dict[str, list[float]] = {body: [] for scan in due for body in scan.due}
@@ -82,7 +87,7 @@ def _localisation(due: Sequence[JudgedScan]) -> dict[str, float | None]:
     if not all(held.values()) or not held:
         return {"localisation_m": None, "localisation_share": None} if held else {}
     means = {body: float(np.mean(some)) for body, some in held.items()}
-    shares = [mean / max(POINT, LENGTH_SHARE * length[body]) for body, mean in means.items()]
+    shares = [mean / allowed_distance(length[body]) for body, mean in means.items()]
     return {"localisation_m": max(means.values()), "localisation_share": max(shares)}
 
 

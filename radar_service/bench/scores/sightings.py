@@ -41,6 +41,11 @@ class Sightings:
         return self.first <= scan <= self.last + LEAVING
 
     @property
+    def owes_first_state(self) -> bool:
+        """Whether it is there for long enough."""
+        return self.last - self.first >= FIRST_STATE
+
+    @property
     def gaps(self) -> Iterator[tuple[int, int]]:
         """Pairs of scans that see it, with scans between them that do not."""
         return ((a, b) for a, b in zip(self.seen, self.seen[1:], strict=False) if b - a > 1)

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 from radar_service.bench.scores.judged_scan import JudgedRun
-from radar_service.bench.scores.sightings import FIRST_STATE, LEAVING, MAX_GAP, Sightings
+from radar_service.bench.scores.sightings import LEAVING, MAX_GAP, Sightings
 
 
 def life_scores(run: JudgedRun) -> dict[str, float | None]:
     """Returns the metrics by name; None where a tracker owes an answer and has none. What a run cannot judge is left out."""
     present = run.sightings.items()
-    first = [_first_state(run, body, sightings) for body, sightings in present if _is_long(sightings)]
+    first = [_first_state(run, body, sightings) for body, sightings in present if sightings.owes_first_state]
     gone = [_gone(run, body, sightings) for body, sightings in present if _leaves(sightings)]
     return {
         "identity_changes": float(sum(_changes(run, body) for body in run.sightings)),
@@ -27,11 +27,6 @@ def _changes(run: JudgedRun, body: str) -> int:
     """How often the track of a target changed its name."""
     names = [scan.pairs[body] for scan in run.scans if body in scan.pairs]
     return sum(earlier != later for earlier, later in zip(names, names[1:], strict=False))
-
-
-def _is_long(sightings: Sightings) -> bool:
-    """Whether a target is there for long enough to owe its first state."""
-    return sightings.last - sightings.first >= FIRST_STATE
 
 
 def _first_state(run: JudgedRun, body: str, sightings: Sightings) -> float | None:

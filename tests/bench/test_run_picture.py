@@ -1,0 +1,89 @@
+"""The picture of a run: tracks have colours of their own and are joined, limits have lines, events have marks."""
+
+import base64
+import io
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from radar_service.bench.ppi_picture import SIZE
+from radar_service.bench.run_picture import joined, run_picture, track_colours
+from tests.bench.test_report import EVENT, RUN, TARGET, TRACK
+
+
+def picture(run: dict) -> Image.Image:
+    return Image.open(io.BytesIO(base64.b64decode(run_picture(run))))
+
+
+def grey(run: dict) -> np.ndarray:
+    return np.asarray(picture(run).convert("L")).astype(int)
+
+
+def scan(number: int, **places: float) -> dict:
+    """A scan with tracks by name, so far east [m]."""
+    tracks = [{**TRACK, "track": name, "east": east} for name, east in places.items()]
+    return {**RUN["scans"][0], "scan": number, "time": 2.5 * (number + 1), "plots": [], "tracks": tracks}
+
+
+def pixels_of(run: dict, colour: tuple[int, int, int], right: bool = False) -> int:
+    """How many pixels of the map, or of the chart on the right, have a colour."""
+    image = np.asarray(picture(run).convert("RGB")).astype(int)
+    half = image[:, image.shape[1] // 2 :] if right else image[:, : image.shape[1] // 2]
+    return int((np.abs(half - colour).max(axis=2) < 12).sum())  # 12: what smoothing leaves inside of a line
+
+
+C0, C1, C3 = (0x1F, 0x77, 0xB4), (0xFF, 0x7F, 0x0E), (0xD6, 0x27, 0x28)
+
+
+def test_tracks_have_colours_by_name_and_are_joined() -> None:
+    scans = [scan(0, one=0.0), scan(1, one=50.0, two=10.0), scan(2, two=-50.0)]
+    assert track_colours(scans) == {"one": "C0", "two": "C1"}
+    assert np.array_equal(joined(scans, "one")[:, 0], [0.0, 50.0, np.nan], equal_nan=True)
+    run = {**RUN, "events": [], "scans": scans}
+    apart = {**run, "scans": [scan(0, one=0.0), scan(1), scan(2, one=50.0)]}
+    assert pixels_of(run, C0) > pixels_of(apart, C0) + 20 and pixels_of(run, C1) > 20
+
+
+def test_the_chart_of_distances_has_the_colour_of_the_track_that_follows_and_a_limit() -> None:
+    followed = [{**scan(k, one=0.0), "targets": [{**TARGET, "track": "one"}]} for k in range(3)]
+    alone = [{**scan(k, one=0.0), "targets": [TARGET]} for k in range(3)]
+    runs = [{**RUN, "events": [], "scans": scans} for scans in (followed, alone)]
+    assert pixels_of(runs[0], C0, right=True) > pixels_of(runs[1], C0, right=True) + 100
+    assert all(pixels_of(run, C3, right=True) > 100 for run in runs)
+
+
+def test_events_are_marked_on_map_and_chart() -> None:
+    run = {**RUN, "events": []}
+    changed = grey({**run, "events": [EVENT]}) != grey(run)
+    middle = changed.shape[1] // 2
+    assert changed[:, :middle].sum() > 100 and changed[:, middle:].sum() > 100
+
+
+def test_a_run_without_tracks_or_targets_is_drawn() -> None:
+    empty = [{**RUN["scans"][0], "tracks": [], "targets": [], "plots": []}]
+    assert grey({**RUN, "events": [], "scans": empty}).size
+
+
+@pytest.mark.parametrize("targets", [1, 40])
+def test_any_number_of_targets_leaves_room_for_the_map(targets: int) -> None:
+    """A legend of forty names left nothing of it."""
+    many = [{**TARGET, "body": f"a target with a long name {k}"} for k in range(targets)]
+    tracks = [{**TRACK, "track": f"a track with a long name {k}"} for k in range(targets)]
+    pixels = grey({**RUN, "events": [], "scans": [{**RUN["scans"][0], "targets": many, "tracks": tracks}]})
+    frame = (pixels[:, : pixels.shape[1] // 2] < 60).sum(axis=0).max()  # the left edge of the map
+    assert frame > pixels.shape[0] / 3
+
+
+def test_tracks_stand_on_the_ppi_of_the_last_scan() -> None:
+    """An echo all over the north-east darkens that quarter of the map alone, whose middle is own ship's."""
+    echo = np.zeros((SIZE, SIZE), dtype=np.uint8)
+    echo[: SIZE // 2, SIZE // 2 :] = 255
+    ppi = {"pixels": base64.b64encode(zlib.compress(echo.tobytes())).decode(), "range": 5000.0}
+    pixels = []
+    for run in (RUN, {**RUN, "ppi": ppi}):
+        pixels.append(grey(run))
+    changed = np.argwhere(pixels[1] < pixels[0] - 50)
+    left, right = np.nonzero((pixels[0] < 60).sum(axis=0) > pixels[0].shape[0] / 3)[0][:2]  # the edges of the map
+    assert len(changed) > 1000 and left + 0.4 * (right - left) < changed[:, 1].min() < changed[:, 1].max() <= right
