@@ -37,7 +37,7 @@ def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None
 
 def gravest_first(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Returns the scenarios of a report, by their gravest verdict, then those with the most failed runs."""
-    return sorted(report["scenarios"], key=lambda one: (WORDS.index(word_of(one)), -len(one["failed_runs"])))
+    return sorted(report["scenarios"], key=lambda scenario: (WORDS.index(word_of(scenario)), -len(scenario["failed_runs"])))
 
 
 def word_of(scenario: Mapping[str, Any]) -> str:

@@ -71,7 +71,7 @@ def _draw_map(chart: "Axes", run: Mapping[str, Any], colours: Mapping[str, str])
     chart.plot(*own.T, color="red", linewidth=1.0)
     chart.plot(*own[-1:].T, "^", color="red", markersize=6, label="own ship")
     for event in _marked(run):
-        target = next((one for one in scans[event.scan]["targets"] if one["body"] == event.body), None)
+        target = next((each for each in scans[event.scan]["targets"] if each["body"] == event.body), None)
         if target:
             chart.plot(*target["position"], "o", markersize=12, markerfacecolor="none", markeredgecolor="black")
             chart.annotate(_mark(event), target["position"], fontsize="small", xytext=(8, -10), textcoords="offset points")

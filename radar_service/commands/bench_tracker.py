@@ -72,7 +72,7 @@ def _bench(options: argparse.Namespace) -> int:
         report, runs = bench(
             loaded, seeds, options.tracker, options.out, executor, shown, plots=options.plots, smoke=options.smoke
         )
-    write_report(report, {one.name: drawn_run(one, runs[one.name]) for one in loaded}, options.out)
+    write_report(report, {scenario.name: drawn_run(scenario, runs[scenario.name]) for scenario in loaded}, options.out)
     if options.junit:
         write_junit(report, options.junit, options.strict)
     print(f"{summary_table(report)}\n{verdict_table(report)}" + str(options.out / "report.html"))

@@ -15,9 +15,8 @@ from tests.clients.chromium import CHROMIUM, Browser
 
 ROOT = Path(__file__).parents[2]
 LIMITS = tuple(Limit(metric=metric, maximum=10, source="this test") for metric in ("one", "two"))
-SCENARIO = Scenario(
-    **{**SMALL, "judges": "plots", "limit": (*LIMITS, Limit(metric="shown", maximum=0, source="x", decides=False))}
-)
+SHOWN = Limit(metric="shown", maximum=0, source="this test", decides=False)
+SCENARIO = Scenario(**{**SMALL, "judges": "plots", "limit": (*LIMITS, SHOWN)})
 SWAP = "scan 40: swap: eastbound and westbound swap tracks"
 
 

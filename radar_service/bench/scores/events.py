@@ -48,12 +48,12 @@ def _renamed(run: JudgedRun) -> Iterator[Event]:
     name_of: dict[str, str] = {}
     target_of: dict[str, str] = {}
     for number, scan in enumerate(run.scans):
-        told: set[str] = set()
+        done: set[str] = set()
         for body, track in scan.pairs.items():
             before, other = name_of.get(body), target_of.get(track, body)
-            if other != body and body not in told:
+            if other != body and body not in done:
                 mutual = scan.pairs.get(other) == before is not None and target_of.get(before) == body
-                told.update((body, other) if mutual else (body,))
+                done.update((body, other) if mutual else (body,))
                 yield Event("swap", number, number, body, other, _swap(body, other, before, track, mutual))
             elif other == body and before not in (None, track):
                 yield Event("break", number, number, body, "", f"{body} has track {track} in place of {before}")

@@ -27,7 +27,9 @@ def events(**tracks: str) -> list[tuple[str, int, int, str, str]]:
     [
         ({"p": "a", "q": "b"}, []),
         ({"p": "a" * 30 + "b", "q": "b" * 30 + "a"}, [("swap", 30, 30, "a", "b")]),
-        ({"p": "a" * 30 + "b", "q": "b" * 30 + "x"}, [("swap", 30, 30, "b", "a"), ("break", 30, 39, "a", ""), ("ghost", 30, 39, "b", "")]),
+        ({"p": "a" * 30 + "b", "q": "b" * 30 + "x"}, [
+            ("swap", 30, 30, "b", "a"), ("break", 30, 39, "a", ""), ("ghost", 30, 39, "b", ""),
+        ]),
         ({"p": "a" * 30 + "x", "q": "b", "r": "." * 30 + "a"}, [("break", 30, 30, "a", ""), ("ghost", 30, 39, "a", "")]),
         ({"p": "a" * 30 + "...a", "q": "b"}, [("break", 30, 32, "a", "")]),
         ({"p": "." * 9 + "a", "q": "b"}, []),  # the tenth scan has its first state
@@ -42,9 +44,9 @@ def test_each_fault_is_an_event(tracks: dict[str, str], expected: list[tuple[str
 
 
 def test_the_gravest_events_are_kept_in_their_order() -> None:
-    of = {
-        "ghost": Event("ghost", 1, 30, "", "", ""),
-        "short": Event("ghost", 2, 2, "", "", ""),
-        "swap": Event("swap", 9, 9, "a", "b", ""),
-    }
-    assert gravest([*of.values()], 2) == [of["ghost"], of["swap"]]
+    ghost, short, swap = (
+        Event("ghost", 1, 30, "", "", ""),
+        Event("ghost", 2, 2, "", "", ""),
+        Event("swap", 9, 9, "a", "b", ""),
+    )
+    assert gravest([ghost, short, swap], 2) == [ghost, swap]
