@@ -9,6 +9,7 @@ from radar_service.bench.scores.events import Event, gravest
 from radar_service.bench.scores.verdicts import is_gross
 
 MAX_EVENTS = 12  # of a run that a report lists
+AROUND = 2  # scans before and after an event that a recording has
 Run = Mapping[str, Any]  # as plain data
 
 
@@ -38,6 +39,13 @@ def drawn_run(scenario: Scenario, runs: Sequence[Run]) -> Run | None:
     """Returns the worst of the runs that gave a scan, with the PPI of its last one; None where none did. Raises SceneError."""
     worst = next((run for run in worst_first(scenario, runs) if run["scans"]), None)
     return worst and {**worst, "ppi": ppi_at(scenario, worst["seed"], worst["scans"][-1]["scan"])}
+
+
+def scans_of_interest(scenario: Scenario, failed: Mapping[str, Any]) -> range:
+    """Returns the scans from AROUND before to AROUND after the gravest event of one of `failed_runs`; without events the last."""
+    gravest_one = gravest([Event(**event) for event in failed["events"]], 1)
+    middle = gravest_one[0].scan if gravest_one else scenario.scans
+    return range(max(middle - AROUND, 0), min(middle + AROUND + 1, scenario.scans))
 
 
 def _badness(scenario: Scenario, run: Run) -> tuple[bool, int, int, float]:

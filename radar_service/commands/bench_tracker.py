@@ -2,24 +2,27 @@
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from radar_service.batch.jobs import JobsFailed, processes
 from radar_service.bench.bench import bench
-from radar_service.bench.diagnosis import drawn_run
+from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
 from radar_service.bench.junit import write_junit
 from radar_service.bench.report import comparison, summary_table, verdict_table, write_report
-from radar_service.bench.scenario import ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.bench.run import simulator_of
+from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
 from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
 UNDECIDED = 3  # exit status
+RECORDED = 3  # failed runs of a scenario
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--smoke", action="store_true", help=f"{SMOKE_RUNS} seeds, and only gross misses fail")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
+    parser.add_argument(
+        "--record", action="store_true", help=f"record the {RECORDED} worst failed runs of each scenario (MCAP)"
+    )
     parser.add_argument("--plots", type=Path, metavar="DIR", help="keeps plots and truth (default: bench-plots beside -o)")
     add_jobs(parser)
     parser.add_argument(
@@ -64,6 +70,8 @@ def _bench(options: argparse.Namespace) -> int:
         return 0
     if not options.scenarios or options.out is None:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
+    if options.record:
+        from radar_service.recording import recording_file  # noqa: F401  # an extra that is missing is told first
     shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
     seeds = SMOKE_RUNS if options.smoke else options.seeds
@@ -76,7 +84,24 @@ def _bench(options: argparse.Namespace) -> int:
     if options.junit:
         write_junit(report, options.junit, options.strict)
     print(f"{summary_table(report)}\n{verdict_table(report)}" + str(options.out / "report.html"))
+    for scenario in loaded if options.record else ():
+        _record(scenario, failed_runs(scenario, runs[scenario.name]), options.out)
     return _status(report, options.strict)
+
+
+def _record(scenario: Scenario, failed: Sequence[Mapping[str, Any]], folder: Path) -> None:
+    """Records the worst failed runs about their gravest events, and says how they are replayed."""
+    from radar_service.recording.radar_recording import RadarRecording
+    from radar_service.recording.recording_file import RecordingFile
+
+    for run in failed[:RECORDED]:
+        scans, path = scans_of_interest(scenario, run), folder / f"{scenario.name}-seed-{run['seed']}.mcap"
+        simulator = simulator_of(scenario, run["seed"])
+        simulator.skip_to(scans.start)
+        with RecordingFile(path) as file:
+            recording = RadarRecording(file, RADAR, with_truth=True)
+            record_scans(recording, simulator, scenario.scene_for(run["seed"]), len(scans), with_truth=True)
+        print(f"scans {scans.start} to {scans.stop - 1}: radar-service replay {path}")
 
 
 def _plan(seeds: int, smoke: bool) -> str:

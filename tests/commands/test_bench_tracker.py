@@ -5,12 +5,15 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.bench.scenario import scenarios
+from radar_service.bench.run import simulator_of
+from radar_service.bench.scenario import load_scenario, scenarios
 from radar_service.commands.bench_tracker import UNDECIDED
 from radar_service.commands.command_line import parser
+from radar_service.recording import read
 from tests.bench.test_bench import FILE
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
@@ -97,3 +100,21 @@ def test_strict_takes_undecided_for_failed_and_junit_says_each_limit(
         assert suite.get("name") == "small" and suite.get("tests") == str(len(cases))
         assert cases["held at least 1"].find(kind) is not None and cases["runs"].find("failure") is None
     assert "1 seeds of each scenario can fail, but 1000 are needed to pass; 38 misses of 1000" in capsys.readouterr().out
+
+
+def test_failed_runs_are_recorded_about_their_gravest_event(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A tracker without a track is late from scan 9 on; the recording has the scans of the run, and its noise."""
+    pytest.importorskip("mcap", reason="the extra `record` is absent")
+    (tmp_path / "none.py").write_text("class T:\n    def update(self, scan):\n        return []\n")
+    (tmp_path / "small.toml").write_text(FILE.format(scans=14))
+    monkeypatch.chdir(tmp_path)
+    command = ["bench-tracker", "small.toml", "--seeds", "2", "--jobs", "1", "--tracker", "none:T", "-o", "out", "--record"]
+    assert main(command) in (1, UNDECIDED)
+    assert "scans 7 to 11: radar-service replay out/small-seed-1.mcap" in capsys.readouterr().out
+    simulator = simulator_of(load_scenario("small.toml"), 1)
+    simulator.skip_to(7)
+    scans = list(read(Path("out/small-seed-1.mcap")).scans())
+    assert [scan.number for scan in scans] == [7, 8, 9, 10, 11]
+    assert np.array_equal(scans[0].field, simulator.scan().field)
