@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 SWITCH = "RADAR_SERVICE_KERNELS"
 FOLDER = Path(__file__).parent
 NAME = "compiled"
+NO_RAYS = -2  # what a kernel returns that stops, as its rays were not traced
 ABSENT = (
     "compiled kernels are absent, or were built from other sources: ships take longer to compute; with a C compiler "
     "`pip install` (in a checkout `pip install -e .`) builds them"
@@ -73,7 +74,7 @@ class Kernels:
 
     def run_with_rays(self, name: str, first_hit: FirstHit, *arguments: Argument) -> int:
         """Runs a kernel whose last but one argument is a call that traces rays: first_hit takes begins and directions (M, 3) and
-        returns triangles (M,). Raises what it raises, and MemoryError."""
+        returns triangles (M,). Raises what it raises, MemoryError, and KeyboardInterrupt where ctypes dropped it."""
         raised: list[BaseException] = []
 
         def traced(count: int, begin: int, direction: int, hit: int) -> int:
@@ -86,20 +87,28 @@ class Kernels:
                 return 1
             return 0
 
-        try:
-            return self.run(name, *arguments[:-1], RAY_CALL(traced), arguments[-1])
-        except MemoryError:  # a kernel stops for one or the other
-            if raised:
-                raise raised[0] from None
-            raise
+        count = self._returned(name, *arguments[:-1], RAY_CALL(traced), arguments[-1])
+        if raised:
+            raise raised[0]
+        if count == NO_RAYS:  # a signal came before the first line of `traced`: what its handler raised is lost
+            raise KeyboardInterrupt
+        return _counted(name, count)
 
     def run(self, name: str, *arguments: Argument) -> int:
         """Runs a kernel. Raises TypeError for an array of another type than it takes, or one that is not C-contiguous."""
+        return _counted(name, self._returned(name, *arguments))
+
+    def _returned(self, name: str, *arguments: Argument) -> int:
+        """What a kernel returns."""
         function, kinds = self._functions[name]
-        count = int(function(*[_passed(kind, argument) for kind, argument in zip(kinds, arguments, strict=True)]))
-        if count < 0:
-            raise MemoryError(f"{name}: no memory")
-        return count
+        return int(function(*[_passed(kind, argument) for kind, argument in zip(kinds, arguments, strict=True)]))
+
+
+def _counted(name: str, count: int) -> int:
+    """What a kernel returned, where it is a count."""
+    if count < 0:
+        raise MemoryError(f"{name}: no memory")
+    return count
 
 
 def _passed(kind: str, argument: Argument) -> int | float:
@@ -142,6 +151,10 @@ def chosen_file() -> Path | None:
     choice = os.environ.get(SWITCH, "")
     if choice == "off":
         return None
+    if choice and not Path(choice).is_file():
+        raise ValueError(
+            f'{SWITCH}: "{choice}" is neither off nor the file of a library; leave it out for the kernels built with the package'
+        )
     return Path(choice) if choice else library_file()
 
 

@@ -13,7 +13,7 @@
 static const double OFFSET = 1e-3, OFFSET_RELATIVE = 1e-6, STEEP = 0.1, INSET = 0.02, ASIDE = 0.05, GRAZING = 0.01;
 static const double TINY = 1e-30, ALIKE = 1e-6;
 enum { CARRIED_HALVINGS = 1, SECTIONS = 4, SAMPLED = 4 };
-enum { NO_MEMORY = -1, NO_RAYS = -2 };
+enum { NO_MEMORY = -1, NO_RAYS = -2, UNTRACED = -2 };
 
 /* Which triangles (M) rays from (M, 3) in directions (M, 3) hit first, -1 for none; begins are relative to the body's centre.
  * Returns 0, or something else where it failed. */
@@ -100,7 +100,10 @@ static void add_ray(Trace *trace, const double *from, const double *off, const d
 
 static int trace_rays(Trace *trace) {
     if (!trace->ray_count) return 0;
-    return trace->rays(trace->ray_count, trace->begin, trace->direction, trace->hit) ? NO_RAYS : 0;
+    int64_t *end = trace->hit + trace->ray_count - 1;
+    *end = UNTRACED; /* Python may be interrupted before its first line: then nothing is written, nor returned */
+    int failed = trace->rays(trace->ray_count, trace->begin, trace->direction, trace->hit) != 0;
+    return failed || *end == UNTRACED ? NO_RAYS : 0;
 }
 
 /* How far along the reflected ray it starts, off the surface: `lift`. */

@@ -318,3 +318,26 @@ def made_blind(prepared: Prepared, first: int) -> Any:
     """Which of 32 azimuths are blind."""
     azimuths = azimuths_of(prepared.scene, first)
     return prepared.scene.blind(azimuths.time, azimuths.boresight)
+
+
+@pytest.mark.parametrize(
+    ("sway", "gentle"),
+    [
+        ({"roll_deg": 10, "roll_period_s": 8}, True),
+        ({"heave_m": 1, "heave_period_s": 8}, True),
+        ({"heave_m": 2, "heave_period_s": 6}, False),
+        ({"roll_deg": 20, "roll_period_s": 4, "pitch_deg": 8, "pitch_period_s": 3}, False),
+    ],
+)
+def test_land_keeps_range_histories_where_own_ship_sways_hard(sway: dict[str, Any], gentle: bool, tmp_path: Path) -> None:
+    """At 2.1 m/s of heave the grid errs by -33 dB, at 12.6 m/s of the mast 1.6 % of cells are off by 1 dB; gentler ones keep
+    -38 dB."""
+    made = coast(tmp_path, {**OWN_SHIP, "speed_kn": 2.0, **sway}, bay=140.0)
+    prepared = on_grid(made)
+    assert (prepared.land is not None) == gentle
+    if prepared.land is not None:
+        histories = on_grid(made)
+        assert histories.land is not None
+        histories.land.passages.least_border = np.inf
+        grid, exact = (fields(each, 480, 1) for each in (prepared, histories))
+        assert np.abs(grid - exact).max() < 10.0 ** (-38.0 / 20.0) * np.abs(exact).max()

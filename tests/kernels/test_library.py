@@ -102,8 +102,17 @@ def test_constants_in_c_are_those_of_python(file: str) -> None:
     known: dict[str, float] = {}
     for module in PYTHON[file]:
         known |= {name.lstrip("_"): value for name, value in vars(import_module(module)).items() if name.isupper()}
-    of_c_alone = {"NO_MEMORY", "NO_RAYS"}
+    of_c_alone = {"NO_MEMORY", "NO_RAYS", "UNTRACED"}
     assert {name: float(value) for name, value in values.items() if name not in of_c_alone} == {
         name: known[name] for name in values if name not in of_c_alone
     }
     assert len(values) > 0
+
+
+@pytest.mark.parametrize("choice", ["Off", "0", "/nowhere/compiled.so"])
+def test_a_choice_of_kernels_that_is_none_is_told(choice: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(library.SWITCH, choice)
+    with pytest.raises(
+        ValueError, match=f'{library.SWITCH}: "{choice}" is neither off nor the file of a library; leave it out'
+    ):
+        library.chosen_file()

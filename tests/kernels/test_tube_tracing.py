@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radar_service.kernels.library import RAY_CALL
 from radar_service.scattering.physical_optics import tube_tracing
 from radar_service.scattering.physical_optics.lit_facets import Surface
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
@@ -121,3 +122,14 @@ def test_what_rays_raise_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     with pytest.raises(KeyboardInterrupt):
         list(hits(tubes, body.planes, body.scene, 2, ends_on(body, SMALLEST)))
     assert len(calls) == 3
+
+
+@pytest.mark.parametrize("returned", [0, 1])
+def test_an_interrupt_that_ctypes_drops_is_raised(returned: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A signal may come as C calls Python, before the first line there: nothing is traced, and what is returned is not set."""
+    body = optical(loaded(tmp_path, COARSE))
+    tubes = launched(body)
+    monkeypatch.setattr("radar_service.kernels.library.LOADED", BUILT)
+    monkeypatch.setattr("radar_service.kernels.library.RAY_CALL", lambda _: RAY_CALL(lambda *_: returned))
+    with pytest.raises(KeyboardInterrupt):
+        list(hits(tubes, body.planes, body.scene, 2, ends_on(body, SMALLEST)))
