@@ -10,9 +10,9 @@ from setuptools import Extension, find_packages, setup
 
 INSIDE = {"radar_service.clients": "clients", "radar_service.scenes": "scenes"}
 KERNELS = Path("radar_service/kernels")
-# One rounding for each operation, whatever the compiler would fuse: equal sources give equal bytes. No errno of `sqrt` is read.
 SOURCES = sorted([*KERNELS.glob("*.c"), *KERNELS.glob("*.h")], key=lambda file: file.name)
 DIGEST = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:15]  # as kernels/library.py has it
+# One rounding for each operation, whatever the compiler would fuse: equal sources give equal bytes. No errno of `sqrt` is read.
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno"]
 
 setup(

@@ -23,6 +23,8 @@ from radar_service.plots.plot import Plot
 from radar_service.terminal.output_files import make_folder
 
 SCHEMA = 2
+PACKAGE = Path(__file__).parents[1]
+SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
 NO_PART = ("service", "ports", "recording", "commands", "study", "clients", "scenes")  # of what makes plots and truth
 OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py")  # files of the bench that have a part in it
 
@@ -66,10 +68,14 @@ def program_version() -> str:
 @cache
 def source_digest() -> str:
     """Returns a hash of the source of the engine, of the plot extractor, and of what feeds a tracker with their plots."""
-    root = Path(__file__).parents[1]
-    files = [path for path in sorted(root.rglob("*.py")) if makes_plots(path.relative_to(root).parts)]
-    content = b"".join(path.relative_to(root).as_posix().encode() + path.read_bytes() for path in files)
+    content = b"".join(path.relative_to(PACKAGE).as_posix().encode() + path.read_bytes() for path in source_files())
     return hashlib.blake2b(content, digest_size=8).hexdigest()
+
+
+def source_files() -> list[Path]:
+    """Returns the files that `source_digest` is made of."""
+    files = sorted(path for path in PACKAGE.rglob("*.*") if path.suffix in SOURCES)
+    return [path for path in files if makes_plots(path.relative_to(PACKAGE).parts)]
 
 
 def makes_plots(parts: Sequence[str]) -> bool:

@@ -80,7 +80,7 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
             stride //= 2
     firm = sorted({*range(0, last, stride), last})
-    size = max((_size(evaluate(int(nodes[each]))) for each in firm), default=0.0)
+    size = max(_size(evaluate(int(nodes[each]))) for each in firm)
     allowed = CHANGE * size * slack(nodes)
     chosen = set(firm)
     left = list(zip(firm[:-1], firm[1:], strict=True))

@@ -15,10 +15,11 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.range_history import slant_range
+from radar_service.echo.sea_paths import turned_back
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices, Profiles
+from radar_service.numerics.types import Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, range_kernel
 from radar_service.receive.gridding import Kernel, spread_by_tables
@@ -101,7 +102,7 @@ class LandRows:
         spectrum: Profiles = scipy.fft.fft(total, axis=1, overwrite_x=True)
         columns = scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
         turns = shift[:, None] * (columns + 2.0 / self._scene.radar.wavelength)
-        spectrum *= _turned_back((2.0 * np.pi * (turns - np.rint(turns))).astype(np.float32))
+        spectrum *= turned_back((2.0 * np.pi * (turns - np.rint(turns))).astype(np.float32))
         return spectrum
 
     def _rows(self, azimuths: AzimuthTimes) -> Profiles:
@@ -199,11 +200,3 @@ def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
 def is_land(body: Body, fidelity: Fidelity) -> bool:
     """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
     return body.at_rest and scattering_model(body, fidelity.sampler).has_resting_points
-
-
-def _turned_back(phase: Floats) -> Profiles:
-    """exp(-j phase), any shape, in single precision."""
-    turned = np.empty(phase.shape, dtype=np.complex64)
-    np.cos(phase, out=turned.real)
-    np.negative(np.sin(phase), out=turned.imag)
-    return turned

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench import kept_plots
-from radar_service.bench.kept_plots import makes_plots, observed_run, plots_digest
+from radar_service.bench.kept_plots import makes_plots, observed_run, plots_digest, source_files
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Limit, PlotErrors, PlotSettings, Scenario
 from tests.bench.test_scenario import SMALL
@@ -73,3 +73,8 @@ def test_a_broken_file_is_made_anew(broken: bytes, tmp_path: Path) -> None:
     (path,) = tmp_path.iterdir()
     path.write_bytes(broken)
     assert observed_run(tmp_path, SCENARIO, 1) == first and len(path.read_bytes()) > 100
+
+
+def test_plots_are_made_anew_where_a_compiled_kernel_has_changed() -> None:
+    names = {path.name for path in source_files()}
+    assert {"lattice.c", "phasors.h", "library.py"} < names

@@ -112,6 +112,7 @@ def _of_tracks(scans: Sequence[Iterable[str]]) -> Iterator[tuple[str, int, int]]
 
 def _stretches(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
     """The first and the last of each row of numbers that follow each other."""
-    begins = [number for number in numbers if number - 1 not in {*numbers}]
-    ends = [number for number in numbers if number + 1 not in {*numbers}]
+    those = {*numbers}
+    begins = [number for number in numbers if number - 1 not in those]
+    ends = [number for number in numbers if number + 1 not in those]
     return zip(begins, ends, strict=True)

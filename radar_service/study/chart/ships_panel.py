@@ -53,8 +53,8 @@ class RollingShip:
         key = np.zeros(1, dtype=np.int64)
         model = PhysicalOptics(scene.bodies, key, [replace(optical, limits=limits)], context)
         scatterers = ScattererSet(scene.bodies, key, (model,))
-        occlusion, extent = OcclusionScene(scene.bodies, earth_radius), fidelity.beam_extent * scene.radar.beamwidth
-        return cls(scene, BeamPassages(scene, scatterers, occlusion, max_echo_range(scene.radar), extent))
+        occlusion, reach = OcclusionScene(scene.bodies, earth_radius), fidelity.beam_extent * scene.radar.beamwidth
+        return cls(scene, BeamPassages(scene, scatterers, occlusion, max_echo_range(scene.radar), reach))
 
     def nodes(self, scan: int) -> tuple[int, list[int]]:
         """The spoke of the crossing in a scan, and those (K) at which she is evaluated."""
@@ -98,15 +98,19 @@ def _triangles(body: Body) -> int:
 
 
 def ships_points(ships: Sequence[Scene], scans: int, done: Callable[[], object]) -> list[Point]:
-    """One point for each method, from passages of the beam over each of one or more ships, in scans that follow one another.
+    """One point for each method, from passages of the beam over each ship, in scans that follow one another; none where no ship
+    has an echo, as beyond the range or the horizon.
 
     An azimuth bears its share of the time of a scan. `done` is called after each scan of a method.
     """
     balanced = PRESETS["balanced"]
     settings = [(TRACED, f"{b} bounce{'s' * (b > 1)}", replace(balanced, bounces=b, trace_step_deg=0.0)) for b in BOUNCES]
     settings += [(SHARED, f"{step:g} degrees", replace(balanced, trace_step_deg=step)) for step in STEPS_DEG]
-    methods = [[RollingShip.of(ship, fidelity) for ship in ships] for *_, fidelity in settings]
-    methods.append([RollingShip.of(ship, replace(balanced, trace_step_deg=0.0), SMALLER) for ship in ships])
+    exact = [RollingShip.of(ship, replace(balanced, trace_step_deg=0.0), SMALLER) for ship in ships]
+    exact = [ship for ship in exact if ship.powers(*ship.nodes(0)).any()]
+    if not exact:
+        return []
+    methods = [[RollingShip.of(ship.scene, fidelity) for ship in exact] for *_, fidelity in settings] + [exact]
     passages = [[ship.nodes(scan) for ship in methods[0]] for scan in range(scans + 1)]
     results: list[list[list[Floats]]] = [[] for _ in methods]
 

@@ -60,3 +60,12 @@ def test_finer_facets_are_finer(bounces: int, tmp_path: Path) -> None:
     crossing, nodes = plain.nodes(1)
     counts = [len(each.passages.evaluated(0, nodes[0], 0.0).echoes) for each in (plain, fine)]
     assert counts[1] > counts[0] and np.isfinite(plain.powers(crossing, nodes)).all()
+
+
+def test_a_ship_beyond_the_range_has_no_point() -> None:
+    """Her powers are 0, and so would be what others are compared with."""
+    hull = {"name": "far", "shape": "hull", "length_m": 30.0, "beam_m": 6.0, "height_m": 5.0, **UNDER_WAY}
+    assert (
+        ships_points(rolling_ships(scene([{**hull, "position_m": [0.0, 20_000.0, 0.0]}], radar=RADAR)), 1, lambda: None)
+        == []
+    )
