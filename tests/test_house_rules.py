@@ -23,7 +23,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/commands": "chart check plan schema simulator_options stability",
     "radar_service/display": "last_scan",
     "radar_service/errors": "history",
-    "radar_service/numerics": "constants kaiser_bessel types",
+    "radar_service/numerics": "constants kaiser_bessel ragged types",
     "radar_service/plan": "items",
     "radar_service/plots": "picture",
     "radar_service/processes": "stop_signals",

@@ -5,6 +5,7 @@ the autocorrelation of the compressed pulse, or that of the beam, is small betwe
 range they lie on one line of sight, so a turn of the body changes their spacing in second order only.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -12,7 +13,8 @@ import numpy as np
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import distances_from_map, wrap_angle
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics.ragged import batches, spans
+from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ScatteringContext
 
@@ -23,6 +25,8 @@ SUMMED = 2  # neighbours; further ones meet a short chirp's sidelobes, which add
 LONGEST, LAGS = 16, 1024  # spacings that the tables of overlap reach, beyond which there is none, and their entries
 STAGGER = 0.25  # spacings by which neighbours in azimuth are moved in range, each the other way: they overlap half as much
 MAX_STAGGER = 0.125  # of the distance between them
+QUADRATURE = np.array([1.0, 1j, -1.0, -1j])  # neighbours in quadrature
+PAIRS = 2**17  # of echoes at a time
 
 
 class CellSpacing(NamedTuple):
@@ -38,11 +42,28 @@ class CellSpacing(NamedTuple):
 
 
 class CellEchoes(NamedTuple):
-    """Echoes (M,): position (M, 3) on the map [m], amplitude (M,) of 1 m^2 in all [m], vertical extent `span` (M,) [m]."""
+    """Echoes (M,) of bodies, by rising body (M,).
 
+    position: (M, 3) on the map [m]. amplitude: (M,), of 1 m^2 a body in all [m]. span: vertical extent (M,) [m].
+    """
+
+    body: Indices
     position: Floats
     amplitude: Complexes
     span: Floats
+
+
+class _Cells(NamedTuple):
+    """Cells in a row on each body (B,), and where scatterers (A,) lie among them.
+
+    first: middle of the first (B,). number: of cells (B,).
+    low: cell (A,) at or below a scatterer. high_part: what of it counts for the next (A,).
+    """
+
+    first: Floats
+    number: Indices
+    low: Indices
+    high_part: Floats
 
 
 @lru_cache(maxsize=64)
@@ -94,62 +115,100 @@ def cell_echoes(
     position: Floats,
     power: Floats,
     span: Floats,
+    body: Indices,
     middle: Floats,
     antenna: Floats,
     context: ScatteringContext,
     spacing: CellSpacing,
 ) -> CellEchoes:
-    """The echoes of a body of 1 m^2 at `middle` (3,) on the map [m], of which the antenna (3,) sees some scatterers.
+    """The echoes of bodies (B,) of 1 m^2 each at `middle` (B, 3) on the map [m], of which the antenna (3,) sees some scatterers.
 
-    position: (A, 3) of these on the map [m]; power: (A,) in any unit; span: (A,) vertical extents [m]. Echoes form a grid of
-    ranges and azimuths about the middle of power, as long as even power of the same variance. Each scatterer shares its power
-    among the neighbours by distance, so all changes smoothly with the aspect, except for the number of cells.
+    position: (A, 3) of these on the map [m]; power: (A,) in any unit; span: (A,) vertical extents [m]; body: (A,), rising, each
+    with power. Echoes of a body form a grid of ranges and azimuths about the middle of power, as long as even power of the same
+    variance. Each scatterer shares its power among the neighbours by distance, so all changes smoothly with the aspect, except
+    for the number of cells.
     """
-    radar, share = context.radar, power / power.sum()
+    radar, bodies = context.radar, len(middle)
+    share = power / np.bincount(body, power, bodies)[body]
     _, slant = distances_from_map(position, antenna, context.earth_radius)
-    east, north = (position[:, :2] - antenna[:2]).T
-    bearing = float(np.arctan2(share @ east, share @ north))
-    azimuth = wrap_angle(np.arctan2(east, north) - bearing)
-    ranges, along = _cells(slant, share, spacing.range)
-    azimuths, across = _cells(azimuth, share, spacing.azimuth)
-    weight = np.einsum("am,an->mna", along * share[:, None], across).reshape(-1, len(share))
-    total = weight.sum(axis=1)
-    kept = np.flatnonzero(total > 0.0)
-    weight, total = weight[kept] / total[kept, None], total[kept]
-    number_r, number_a = np.divmod(kept, len(azimuths))
-    height = weight @ position[:, 2]
-    variance = weight @ (position[:, 2] ** 2 + span**2 / 12.0) - height**2
-    aside = min(STAGGER * spacing.range, MAX_STAGGER * spacing.azimuth * float(share @ slant)) if len(azimuths) > 1 else 0.0
-    shifted = ranges[number_r] + aside * (-1.0) ** number_a
+    east, north = position[:, 0] - antenna[0], position[:, 1] - antenna[1]
+    bearing = np.arctan2(np.bincount(body, share * east, bodies), np.bincount(body, share * north, bodies))
+    azimuth = wrap_angle(np.arctan2(east, north) - bearing[body])
+    along, across = _cells(slant, share, body, spacing.range, bodies), _cells(azimuth, share, body, spacing.azimuth, bodies)
+    heights = position[:, 2], position[:, 2] ** 2 + span**2 / 12.0
+    owner, number_r, number_a, total, (height, square) = _grid(along, across, share, body, heights)
+    ranges, turn = along.first[owner] + spacing.range * number_r, across.first[owner] + spacing.azimuth * number_a
+    aside = np.minimum(STAGGER * spacing.range, MAX_STAGGER * spacing.azimuth * np.bincount(body, share * slant, bodies)) * (
+        across.number > 1
+    )
+    shifted = ranges + aside[owner] * np.where(number_a % 2, -1.0, 1.0)
     distance = _ground_distance(shifted, height, antenna, context.earth_radius)
-    toward = bearing + azimuths[number_a]
-    plan = antenna[:2] + distance[:, None] * np.stack([np.sin(toward), np.cos(toward)], axis=1)
-    place = np.column_stack([plan, height])
-    _, nearest = distances_from_map(np.vstack([place, [*middle[:2], total @ height]]), antenna, context.earth_radius)
-    loss = np.maximum(nearest, radar.range_min)
-    loss = (loss[-1] / loss[:-1]) ** 2
-    root = np.sqrt(total) * 1j ** (number_r + number_a)  # neighbours in quadrature
-    root /= np.sqrt(_energy(root * loss, shifted, azimuths[number_a], spacing))
-    amplitude = root * np.exp(4j * np.pi / radar.wavelength * (nearest[:-1] - nearest[-1]))
-    return CellEchoes(place, amplitude, np.sqrt(np.maximum(12.0 * variance, 0.0)))
+    toward = bearing[owner] + turn
+    place = np.stack([antenna[0] + distance * np.sin(toward), antenna[1] + distance * np.cos(toward), height], axis=1)
+    level = np.stack([middle[:, 0], middle[:, 1], np.bincount(owner, total * height, bodies)], axis=1)
+    nearest, of_middle = (distances_from_map(each, antenna, context.earth_radius)[1] for each in (place, level))
+    loss = (np.maximum(of_middle, radar.range_min)[owner] / np.maximum(nearest, radar.range_min)) ** 2
+    root = np.sqrt(total) * QUADRATURE[(number_r + number_a) % 4]
+    root /= np.sqrt(_energy(root * loss, shifted, turn, owner, bodies, spacing))[owner]
+    phase = 4.0 * np.pi / radar.wavelength * (nearest - of_middle[owner])
+    return CellEchoes(owner, place, root * np.exp(1j * phase), np.sqrt(np.maximum(12.0 * (square - height**2), 0.0)))
 
 
-def _energy(field: Complexes, slant: Floats, azimuth: Floats, spacing: CellSpacing) -> float:
-    """Energy of echoes (M,) of amplitude `field` at ranges [m] and azimuths [rad] (M,), over that of one of amplitude 1."""
+def _cells(value: Floats, share: Floats, body: Indices, spacing: float, bodies: int) -> _Cells:
+    """Cells so far apart on each of so many bodies, about the middle of its scatterers at `value` (A,), of a share (A,) each."""
+    middle = np.bincount(body, share * value, bodies)
+    length = np.sqrt(12.0 * np.bincount(body, share * (value - middle[body]) ** 2, bodies))
+    count = (length / spacing).astype(np.int64) + 1
+    first = middle - spacing * (count - 1) / 2.0
+    last = (count - 1)[body]
+    at = np.clip((value - first[body]) / spacing, 0.0, last)
+    low = np.minimum(at.astype(np.int64), np.maximum(last - 1, 0))
+    return _Cells(first, count, low, at - low)
+
+
+def _grid(
+    along: _Cells, across: _Cells, share: Floats, body: Indices, values: Sequence[Floats]
+) -> tuple[Indices, Indices, Indices, Floats, list[Floats]]:
+    """Cells (M,) of all bodies that get any power: body, numbers along range and azimuth, power, and means of `values` (A,)."""
+    count = along.number * across.number
+    begin = np.cumsum(count) - count
+    low = begin[body] + along.low * across.number[body] + across.low
+    cells: list[Indices] = []
+    parts: list[Floats] = []
+    which: list[Indices] = []
+    for up in (0, 1):
+        for aside in (0, 1):
+            part = share * (along.high_part if up else 1.0 - along.high_part)
+            part *= across.high_part if aside else 1.0 - across.high_part
+            some = np.flatnonzero(part > 0.0)
+            cells.append((low + up * across.number[body] + aside)[some])
+            parts.append(part[some])
+            which.append(some)
+    cell, weight, scatterer = np.concatenate(cells), np.concatenate(parts), np.concatenate(which)
+    total = np.bincount(cell, weight, int(count.sum()))
+    kept = np.flatnonzero(total > 0.0)
+    means = [np.bincount(cell, weight * value[scatterer], len(total))[kept] / total[kept] for value in values]
+    owner: Indices = np.repeat(np.arange(len(count)), count)[kept]
+    number_r, number_a = np.divmod(kept - begin[owner], across.number[owner])
+    return owner, number_r, number_a, np.asarray(total[kept], np.float64), means
+
+
+def _energy(field: Complexes, slant: Floats, azimuth: Floats, owner: Indices, bodies: int, spacing: CellSpacing) -> Floats:
+    """Energies (B,) of the echoes (M,) of bodies, by rising owner, over those of one of amplitude 1.
+
+    field: their amplitudes; slant, azimuth: where they are (M,) [m, rad].
+    """
     (lag, along), (turn, across) = spacing.along, spacing.across
-    overlap = np.interp(np.abs(slant[:, None] - slant), lag, along, right=0.0)
-    overlap *= np.interp(np.abs(azimuth[:, None] - azimuth), turn, across, right=0.0)
-    return float(np.real(field @ overlap @ field.conj()))
-
-
-def _cells(value: Floats, share: Floats, spacing: float) -> tuple[Floats, Floats]:
-    """Middles (M,) of cells so far apart, and the part (A, M) of each scatterer at `value` (A,) in each of them."""
-    middle = share @ value
-    length = np.sqrt(12.0 * (share @ (value - middle) ** 2))
-    count = int(length / spacing) + 1
-    cells = middle + spacing * (np.arange(count) - (count - 1) / 2.0)
-    apart = np.abs(np.clip(value, cells[0], cells[-1])[:, None] - cells)
-    return cells, np.asarray(np.maximum(0.0, 1.0 - apart / spacing))
+    energy: Floats = np.bincount(owner, np.abs(field) ** 2, bodies).astype(np.float64)
+    later = np.searchsorted(owner, owner, side="right")  # the end of each echo's body
+    for part in batches(later - np.arange(len(owner)), PAIRS):
+        first, second = spans(np.arange(len(owner))[part] + 1, later[part])
+        first += part.start
+        overlap = np.interp(np.abs(slant[first] - slant[second]), lag, along, right=0.0)
+        overlap *= np.interp(np.abs(azimuth[first] - azimuth[second]), turn, across, right=0.0)
+        overlap *= 2.0 * np.real(field[first] * field[second].conj())
+        energy += np.bincount(owner[first], overlap, bodies)
+    return energy
 
 
 def _ground_distance(slant: Floats, height: Floats, antenna: Floats, earth_radius: float) -> Floats:

@@ -65,30 +65,29 @@ class DeclaredScattering(FixedScatterers):
         body, (middle, span) = self._body[which], self._heights(which, position)
         position = position.copy()
         position[:, 2] = middle
+        power = np.bincount(body, projected, len(self.bodies))[body]
         alone = np.flatnonzero(self.scatterers[body] == 1)
-        parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
-        owners = [body[alone]]
-        count, power = (np.bincount(body, each, len(self.bodies)) for each in (None, projected))
-        end = np.cumsum(count)
-        for b in np.flatnonzero((self.scatterers > 1) & (power > 0.0)).tolist():
-            part = slice(int(end[b] - count[b]), int(end[b]))
-            middle = poses.of_body(0, b).map_from_frame(self.bodies[b].middle)
-            cells = cell_echoes(position[part], projected[part], span[part], middle, antenna, self.context, self._spacing)
-            parts.append(cells)
-            owners.append(np.full(len(cells.span), b))
-        joined = CellEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        echoes = self._echoes(joined, np.concatenate(owners), poses)
+        shared = np.flatnonzero((self.scatterers[body] > 1) & (power > 0.0))
+        points = CellEchoes(body[alone], position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])
+        cells = self._cells(body[shared], position.take(shared, axis=0), projected[shared], span[shared], antenna, poses)
+        joined = CellEchoes(*(np.concatenate(column) for column in zip(points, cells, strict=True)))
+        echoes = self._echoes(joined, poses)
         return echoes.chosen(np.argsort(echoes.body, kind="stable"))
 
-    def _echoes(self, cells: CellEchoes, body: Indices, poses: PoseArrays) -> BodyEchoes:
-        """Echoes (M,) of declared cross-sections, each of a body (M,), from cells for 1 m^2."""
-        position = cells.position
-        east, north, up = (position - poses.position[0][body]).T
-        c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
-        own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
-        for b, rotation in poses.rotation.items():
-            of_body = np.flatnonzero(body == b)
-            own[of_body] = (position[of_body] - poses.position[0, b]) @ rotation[0]
+    def _cells(
+        self, body: Indices, position: Floats, power: Floats, span: Floats, antenna: Floats, poses: PoseArrays
+    ) -> CellEchoes:
+        """Echoes of bodies whose scatterers (A,), by rising body, share a cross-section (`cell_echoes`)."""
+        begins = np.diff(body, prepend=-1) > 0
+        bodies, number = body[begins], np.cumsum(begins) - 1
+        middle = poses.map_from_bodies(0, self._plan_circles[0].take(bodies, axis=0), bodies)
+        cells = cell_echoes(position, power, span, number, middle, antenna, self.context, self._spacing)
+        return cells._replace(body=bodies[cells.body])
+
+    def _echoes(self, cells: CellEchoes, poses: PoseArrays) -> BodyEchoes:
+        """Echoes (M,) of declared cross-sections from cells for 1 m^2."""
+        body = cells.body
+        own = poses.frames_from_map(0, cells.position, body, np.inf)
         return BodyEchoes(own, np.sqrt(self._rcs[body]) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
 
     @staticmethod

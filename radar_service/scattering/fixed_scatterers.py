@@ -5,7 +5,7 @@ The scatterers of all bodies of a model lie in one set of arrays, so that visibi
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -36,9 +36,7 @@ from radar_service.world.body import Body
 from radar_service.world.poses import (
     BodyPoses,
     PoseArrays,
-    map_from_ordered_bodies,
     pose_at,
-    rotated_from_bodies,
 )
 
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
@@ -68,7 +66,6 @@ class FixedScatterers(ScatteringModel, ABC):
         self._lift: Floats = self._middle - self._position[:, 2]
         self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
         self._poses = BodyPoses(bodies)
-        self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
 
     @classmethod
     @override
@@ -120,9 +117,9 @@ class FixedScatterers(ScatteringModel, ABC):
 
     def _map_at_start(self) -> tuple[Floats, Floats]:
         """Computes `_at_start`."""
-        poses = self._poses.each_at(0.0)
-        position = map_from_ordered_bodies(self._position, self._body, poses)
-        return position, rotated_from_bodies(self._normal, self._body, poses)
+        poses = self._poses.at(np.zeros(1))
+        position = poses.map_from_bodies(0, self._position, self._body)
+        return position, poses.rotated_from_bodies(0, self._normal, self._body)
 
     @cached_property
     def _plan_circles(self) -> tuple[Floats, Floats]:
@@ -150,27 +147,27 @@ class FixedScatterers(ScatteringModel, ABC):
 
     def _positions(self, poses: PoseArrays, which: Indices) -> Floats:
         """Positions (A, 3) on the map [m] of scatterers `which`."""
-        moving = list(self._moving_parts(which))
-        if not moving and len(which) == len(self._body):  # by far the most of a coast's scatterers: not copied
+        moving = self._moving_among(which)
+        if not len(moving) and len(which) == len(self._body):  # by far the most of a coast's scatterers: not copied
             return self._at_start[0]
-        position = self._at_start[0].take(which, axis=0)
-        for b, part in moving:
-            position[part] = poses.of_body(0, b).map_from_frame(self._position[which[part]])
+        position, mover = self._at_start[0].take(which, axis=0), which[moving]
+        position[moving] = poses.map_from_bodies(0, self._position.take(mover, axis=0), self._body[mover])
         return position
 
     def _normals(self, poses: PoseArrays, which: Indices) -> Floats:
         """Normals (A, 3) on the map of scatterers `which`."""
-        normal = self._at_start[1].take(which, axis=0)
-        for b, part in self._moving_parts(which):
-            normal[part] = self._normal[which[part]] @ poses.of_body(0, b).matrix.T
+        moving = self._moving_among(which)
+        normal, mover = self._at_start[1].take(which, axis=0), which[moving]
+        normal[moving] = poses.rotated_from_bodies(0, self._normal.take(mover, axis=0), self._body[mover])
         return normal
 
-    def _moving_parts(self, which: Indices) -> Iterator[tuple[int, slice]]:
-        """The bodies that move, and where in `which` (A,), which rises, their scatterers are."""
-        if len(self._poses.moving):
-            edges = np.searchsorted(which, self._first)
-            for b in self._poses.moving[edges[self._poses.moving] < edges[self._poses.moving + 1]].tolist():
-                yield b, slice(edges[b], edges[b + 1])
+    def _moving_among(self, which: Indices) -> Indices:
+        """Where in `which` (A,) scatterers of bodies that move are."""
+        if not len(self._poses.moving):
+            return np.zeros(0, dtype=np.int64)
+        moves = np.zeros(len(self.bodies), dtype=np.bool_)
+        moves[self._poses.moving] = True
+        return np.flatnonzero(moves[self._body[which]])
 
     def _projected_area(
         self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float

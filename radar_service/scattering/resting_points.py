@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.ragged import spans
 from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BearingWedge, ScatteringModel
 
@@ -34,9 +35,7 @@ class MapCells:
     def within(self, wedge: BearingWedge) -> Indices:
         """Points (N,) of all cells that have a part in a wedge."""
         cells = np.flatnonzero(wedge.contains(self.middle, CELL * np.sqrt(0.5)))
-        count = self.first[cells + 1] - self.first[cells]
-        begin = np.repeat(self.first[cells] - np.cumsum(count) + count, count)
-        return np.asarray(begin + np.arange(len(begin)))
+        return spans(self.first[cells], self.first[cells + 1])[1]
 
 
 @dataclass(frozen=True)

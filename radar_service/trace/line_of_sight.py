@@ -135,7 +135,7 @@ class OcclusionScene:
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
         visible: Flags = ~over & (slant < max_range)
         every = np.flatnonzero(visible)
-        for occluder, pose, key, which in self._occluders(points, distance, every, antenna, time, movers, among):
+        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
             left = which[visible[which]]
             own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
@@ -146,6 +146,12 @@ class OcclusionScene:
                     left, own = left[~hidden], own[~hidden]
                     origin = reflection.take(left, axis=0)
                 visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
+        if movers and among is None and self.has_movers:
+            left = np.flatnonzero(visible)
+            body, place, triangles = points.body[left], position.take(left, axis=0), self._own_triangles(points, left)
+            foot = None if reflection is None else reflection.take(left, axis=0)
+            hidden = self.moving.occluded_surfaces(body, place, distance[left], triangles, foot, antenna, time)
+            visible[left] = ~hidden
         return visible
 
     def other_occluders(
@@ -200,12 +206,8 @@ class OcclusionScene:
 
     def occluded_by_moving(self, position: Floats, antenna: Floats, time: float) -> Flags:
         """Which positions (W, 3) on the map a moving body occludes from the antenna (3,) at `time` [s]."""
-        occluded = np.zeros(len(position), dtype=np.bool_)
         distance, _ = distances_from_map(position, antenna, self.earth_radius)
-        for _, occluder, pose, behind in self.moving.before(position, distance, antenna, time):
-            left = behind[~occluded[behind]]
-            occluded[left] = occluder.occludes(pose, antenna, position[left])
-        return occluded
+        return self.moving.occluded(position, distance, antenna, time)
 
     def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:
         """The sector that bodies at rest may occlude: azimuth of its middle and half width [rad], ground distance of its start
@@ -236,26 +238,24 @@ class OcclusionScene:
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.
 
-        position: (E, 3), visible past all bodies at rest, by rising azimuth; polar: the same relative to the antenna (3,).
+        position: (E, 3), visible past all bodies at rest; polar: the same relative to the antenna (3,).
         """
-        shadowed = [np.zeros(0, dtype=np.int64)]
-        for _, occluder, pose, behind in self.moving.before(position, polar.distance, antenna, time):
-            shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
-        return np.unique(np.concatenate(shadowed))
+        return np.flatnonzero(self.moving.occluded(position, polar.distance, antenna, time))
 
     def _occluders(
         self,
         points: SurfacePoints,
-        distance: Floats,
         which: Indices,
         antenna: Floats,
         time: float,
         movers: bool,
         among: Collection[int] | None,
     ) -> list[tuple[Occluder, BodyPose, int | None, Indices]]:
-        """All that may occlude any of points `which` (W,) at `time` [s]: occluders, their poses, body indices (None: all bodies
-        at rest), and indices of the points. The resting one comes first, but a mover that all points lie on comes before it,
-        as it occludes most of itself. distance: of all points along the ground (E,) [m]."""
+        """The occluder of bodies at rest and those of `among` that may occlude any of points `which` (W,) at `time` [s].
+
+        Each with its pose, body index (None: all bodies at rest), and indices of the points. The resting one comes first, but a
+        mover that all points lie on comes before it, as it occludes most of itself.
+        """
         result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
         own = set(np.flatnonzero(np.bincount(points.body[which])).tolist())
         resting = among is None or bool(self._resting[[*own, *among]].any())
@@ -263,10 +263,6 @@ class OcclusionScene:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
             result += [(*mover, which) for mover in self.moving.chosen(own.union(among), antenna, time)]
-        elif movers:
-            position = points.position.take(which, axis=0)
-            for key, occluder, pose, some in self.moving.before(position, distance[which], antenna, time):
-                result.append((occluder, pose, key, which[some]))
         return sorted(result, key=lambda occluder: {occluder[2]} != own)
 
     def _occluded_by(

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from copy import copy
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -10,27 +10,13 @@ from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
-from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors
+from radar_service.trace.posed_occluders import OccluderKinds, PosedOccluders
+from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors, top_slopes
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.world.presence import Presences
 
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
-
-
-class PosedOccluder(NamedTuple):
-    """A moving occluder at an instant.
-
-    key: index of the body in the scene.
-    occluder: its triangles.
-    pose: at the instant.
-    points: (W,) indices of the points that it may occlude.
-    """
-
-    key: int
-    occluder: Occluder
-    pose: BodyPose
-    points: Indices
 
 
 class MovingOccluders:
@@ -45,22 +31,25 @@ class MovingOccluders:
         revision: Revision = STEADY,
     ) -> None:  # fmt: skip
         """Arguments as `OcclusionScene`."""
-        self._occluders = {
-            i: Occluder(body.mesh, earth_radius, rays)
-            for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.at_rest and i not in without
+        moving = {
+            i: body.mesh for i, body in enumerate(bodies) if body.mesh is not None and not body.at_rest and i not in without
         }
+        of_mesh = {
+            id(mesh): Occluder(mesh, earth_radius, rays) for mesh in {id(mesh): mesh for mesh in moving.values()}.values()
+        }
+        self._occluders = {i: of_mesh[id(mesh)] for i, mesh in moving.items()}
+        self._kinds, self._earth_radius = OccluderKinds.of(list(self._occluders.values())), earth_radius
         self.keys: Indices = np.array(list(self._occluders), dtype=np.int64)
-        self._number = {key: n for n, key in enumerate(self._occluders)}
+        self._number: Indices = np.full(len(bodies), -1)
+        self._number[self.keys] = np.arange(len(self.keys))
         self._poses = BodyPoses([bodies[i] for i in self._occluders])
         self.presences = Presences(bodies)
         self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
-        spheres = [occluder.sphere for occluder in self._occluders.values()]
-        self._centre: Floats = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
-        self._radius: Floats = np.array([radius for _, radius in spheres])
-        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = ResultCache(INSTANTS, revision)
+        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors, Floats]] = ResultCache(
+            INSTANTS, revision
+        )
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -74,35 +63,87 @@ class MovingOccluders:
         """Which bodies (B,) of the scene are present at `time` [s], or at that of `as_of`."""
         return self.presences.at(time if self.presence_time is None else self.presence_time)
 
-    def before(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Iterator[PosedOccluder]:
-        """Those that may occlude any of the points (E, 3) on the map [m] from the antenna (3,) at `time` [s], and all that
-        any point lies on. distance: of the points along the ground (E,) [m]."""
+    def occluded(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Flags:
+        """Which points (E, 3) on the map [m] any of them occludes from the antenna (3,) at `time` [s].
+
+        distance: of the points along the ground (E,) [m].
+        """
+        occluded = np.zeros(len(position), dtype=np.bool_)
+        posed = self._posed(antenna, time)
+        for body, point in self._behind(position, distance, antenna, time, straight=True):
+            occluded[point[posed.occluded(body, antenna, position.take(point, axis=0))]] = True
+        return occluded
+
+    def occluded_surfaces(
+        self,
+        key: Indices,
+        position: Floats,
+        distance: Floats,
+        triangles: tuple[Indices, Indices],
+        reflection: Floats | None,
+        antenna: Floats,
+        time: float,
+    ) -> Flags:
+        """Which points (E, 3) on surfaces of bodies any of them occludes, their own among these.
+
+        key: (E,) indices of the points' bodies in the scene; triangles: as `own` of `Occluder.self_occluded`; reflection: as of
+        `OcclusionScene.visible_by_sea`, None for the direct ray; other arguments as of `occluded`.
+        """
+        occluded, posed = np.zeros(len(position), dtype=np.bool_), self._posed(antenna, time)
+        number = self._number[key]
+        own = np.flatnonzero((number >= 0) & self.present(time)[key])
+        origin, triangles = _origins(antenna, reflection, own), (triangles[0][own], triangles[1][own])
+        occluded[own] = posed.self_occluded(number[own], origin, position.take(own, axis=0), triangles)
+        left = np.flatnonzero(~occluded)
+        straight = reflection is None
+        for body, some in self._behind(position.take(left, axis=0), distance[left], antenna, time, straight):
+            point = left[some]
+            if reflection is not None:
+                occluded[point[posed.occluded(body, antenna, reflection.take(point, axis=0))]] = True
+            other = np.flatnonzero((body != number[point]) & ~occluded[point])
+            body, point = body[other], point[other]
+            hidden = posed.occluded(body, _origins(antenna, reflection, point), position.take(point, axis=0))
+            occluded[point[hidden]] = True
+        return occluded
+
+    def _behind(
+        self, position: Floats, distance: Floats, antenna: Floats, time: float, straight: bool
+    ) -> Iterator[tuple[Indices, Indices]]:
+        """Pairs (P,) of the number of a body present at `time` [s] and a point that it may occlude, some at a time.
+
+        straight: whether lines of sight are straight, or go by the sea; other arguments as of `occluded`.
+        """
         if not len(self.keys):
             return
-        poses, sectors = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         azimuth = np.arctan2(position[:, 0] - antenna[0], position[:, 1] - antenna[1])
-        present = self.present(time)
-        for n, points in points_behind(sectors, azimuth, distance):
-            key = int(self.keys[n])
-            if present[key]:
-                yield PosedOccluder(key, self._occluders[key], poses.of_body(0, n), points)
+        present = self.present(time)[self.keys]
+        _, sectors, tops = self._instant(antenna, time)
+        slope = (position[:, 2] - antenna[2]) / np.maximum(distance, 1e-9) - distance / (2.0 * self._earth_radius)
+        for body, point in points_behind(sectors, azimuth, distance, (tops, slope) if straight else None):
+            kept = np.flatnonzero(present[body])
+            yield (body, point) if len(kept) == len(body) else (body[kept], point[kept])
+
+    def _posed(self, antenna: Floats, time: float) -> PosedOccluders:
+        """All of them at `time` [s]."""
+        poses = self._instant(antenna, time)[0]
+        return PosedOccluders(self._kinds, poses, self._earth_radius)
 
     def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
         present = self.present(time)
-        moving = [key for key in keys if key in self._number and present[key]]
+        moving = [key for key in keys if key in self._occluders and present[key]]
         if not moving:
             return []
-        poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return [(self._occluders[key], poses.of_body(0, self._number[key]), key) for key in moving]
+        poses = self._instant(antenna, time)[0]
+        return [(self._occluders[key], poses.of_body(0, int(self._number[key])), key) for key in moving]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
-        return self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))[1]
+        return self._instant(antenna, time)[1]
 
     def middles(self, antenna: Floats, time: float) -> Floats:
         """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
-        poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
+        poses = self._instant(antenna, time)[0]
         return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
@@ -112,7 +153,18 @@ class MovingOccluders:
         other._instants = ResultCache(INSTANTS, revision)
         return other
 
-    def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
-        poses = self._poses.at(np.array([time]))
-        centre = poses.map_from_bodies(0, self._centre, np.arange(len(self.keys)))
-        return poses, shadow_sectors(centre, self._radius, antenna)
+    def _instant(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors, Floats]:
+        """Poses, sectors and `top_slopes` (N,) at `time` [s] for an antenna (3,)."""
+        return self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
+
+    def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors, Floats]:
+        """Computes `_instant`."""
+        poses, kinds = self._poses.at(np.array([time])), self._kinds
+        centre = poses.map_from_bodies(0, kinds.centre, np.arange(len(self.keys)))
+        tops = top_slopes(centre, kinds.radius, kinds.tops(poses), antenna, self._earth_radius)
+        return poses, shadow_sectors(centre, kinds.radius, antenna), tops
+
+
+def _origins(antenna: Floats, reflection: Floats | None, which: Indices) -> Floats:
+    """Where the last straight line to points `which` (W,) begins: the antenna (3,), or the sea (W, 3)."""
+    return antenna if reflection is None else reflection.take(which, axis=0)

@@ -27,6 +27,7 @@ class Occluder:
         """rays: counts the rays cast, where given."""
         self._scene = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces, rays)
         self._earth_radius = earth_radius
+        self.top = float(mesh.used_vertices[:, 2].max())  # in the body's own frame [m]
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
     @property
@@ -59,9 +60,8 @@ class Occluder:
         origin, line = self._lines_of_sight(pose, origin, points)
         near = np.flatnonzero(self._close_to_body(origin, line))
         occluded = np.zeros(len(line), dtype=np.bool_)
-        reach = 1.0 - _slack(line[near])
         begin, skipped = self._begun_nearby(origin if origin.ndim == 1 else origin[near], line[near])
-        occluded[near] = self._scene.occluded(begin, line[near], np.maximum(reach - skipped, 0.0))
+        occluded[near] = self._scene.occluded(begin, line[near], reach_of(line[near], skipped))
         return occluded
 
     def self_occluded(self, pose: BodyPose, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
@@ -71,13 +71,7 @@ class Occluder:
         that counts as a point.
         """
         origin, line = self._lines_of_sight(pose, origin, points)
-        hit = self._scene.first_hit(self._begun_nearby(origin, line)[0], line)
-        occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
-        candidates = np.flatnonzero(occluded)
-        begin = origin if origin.ndim == 1 else origin[candidates]
-        distance = self._scene.hit_distance(hit[candidates], begin, line[candidates])
-        occluded[candidates] = distance < 1.0 - _slack(line[candidates])
-        return occluded
+        return hit_before(self._scene, origin, self._begun_nearby(origin, line)[0], line, own)
 
     def first_met(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Indices, Floats]:
         """Where lines of sight from `origin` (3,) to `points` (E, 3) beyond the body first meet it: triangle (N,) and position
@@ -120,26 +114,57 @@ class Occluder:
         return begin, pose.frame_from_map(points, self._earth_radius) - begin
 
     def _begun_nearby(self, origin: Floats, line: Floats) -> tuple[Floats, Floats]:
-        """Lines of sight from where they reach the body's bounding sphere: begins (E, 3), and the share (E,) left out.
-
-        Embree rounds a begin and a direction to float32: 0.1 mm at a ray's end 2 km off, but 1 um on a body of 10 m from here.
-        """
-        toward = self._scene.centre - origin
-        length2 = np.maximum(np.einsum("ij,ij->i", line, line), 1e-12)
-        progress = line @ toward if origin.ndim == 1 else np.einsum("ij,ij->i", line, toward)
-        reach = (self._scene.radius * 1.001 + TOLERANCE) / np.sqrt(length2)
-        skipped = np.clip(progress / length2 - reach, 0.0, 1.0)
-        return origin + line * skipped[:, None], skipped
+        """`begun_nearby` of lines of sight from an origin (3,), or from one each."""
+        return begun_nearby(origin, line, self._scene.centre - origin, self._scene.radius)
 
     def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
-        """Which lines of sight pass within the body's bounding sphere before they end."""
-        toward = self._scene.centre - origin
-        length2 = np.einsum("ij,ij->i", line, line)
-        progress = line @ toward if origin.ndim == 1 else np.einsum("ij,ij->i", line, toward)
-        along = np.clip(progress / np.maximum(length2, 1e-12), 0.0, 1.0)
-        miss = toward - line * along[:, None]
-        near: Flags = np.einsum("ij,ij->i", miss, miss) <= (self._scene.radius * 1.001 + TOLERANCE) ** 2
-        return near
+        """`passes_by` of lines of sight from an origin (3,), or from one each."""
+        return passes_by(line, self._scene.centre - origin, self._scene.radius)
+
+
+def begun_nearby(origin: Floats, line: Floats, toward: Floats, radius: Floats | float) -> tuple[Floats, Floats]:
+    """Lines of sight from where they reach a body's bounding sphere: begins (E, 3), and the share (E,) left out.
+
+    toward: (3,) or (E, 3) from the origins to middles of spheres of `radius` [m]. Embree rounds a begin and a direction to
+    float32: 0.1 mm at a ray's end 2 km off, but 1 um on a body of 10 m from here.
+    """
+    length2 = np.maximum(np.einsum("ij,ij->i", line, line), 1e-12)
+    reach = (radius * 1.001 + TOLERANCE) / np.sqrt(length2)
+    skipped = np.clip(_progress(line, toward) / length2 - reach, 0.0, 1.0)
+    return origin + line * skipped[:, None], skipped
+
+
+def passes_by(line: Floats, toward: Floats, radius: Floats | float) -> Flags:
+    """Which lines of sight (E, 3) pass within a body's bounding sphere before they end; arguments as of `begun_nearby`."""
+    length2 = np.einsum("ij,ij->i", line, line)
+    along = np.clip(_progress(line, toward) / np.maximum(length2, 1e-12), 0.0, 1.0)
+    miss = toward - line * along[:, None]
+    near: Flags = np.einsum("ij,ij->i", miss, miss) <= (radius * 1.001 + TOLERANCE) ** 2
+    return near
+
+
+def _progress(line: Floats, toward: Floats) -> Floats:
+    """Products (E,) of lines (E, 3) and a vector (3,), or one each (E, 3)."""
+    return np.asarray(line @ toward if toward.ndim == 1 else np.einsum("ij,ij->i", line, toward))
+
+
+def reach_of(line: Floats, skipped: Floats) -> Floats:
+    """How far (E,) lines of sight (E, 3) that begin after a share (E,) are traced, in their lengths."""
+    return np.maximum(1.0 - _slack(line) - skipped, 0.0)
+
+
+def hit_before(scene: TriangleScene, origin: Floats, begin: Floats, line: Floats, own: tuple[Indices, Indices]) -> Flags:
+    """Which lines of sight (E, 3) meet a triangle of their own body before they end; own: as of `Occluder.self_occluded`.
+
+    origin: (3,), or one each (E, 3); begin: (E, 3) where rays begin instead.
+    """
+    hit = scene.first_hit(begin, line)
+    occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
+    candidates = np.flatnonzero(occluded)
+    begin = origin if origin.ndim == 1 else origin[candidates]
+    distance = scene.hit_distance(hit[candidates], begin, line[candidates])
+    occluded[candidates] = distance < 1.0 - _slack(line[candidates])
+    return np.asarray(occluded)
 
 
 def curved_vertices(mesh: Mesh, earth_radius: float) -> Floats:

@@ -6,7 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.ragged import batches, spans
 from radar_service.numerics.types import Flags, Floats, Indices
+
+PAIRS = 2**17  # of bodies and points at a time: their rays take some 20 MB
+ROUNDING = 0.1  # m, of heights
+TURNS = 3  # by which a sector is looked up among azimuths from -pi to pi
 
 
 class ShadowSectors(NamedTuple):
@@ -43,10 +48,26 @@ def on_the_way(plan: Floats, body: int, antenna: Floats, moved: Floats) -> Flags
     return near
 
 
-def points_behind(sectors: ShadowSectors, azimuth: Floats, distance: Floats) -> Iterator[tuple[int, Indices]]:
-    """The bodies that may occlude any of the points (E,), each with the indices of these points, rising.
+def top_slopes(centre: Floats, radius: Floats, top: Floats, antenna: Floats, earth_radius: float) -> Floats:
+    """Slopes (N,) over horizontal that no line of sight from the antenna (3,) exceeds which meets one of N bodies.
 
-    azimuth: of the points, -pi to pi [rad]; distance: along the ground [m].
+    centre, radius: as of `shadow_sectors`; top: highest points of the bodies (N,), on the map [m]. A line of sight keeps its
+    slope z / d, where z = up - d^2 / (2 ae), all the way.
+    """
+    distance, radius = np.hypot(centre[:, 0] - antenna[0], centre[:, 1] - antenna[1]), radius * 1.01 + 1.0
+    near, rise = distance - radius, top + ROUNDING + radius**2 / earth_radius - antenna[2]
+    begin = np.where(near > 0.0, near, 1.0)
+    slope = rise / np.where(rise > 0.0, begin, distance + radius) - begin / (2.0 * earth_radius)
+    return np.where(near > 0.0, slope, np.inf)
+
+
+def points_behind(
+    sectors: ShadowSectors, azimuth: Floats, distance: Floats, slopes: tuple[Floats, Floats] | None = None
+) -> Iterator[tuple[Indices, Indices]]:
+    """Pairs (P,) of a body and a point of (E,) that it may occlude, some bodies at a time, by rising body.
+
+    azimuth: of the points, -pi to pi [rad]; distance: along the ground [m]; slopes: `top_slopes` of the bodies (N,), and those of
+    the lines of sight to the points (E,).
     """
     if not len(azimuth):
         return
@@ -54,13 +75,16 @@ def points_behind(sectors: ShadowSectors, azimuth: Floats, distance: Floats) -> 
     rising, distance = azimuth[order], distance[order]
     bodies = _among(sectors, azimuth, float(distance.max()))
     first, last = _edges(rising, sectors.middle[bodies], sectors.half[bodies])
-    for row in np.flatnonzero((last > first).any(axis=1)):
-        body = bodies[row]
-        turns = [np.arange(a, b) for a, b in zip(first[row], last[row], strict=True) if a < b]
-        inside = np.arange(len(order)) if sectors.half[body] >= np.pi else np.concatenate(turns)
-        inside = inside[distance[inside] >= sectors.begin[body]]
-        if len(inside):
-            yield int(body), np.sort(order[inside])
+    for part in batches(np.maximum(last - first, 0).sum(axis=1), PAIRS):
+        row, point = spans(first[part].ravel(), last[part].ravel())
+        body = bodies[part][row // TURNS]
+        behind = distance[point] >= sectors.begin[body]
+        point = order[point]
+        if slopes is not None:
+            behind &= slopes[1][point] <= slopes[0][body]
+        kept = np.flatnonzero(behind)
+        if len(kept):
+            yield body[kept], point[kept]
 
 
 def _among(sectors: ShadowSectors, azimuth: Floats, farthest: float) -> Indices:
@@ -74,7 +98,10 @@ def _among(sectors: ShadowSectors, azimuth: Floats, farthest: float) -> Indices:
 
 
 def _edges(rising: Floats, middle: Floats, half: Floats) -> tuple[Indices, Indices]:
-    """First and last (exclusive) of the rising azimuths (E,) [-pi, pi] in each sector (N,), for three turns (N, 3) [rad]."""
-    turns = 2.0 * np.pi * np.arange(-1, 2)
+    """First and last (exclusive) of the rising azimuths (E,) [-pi, pi] in each sector (N,), for three turns (N, TURNS) [rad]."""
+    turns = 2.0 * np.pi * np.arange(-1, TURNS - 1)
     first = np.searchsorted(rising, (middle - half)[:, None] + turns)
-    return first, np.searchsorted(rising, (middle + half)[:, None] + turns, side="right")
+    last = np.searchsorted(rising, (middle + half)[:, None] + turns, side="right")
+    round_about = half >= np.pi
+    first[round_about], last[round_about] = 0, [len(rising), 0, 0]  # each point once
+    return first, last

@@ -86,11 +86,38 @@ class PoseArrays(NamedTuple):
     def map_from_bodies(self, k: int, points: Floats, body: Indices) -> Floats:
         """Points (E, 3) of bodies' own frames, point e of body body[e], on the map [m] at instant k."""
         placed = map_from_bodies(points, body, self.position[k], self.heading[k])
-        for b, rotation in self.rotation.items():
-            own = np.flatnonzero(body == b)
-            if len(own):
-                placed[own] = points[own] @ rotation[k].T + self.position[k, b]
+        own, rotation = self._leaning(k, body)
+        placed[own] = np.einsum("ei,eji->ej", points[own], rotation) + self.position[k].take(body[own], axis=0)
         return placed
+
+    def frames_from_map(self, k: int, points: Floats, body: Indices, earth_radius: float) -> Floats:
+        """Map points (E, 3), point e in the frame of body[e] at instant k, curved as of `BodyPose.frame_from_map` [m]."""
+        local = points - self.position[k].take(body, axis=0)
+        east, north, up = local.T
+        if np.isfinite(earth_radius):
+            up -= (east * east + north * north) / (2.0 * earth_radius)
+        heading = self.heading[k]
+        framed = turned(local, np.cos(heading)[body], -np.sin(heading)[body])
+        own, rotation = self._leaning(k, body)
+        framed[own] = np.einsum("ei,eij->ej", local[own], rotation)
+        return framed
+
+    def rotated_from_bodies(self, k: int, vectors: Floats, body: Indices) -> Floats:
+        """Vectors (E, 3) of bodies' own frames, vector e of body[e], along the map's axes at instant k."""
+        heading = self.heading[k]
+        rotated = turned(vectors, np.cos(heading)[body], np.sin(heading)[body])
+        own, rotation = self._leaning(k, body)
+        rotated[own] = np.einsum("ei,eji->ej", vectors[own], rotation)
+        return rotated
+
+    def _leaning(self, k: int, body: Indices) -> tuple[Indices, Floats]:
+        """Which of bodies (E,) roll or pitch, (L,), and their rotations (L, 3, 3) map_from_body at instant k."""
+        if not self.rotation:
+            return np.zeros(0, dtype=np.int64), np.zeros((0, 3, 3))
+        number = np.full(self.position.shape[1], -1)
+        number[list(self.rotation)] = np.arange(len(self.rotation))
+        own = np.flatnonzero(number[body] >= 0)
+        return own, np.stack([rotation[k] for rotation in self.rotation.values()])[number[body[own]]]
 
 
 class HasMotion(Protocol):
@@ -107,7 +134,8 @@ class BodyPoses:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
         self._moves = np.isin(np.arange(len(bodies)), self.moving)
-        self._with_segments = {int(b) for b in self.moving if not self._motions[b].is_straight}
+        self._straight = np.array([m.is_straight for m in self._motions], dtype=np.bool_)
+        self._with_segments = set(self.moving[~self._straight[self.moving]].tolist())
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
@@ -117,13 +145,14 @@ class BodyPoses:
         """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
         heading = np.repeat(self._heading[None], len(time), axis=0)
         rotation: dict[int, Floats] = {}
-        if 2 * len(self.moving) > len(self._motions):  # most of them: all together
-            position = np.maximum(time[:, None] - self._start, 0.0)[:, :, None] * self._velocity
-            position += self._position
+        if requested is not None and 2 * len(requested) < len(self._motions):  # few of them
+            position = np.empty((len(time), len(self._motions), 3))
+            position[:, requested] = self._on_straights(time, requested)
+        elif 2 * len(self.moving) > len(self._motions):  # most of them move: all together
+            position = self._on_straights(time, slice(None))
         else:
             position = np.repeat(self._position[None], len(time), axis=0)
-            since = np.maximum(time[:, None] - self._start[self.moving], 0.0)
-            position[:, self.moving] += since[:, :, None] * self._velocity[self.moving]
+            position[:, self.moving] = self._on_straights(time, self.moving)
         for b in self._with_segments if requested is None else self._with_segments.intersection(requested.tolist()):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
@@ -131,10 +160,18 @@ class BodyPoses:
                 rotation[b] = pose.rotation
         return PoseArrays(position, heading, rotation)
 
+    def _on_straights(self, time: Floats, which: Indices | slice) -> Floats:
+        """Positions (K, N, 3) [m] at times (K,) [s] of bodies `which` (N,) that rest, or go straight from their only knot on."""
+        since = np.maximum(time[:, None] - self._start[which], 0.0)
+        position: Floats = since[:, :, None] * self._velocity[which]
+        position += self._position[which]
+        return position
+
     def uneven(self, time: Floats, requested: Indices) -> Indices:
         """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
-        moves = self._moves[requested]
-        return np.array([b for b in requested[moves].tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
+        moving = requested[self._moves[requested]]
+        certain = self._straight[moving] & (self._start[moving] <= time.min())
+        return np.array([b for b in moving[~certain].tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
 
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.declared_cells import MAX_AZIMUTH_OVERLAP, MAX_OVERLAP, cell_spacing
+from radar_service.records.fidelity import PRESETS
+from radar_service.scattering.declared_cells import MAX_AZIMUTH_OVERLAP, MAX_OVERLAP, cell_echoes, cell_spacing
+from radar_service.scattering.model import ScatteringContext
+from tests.reference.cell_echoes import slow_cell_echoes
 from tests.scenes import point, radar
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -114,3 +117,26 @@ def test_echoes_are_spaced_where_pulse_and_beam_hardly_overlap() -> None:
     assert np.interp(weighted.range, *weighted.along) <= MAX_OVERLAP
     assert np.interp(weighted.azimuth, *weighted.across) <= MAX_AZIMUTH_OVERLAP
     assert 1.0 < weighted.azimuth / radar().beamwidth < 1.6
+
+
+def test_many_bodies_at_once_have_the_echoes_of_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bodies of 8 to 200 m, as near as 150 m, of 1 to 60 scatterers, against one cell after the other: rounding alone, of
+    ranges of 2 km to 4e-13 m, and so of phases to 2e-10 rad. None is longer than the table of overlaps, which ends at a step."""
+    monkeypatch.setattr("radar_service.scattering.declared_cells.PAIRS", 100)  # some bodies at a time
+    scene, rng = made({**BODIES["box"], "name": "a", "rcs_dbsm": 0}, RADAR), np.random.default_rng(3)
+    antenna, earth = np.array([10.0, -5.0, 15.0]), 4 / 3 * 6_371_000.0
+    context = ScatteringContext(scene.radar, PRESETS["balanced"], 1, antenna, scene.environment, scene.bodies, earth)
+    spacing = cell_spacing(scene.radar)
+    middle = np.column_stack([rng.uniform(-2000, 2000, (30, 2)), np.zeros(30)])
+    middle[0] = [100.0, 110.0, 0.0]
+    body = np.repeat(np.arange(30), rng.integers(1, 61, 30))
+    position = rng.normal(size=(len(body), 3)) * rng.choice([[4, 1, 1], [30, 8, 4], [60, 25, 6]], len(body)) + middle[body]
+    power, span = rng.exponential(size=len(body)), rng.uniform(0, 3, len(body))
+    result = cell_echoes(position, power, span, body, middle, antenna, context, spacing)
+    for b in range(30):
+        own, echoes = body == b, result.body == b
+        slow = slow_cell_echoes(position[own], power[own], span[own], middle[b], antenna, context, spacing)
+        place, amplitude, extent = (np.array(column) for column in zip(*slow, strict=True))
+        np.testing.assert_allclose(result.position[echoes], place, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(result.amplitude[echoes], amplitude, rtol=0.0, atol=1e-7)
+        np.testing.assert_allclose(result.span[echoes], extent, rtol=0.0, atol=1e-6)

@@ -1,4 +1,4 @@
-"""Which moving bodies come before which points, and where they are meanwhile."""
+"""What moving bodies occlude, and where they are meanwhile."""
 
 import pickle
 from dataclasses import replace
@@ -23,46 +23,46 @@ def moving(*given: tuple[float, float, float], without: tuple[int, ...] = ()) ->
     return MovingOccluders(scene(bodies).bodies, FLAT, without)
 
 
-def before(made: MovingOccluders, points: np.ndarray, time: float) -> dict[int, list[int]]:
-    distance = np.hypot(points[:, 0], points[:, 1])
-    return {mover.key: mover.points.tolist() for mover in made.before(points, distance, ANTENNA, time)}
+def hidden(made: MovingOccluders, time: float) -> list[int]:
+    """Which of POINTS the bodies occlude."""
+    return np.flatnonzero(made.occluded(POINTS, np.hypot(POINTS[:, 0], POINTS[:, 1]), ANTENNA, time)).tolist()
 
 
 def test_the_same_occluders_follow_other_bodies_and_changed_motions() -> None:
     given = scene([{**BOX, "name": "b", "position_m": [0, 400, 0], "speed_kn": 0, "steerable": {}}]).bodies
     revision = Revision()
     made = MovingOccluders(given, FLAT, revision=revision)
-    assert before(made, POINTS, 0.0) == {0: [0]}
+    assert hidden(made, 0.0) == [0]
     motion = given[0].motion
     assert isinstance(motion, SteeredMotion)
     motion.steer(motion.segment_at(0.0)._replace(position=np.array([400.0, 0.0, 0.0])))
     motion.follow()
-    assert before(made, POINTS, 0.0) == {0: [0]}  # is cached
+    assert hidden(made, 0.0) == [0]  # is cached
     revision.change()
-    assert before(made, POINTS, 0.0) == {0: [1]}
+    assert hidden(made, 0.0) == [1]
     other = made.following([replace(given[0], motion=replace(motion))])
-    assert before(other, POINTS, 0.0) == {0: [0]} and before(made, POINTS, 0.0) == {0: [1]}
+    assert hidden(other, 0.0) == [0] and hidden(made, 0.0) == [1]
 
 
 POINTS = np.array([[0.0, 900, 5], [900, 0, 5], [0, 300, 5], [0, -900, 5]])
 
 
-def test_each_comes_with_the_points_behind_it_alone() -> None:
+def test_each_occludes_the_points_behind_it_alone() -> None:
     made = moving((0, 400, 90), (400, 0, 0), (-400, -400, 0))
-    assert before(made, POINTS, 0.0) == {1: [0], 2: [1]}
-    assert before(moving((0, 400, 90), (400, 0, 0), without=(1,)), POINTS, 0.0) == {2: [1]}
-    assert before(moving(), POINTS, 0.0) == {}
+    assert hidden(made, 0.0) == [0, 1]
+    assert hidden(moving((0, 400, 90), (400, 0, 0), without=(1,)), 0.0) == [1]
+    assert hidden(moving(), 0.0) == []
 
 
 def test_they_are_where_they_are_at_the_time() -> None:
     """10 kn to the east, from 400 m west of north: after 77.8 s the box stands before the first and the third point."""
     made = moving((-400, 200, 90))
-    assert before(made, POINTS, 0.0) == {}
-    assert before(made, POINTS, 77.8) == {1: [0, 2]}
-    ((_, _, pose, _),) = made.before(POINTS, np.hypot(POINTS[:, 0], POINTS[:, 1]), ANTENNA, 77.8)
+    assert hidden(made, 0.0) == []
+    assert hidden(made, 77.8) == [0, 2]
+    ((_, pose, _),) = made.chosen([1], ANTENNA, 77.8)
     np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
 
 
 def test_a_pickled_copy_answers_the_same() -> None:
     made = moving((0, 400, 90), (400, 0, 0))
-    assert before(pickle.loads(pickle.dumps(made)), POINTS, 1.0) == before(made, POINTS, 1.0) == {1: [0], 2: [1]}
+    assert hidden(pickle.loads(pickle.dumps(made)), 1.0) == hidden(made, 1.0) == [0, 1]
