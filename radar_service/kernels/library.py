@@ -47,6 +47,8 @@ PROTOTYPES = {
     "renumbered": "nniiii",
     "reflect_tubes": "nnnnnnn" + "fffffff" + "iiiffif" + "fiififff" + "rfti",
     "take_tubes": "nniiffffff",
+    "surface_points": "nnfiffffi",
+    "strata": "nnnfffriifff",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),

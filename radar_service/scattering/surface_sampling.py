@@ -5,10 +5,12 @@ Because they are fixed, phases repeat when nothing moves, and change with the ge
 
 import math
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.records.fidelity import MIN_SCATTERERS
 from radar_service.world.body import Mesh
@@ -18,6 +20,7 @@ TRIANGLES = 2**18  # at a time: arrays of all triangles of a large mesh do not s
 MAX_STRATA = 512  # more points than that stand for so little that strata do not pay: they are sampled along the mesh
 CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which its heights are known
 R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
+SMALL = 4096  # triangles of a mesh whose normals are kept
 MAX_FACES = 16  # plane faces that are sampled one by one
 ALIKE = 0.8  # cosine between normals of surfaces whose heights are averaged: not those of a wall and a roof
 NORMAL_WEIGHT = 1.5  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
@@ -25,7 +28,7 @@ ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart
 # dB, rms error of the mean power of hulls, spheres, cylinders and boxes: 24 / N, and 2 / sqrt(N)
 STRATIFIED, LOBES = 24.0, 2.0
 RANDOM, RANDOM_LOBES = 4.3, 7.5  # dB over sqrt(N), of more points than strata (tests/plan/test_power.py has all four)
-FEATURE_DIGITS = 6  # of a body's size: a mesh 2 km from its origin is rounded to 1e-12 of that
+FEATURE_STEPS = 1e6  # in a body's size: a mesh 2 km from its origin is rounded to 1e-12 of that
 
 
 def density_db(per_cell: float) -> float:
@@ -130,16 +133,20 @@ def sample_surface(
     `min_scatterers` and `max_scatterers`. Up to MAX_STRATA points are drawn one from each stratum of equal expectation. More
     are drawn along the mesh: each triangle gets its expected number to within one.
     """
-    normal, area = normals_and_areas(mesh)
+    surface = _small_surface(mesh) if len(mesh.faces) <= SMALL else _Surface.of(mesh)
+    normal, area = surface.normal, surface.area
     expected = area * density
-    expected *= np.clip(expected.sum(), min_scatterers, max_scatterers) / expected.sum()
-    count = int(np.ceil(expected.sum() * (1.0 - 1e-12)))
+    total = expected.sum()
+    expected *= np.clip(total, min_scatterers, max_scatterers) / total
+    total = expected.sum()
+    count = int(np.ceil(total * (1.0 - 1e-12)))
     if count <= MAX_STRATA:
-        share = count / expected.sum() * expected
-        faces = _plane_faces(normal, count)
-        return _joined(
-            [_stratified(mesh, normal, area, np.where(faces == k, share, 0.0), rng, sea) for k in np.unique(faces)]
-        )
+        share, plane = count / total * expected, surface.plane
+        planes = int(plane.max()) + 1
+        if planes == 1 or planes > min(MAX_FACES, count // 4):  # too many for the points to be shared among them
+            return _stratified(mesh, normal, area, share, rng, sea)
+        parts = (np.where(plane == k, share, 0.0) for k in np.unique(plane[share > 0.0]))
+        return _joined([_stratified(mesh, normal, area, part, rng, sea) for part in parts])
     drawn = _along_mesh(mesh, area, expected, count, rng, None)
     middle, span = _patch_heights(mesh, normal, drawn, sea)
     phasor = np.exp(2j * np.pi * rng.random(count))
@@ -154,6 +161,31 @@ class _Points(NamedTuple):
     area: Floats
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """What a mesh is sampled by: unit normals (F, 3) and areas (F,) [m^2]."""
+
+    normal: Floats
+    area: Floats
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "_Surface":
+        """Of a mesh."""
+        return cls(*normals_and_areas(mesh))
+
+    @cached_property
+    def plane(self) -> Indices:
+        """The plane face (F,) of each triangle."""
+        _, plane = np.unique(np.round(self.normal, 2) + 0.0, axis=0, return_inverse=True)
+        return plane.ravel()
+
+
+@lru_cache(maxsize=64)
+def _small_surface(mesh: Mesh) -> _Surface:
+    """The surface of a small mesh, which many bodies may have."""
+    return _Surface.of(mesh)
+
+
 def _along_mesh(
     mesh: Mesh, area: Floats, expected: Floats, count: int, rng: np.random.Generator, uv: Floats | None
 ) -> _Points:
@@ -161,20 +193,24 @@ def _along_mesh(
     its neighbours, so the area is right in the mean. uv: (2, count) of 0 to 1, positions within the triangles; None: random."""
     cumulated = np.cumsum(expected)
     steps = (np.arange(count) + rng.random(count)) * (cumulated[-1] / count)
-    triangle = np.minimum(np.searchsorted(cumulated, steps, side="right"), len(expected) - 1)
-    u, v = rng.random((2, count)) if uv is None else uv
-    fold = u + v > 1.0
-    u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
-    a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
-    position = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    triangle, position = _placed(mesh, cumulated, steps, rng.random((2, count)) if uv is None else uv)
     return _Points(position, triangle, cumulated[-1] / count * (area / np.where(expected > 0, expected, 1.0))[triangle])
 
 
-def _plane_faces(normal: Floats, count: int) -> Indices:
-    """A number (F,) for the plane face of each triangle, where a body has so few that its `count` points can be shared among
-    them, as boxes do; else 0."""
-    _, face = np.unique(np.round(normal, 2) + 0.0, axis=0, return_inverse=True)
-    return face.ravel() if face.max() < min(MAX_FACES, count // 4) else np.zeros_like(face.ravel())
+def _placed(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats) -> tuple[Indices, Floats]:
+    """Triangles (N,) where rising steps (N,) lie in their cumulated expectation (F,), and positions (N, 3) at uv (2, N) in
+    them."""
+    if compiled := kernels():
+        position, triangle = np.empty((len(steps), 3)), np.empty(len(steps), dtype=np.int64)
+        taken = (np.ascontiguousarray(part) for part in (mesh.vertices, mesh.faces, cumulated, steps, uv))
+        compiled.run("surface_points", len(steps), len(mesh.faces), *taken, position, triangle)
+        return triangle, position
+    triangle = np.minimum(np.searchsorted(cumulated, steps, side="right"), len(cumulated) - 1)
+    u, v = uv
+    fold = u + v > 1.0
+    u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
+    a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
+    return triangle, a + u[:, None] * (b - a) + v[:, None] * (c - a)
 
 
 def _joined(parts: list[Scatterers]) -> Scatterers:
@@ -187,17 +223,39 @@ def _stratified(
     """At least as many points as are `expected` (F,), one drawn from each of as many strata of equal expectation, compact in
     position and normal."""
     parts, halvings = _split_counts(max(1, round(float(expected.sum()))))
-    strata = parts * 2**halvings
-    number = strata * CANDIDATES
-    points = _along_mesh(mesh, area, expected, number, rng, (rng.random((2, 1)) + np.outer(R2, np.arange(number))) % 1.0)
+    number = parts * 2**halvings * CANDIDATES
+    uv = rng.random((2, 1)) + _even_steps(number)
+    points = _along_mesh(mesh, area, expected, number, rng, uv - np.floor(uv))
+    pick = rng.integers(CANDIDATES, size=number // CANDIDATES)
+    direction = normal.take(points.triangle, axis=0)
+    chosen, carried, middle, span = _strata(points, direction, parts, halvings, pick, sea)
+    phasor = np.exp(2j * np.pi * rng.random(len(pick)))
+    return Scatterers(points.position[chosen], direction[chosen], carried, points.triangle[chosen], phasor, middle, span)
+
+
+@lru_cache(maxsize=16)
+def _even_steps(number: int) -> Floats:
+    """The evenest sequence of points in a square (2, N), not wrapped."""
+    return np.outer(R2, np.arange(number))
+
+
+def _strata(
+    points: _Points, direction: Floats, parts: int, halvings: int, pick: Indices, sea: float
+) -> tuple[Indices, Floats, Floats, Floats]:
+    """Of points (N,) with normals `direction` (N, 3), the one of number `pick` (S,) in each of as many strata, the area that it
+    stands for, and that area's middle height and vertical extent [m]; sea: as of `sample_surface`."""
+    if compiled := kernels():
+        chosen, results = np.empty(len(pick), dtype=np.int64), np.empty((3, len(pick)))
+        taken = points.position, direction, points.area, sea, pick
+        compiled.run("strata", len(direction), parts, halvings, *taken, chosen, *results)
+        return chosen, results[0], results[1], results[2]
     offset = points.position - points.position.mean(axis=0)
     size = np.sqrt(np.average(np.sum(offset**2, axis=1)))
-    feature = np.column_stack([offset / max(size, 1e-9), NORMAL_WEIGHT * normal[points.triangle]])
-    feature = np.round(feature, FEATURE_DIGITS)  # the same groups wherever the mesh lies in its frame
+    feature = np.column_stack([offset / max(size, 1e-9), NORMAL_WEIGHT * direction])
+    feature = np.rint(feature * FEATURE_STEPS) / FEATURE_STEPS  # the same groups wherever the mesh lies in its frame
     group = _compact_groups(feature, parts, halvings)
-    chosen = group[np.arange(strata), rng.integers(CANDIDATES, size=strata)]
+    chosen = group[np.arange(len(pick)), pick]
     height, weight = points.position[group, 2], points.area[group]
-    direction = normal[points.triangle]
     alike = np.einsum("gmi,gi->gm", direction[group], direction[chosen]) > ALIKE
     weight = weight * alike
     above = weight * (height > sea)
@@ -205,9 +263,7 @@ def _stratified(
     weight = weight / weight.sum(axis=1, keepdims=True)
     middle = np.sum(weight * height, axis=1)
     span = np.sqrt(12.0 * np.sum(weight * (height - middle[:, None]) ** 2, axis=1))
-    triangle, phasor = points.triangle[chosen], np.exp(2j * np.pi * rng.random(strata))
-    carried = points.area[group].sum(axis=1)
-    return Scatterers(points.position[chosen], normal[triangle], carried, triangle, phasor, middle, span)
+    return chosen, points.area[group].sum(axis=1), middle, span
 
 
 def _split_counts(count: int) -> tuple[int, int]:

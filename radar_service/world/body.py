@@ -20,9 +20,12 @@ class Material:
     scattering: str  # name of a model in radar_service.scattering.models: default for bodies of this material
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range."""
+    """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range.
+
+    It equals itself alone.
+    """
 
     vertices: Floats
     faces: Indices

@@ -91,6 +91,7 @@ PYTHON = {  # modules whose constants C has too
     "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
     "triangle_means.h": (OPTICS + "facet_integral",),
     "leg_rays.c": ("radar_service.propagation.legs",),
+    "strata.c": ("radar_service.scattering.surface_sampling",),
 }
 
 
