@@ -22,7 +22,7 @@ from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, range_kernel
-from radar_service.receive.gridding import Kernel, spread_by_tables
+from radar_service.receive.gridding import Kernel, KernelTable, spread
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
@@ -69,7 +69,7 @@ class LandRows:
         self._per_azimuth = int(np.ceil(OVERSAMPLING * 4.0 * np.pi * band / radar.azimuths))
         oversampling = self._per_azimuth * radar.azimuths / (4.0 * np.pi * band)
         self._kernel = Kernel(fidelity.beam_kernel_width, oversampling)
-        self._tables = self._kernel.tables()
+        self._table = KernelTable(self._kernel.tables()[0])
         self._extent = fidelity.beam_extent * radar.beamwidth
         rings = np.arange(RINGS)
         self._ring_begin = np.append(0.0, NEAREST_BORDER * RINGS / (RINGS - rings[1:]))
@@ -151,7 +151,7 @@ class LandRows:
         columns = max(0, int(column.max(initial=0.0)) + self._compression.kernel.width - first)
         shape = PIECE * self._per_azimuth + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
-        rows = spread_by_tables(shape, row, column - first, piece.amplitude, self._tables, self._compression.tables)
+        rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
         return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
 
     def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: float) -> Profiles:

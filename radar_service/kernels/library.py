@@ -49,6 +49,7 @@ PROTOTYPES = {
     "take_tubes": "nniiffffff",
     "surface_points": "nnfiffffi",
     "strata": "nnnfffriifff",
+    "spread_points": "nnnnnififcs",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),

@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
+from scipy.special import i0
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
 
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse
+POINTS_PER_CALL = 65_536  # of the kernel: their weights take 5 MB
 POINTS_PER_PART = 4_000  # spread together: their weights are 0.8 MB, and their band of rows is not much more
 MAX_DIRECT_WEIGHTS = 18_000  # of all points on all rows; more are faster together (measured, rows of 1600 to 8064 samples)
 MAX_SHIFTS = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
@@ -56,12 +59,34 @@ class Kernel:
 
     def _value(self, offset: Floats) -> Floats:
         inside = np.clip(1.0 - (2.0 * offset / self.width) ** 2, 0.0, None)
-        value = np.i0(self.beta * np.sqrt(inside)) / np.i0(self.beta)
+        value = i0(self.beta * np.sqrt(inside)) / i0(self.beta)
         return np.where(np.abs(offset) <= self.width / 2, value, 0.0)
 
 
+@dataclass(frozen=True)
+class KernelTable:
+    """A kernel by its table (TABLE_STEPS + 1, order + 1, width), of any order."""
+
+    table: Singles
+
+    @property
+    def width(self) -> int:
+        """How many samples it covers."""
+        return int(self.table.shape[2])
+
+    def weights(self, x: Floats) -> tuple[Indices, Floats]:
+        """First sample (E,) and weights (E, width) of points at positions x (E,) [samples]."""
+        entry, first = _entries(x, self.width)
+        return first.astype(np.int64), self.table[:, 0].take(entry, axis=0).astype(np.float64)
+
+
 def spread(
-    shape: tuple[int, int], row: Floats, column: Floats, amplitude: Complexes, rows: Kernel, columns: Kernel
+    shape: tuple[int, int],
+    row: Floats,
+    column: Floats,
+    amplitude: Complexes,
+    rows: Kernel | KernelTable,
+    columns: Kernel | KernelTable,
 ) -> Profiles:
     """A grid of `shape`, both axes circular, with the amplitudes of points spread by the kernels of rows and of columns.
 
@@ -69,47 +94,41 @@ def spread(
     """
     total = np.zeros(shape, dtype=np.complex64)
     order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
-    for part in np.array_split(order, max(1, len(order) // POINTS_PER_PART)) if len(order) else ():
-        first_row, weight_row = rows.weights(row[part])
-        first_column, weight_column = columns.weights(column[part])
-        start = int(first_row[0])
-        band = int(first_row[-1]) + rows.width - start
-        r = first_row[:, None] - start + np.arange(rows.width)
-        c = (first_column[:, None] + np.arange(columns.width)) % shape[1]
-        cells = (r[:, :, None] * shape[1] + c[:, None, :]).ravel()
-        weight = weight_row[:, :, None] * weight_column[:, None, :]
-        real, imaginary = (
-            np.bincount(cells, (weight * half[part, None, None]).ravel(), band * shape[1]).reshape(band, shape[1])
-            for half in (amplitude.real, amplitude.imag)
-        )
-        for k in range(0, band, shape[0]):  # once for each time that the band covers the circle
-            full = slice(k, k + shape[0])
-            total[np.arange(start + k, start + min(k + shape[0], band)) % shape[0]] += real[full] + 1j * imaginary[full]
+    compiled = kernels()
+    points = POINTS_PER_CALL if compiled else POINTS_PER_PART
+    for part in np.array_split(order, max(1, len(order) // points)) if len(order) else ():
+        weights = *rows.weights(row[part]), *columns.weights(column[part])
+        if compiled:
+            taken = *weights, amplitude[part].astype(np.complex128), total.view(np.float32)
+            compiled.run("spread_points", len(part), *shape, rows.width, columns.width, *taken)
+        else:
+            _spread_part(total, *weights, amplitude[part])
     return total
 
 
-def spread_by_tables(
-    shape: tuple[int, int], row: Floats, column: Floats, amplitude: Complexes, rows: Tables, columns: Tables
-) -> Profiles:
-    """A grid of `shape`, which is not circular, with the amplitudes of points spread by the tables of two kernels.
-
-    row, column: (E,) positions [samples], so far from the edges that kernels do not reach beyond; amplitude: (E,).
-    """
-    total = np.zeros(shape, dtype=np.complex64)
-    order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
-    for part in np.array_split(order, max(1, len(order) // POINTS_PER_PART)) if len(order) else ():
-        (row_entry, first_row), (column_entry, first_column) = (
-            _entries(position[part], tables[0].shape[2]) for position, tables in ((row, rows), (column, columns))
-        )
-        start, stop = int(first_row[0]), int(first_row[-1]) + rows[0].shape[2]
-        cells = (first_row - start)[:, None] + np.arange(rows[0].shape[2])
-        cells = cells[:, :, None] * shape[1] + (first_column[:, None] + np.arange(columns[0].shape[2]))[:, None]
-        weight = rows[0][:, 0].take(row_entry, axis=0)[:, :, None] * columns[0][:, 0].take(column_entry, axis=0)[:, None]
-        for half, target in ((amplitude.real, total.real), (amplitude.imag, total.imag)):
-            weighted = (weight * half[part, None, None].astype(np.float32)).ravel()
-            band = np.bincount(cells.ravel(), weighted, (stop - start) * shape[1])
-            target[start:stop] += band.reshape(stop - start, shape[1])
-    return total
+def _spread_part(
+    total: Profiles,
+    first_row: Indices,
+    weight_row: Floats,
+    first_column: Indices,
+    weight_column: Floats,
+    amplitude: Complexes,
+) -> None:
+    """Adds points (E,), by rising row, to a grid: weights (E, width) from the first row on, and from the first column on."""
+    (size, columns), width = total.shape, weight_row.shape[1]
+    start = int(first_row[0])
+    band = int(first_row[-1]) + width - start
+    r = first_row[:, None] - start + np.arange(width)
+    c = (first_column[:, None] + np.arange(weight_column.shape[1])) % columns
+    cells = (r[:, :, None] * columns + c[:, None, :]).ravel()
+    weight = weight_row[:, :, None] * weight_column[:, None, :]
+    real, imaginary = (
+        np.bincount(cells, (weight * half[:, None, None]).ravel(), band * columns).reshape(band, columns)
+        for half in (amplitude.real, amplitude.imag)
+    )
+    for k in range(0, band, size):  # once for each time that the band covers the circle
+        full = slice(k, k + size)
+        total[np.arange(start + k, start + min(k + size, band)) % size] += real[full] + 1j * imaginary[full]
 
 
 def spread_moving(

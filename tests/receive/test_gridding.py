@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, spread, spread_by_tables, spread_moving
+from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, KernelTable, spread, spread_moving
 
 
 @pytest.mark.parametrize(("width", "oversampling", "bound_db"), [(4, 1.5, -55), (6, 1.5, -74), (4, 3.0, -74), (6, 2.0, -90)])
@@ -75,7 +75,8 @@ def test_tables_spread_points_as_their_kernels_do() -> None:
     row, column = rng.uniform(4, 36, 5000), rng.uniform(8, 290, 5000)
     amplitude = rng.normal(size=5000) + 1j * rng.normal(size=5000)
     exact = spread(shape, row, column, amplitude, rows, columns)
-    own = spread_by_tables(shape, row, column, amplitude, rows.tables(), columns.tables())
+    tables = KernelTable(rows.tables()[0]), KernelTable(columns.tables()[0])
+    own = spread(shape, row, column, amplitude, *tables)
     assert np.sum(np.abs(own - exact) ** 2) < 2e-8 * np.sum(np.abs(exact) ** 2)
     none = np.zeros(0)
-    assert not spread_by_tables(shape, none, none, none.astype(complex), rows.tables(), columns.tables()).any()
+    assert not spread(shape, none, none, none.astype(complex), *tables).any()

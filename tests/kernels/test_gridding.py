@@ -1,0 +1,31 @@
+"""The kernel that spreads points on a grid against numpy."""
+
+import numpy as np
+import pytest
+
+from radar_service.receive.gridding import Kernel, KernelTable, spread
+from tests.kernels.both import NEEDS_KERNELS, both
+
+pytestmark = NEEDS_KERNELS
+
+
+@pytest.mark.parametrize("by_table", [False, True])
+@pytest.mark.parametrize("shape", [(40, 300), (3, 300), (40, 4), (1, 1)])
+@pytest.mark.parametrize("count", [0, 1, 3000])
+def test_grids_are_those_of_numpy(
+    count: int, shape: tuple[int, int], by_table: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Past all edges, also of grids smaller than the kernels, in several calls, with gaps between rows; the grid's own rounding
+    is 6e-8 of the peak, in as many parts as numpy has: 20 of them."""
+    monkeypatch.setattr("radar_service.receive.gridding.POINTS_PER_CALL", 700)
+    monkeypatch.setattr("radar_service.receive.gridding.POINTS_PER_PART", 150)
+    rng, kernels = np.random.default_rng(count), (Kernel(4, 3.0), Kernel(6, 1.5))
+    weights = tuple(KernelTable(kernel.tables()[0]) for kernel in kernels) if by_table else kernels
+    row = np.where(
+        rng.random(count) < 0.5, rng.uniform(-3.0, 5.0, count), rng.uniform(shape[0] - 5.0, shape[0] + 3.0, count)
+    )
+    column = rng.uniform(-5.0, shape[1] + 5.0, count)
+    amplitude = rng.normal(size=count) + 1j * rng.normal(size=count)
+    compiled, by_numpy = both(lambda: spread(shape, row, column, amplitude, *weights))
+    np.testing.assert_allclose(compiled, by_numpy, rtol=0.0, atol=1.2e-6 * np.abs(by_numpy).max(initial=0.0))
+    assert compiled.any() == (count > 0)
