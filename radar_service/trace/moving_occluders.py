@@ -16,6 +16,7 @@ from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.world.presence import Presences
 
+FEW = 32  # bodies whose pairs with points take less time than to look which of these lie over them
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 
 
@@ -47,9 +48,7 @@ class MovingOccluders:
         self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
-        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors, Floats]] = ResultCache(
-            INSTANTS, revision
-        )
+        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = ResultCache(INSTANTS, revision)
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -117,11 +116,17 @@ class MovingOccluders:
             return
         azimuth = np.arctan2(position[:, 0] - antenna[0], position[:, 1] - antenna[1])
         present = self.present(time)[self.keys]
-        _, sectors, tops = self._instant(antenna, time)
-        slope = (position[:, 2] - antenna[2]) / np.maximum(distance, 1e-9) - distance / (2.0 * self._earth_radius)
-        for body, point in points_behind(sectors, azimuth, distance, (tops, slope) if straight else None):
+        slopes = self._slopes(position, distance, antenna, time) if straight and len(self.keys) > FEW else None
+        for body, point in points_behind(self.sectors(antenna, time), azimuth, distance, slopes):
             kept = np.flatnonzero(present[body])
             yield (body, point) if len(kept) == len(body) else (body[kept], point[kept])
+
+    def _slopes(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> tuple[Floats, Floats]:
+        """`top_slopes` of all bodies (N,), and slopes of the lines of sight to points (E,)."""
+        posed, earth = self._posed(antenna, time), self._earth_radius
+        centre = posed.poses.map_from_bodies(0, self._kinds.centre, np.arange(len(self.keys)))
+        tops = top_slopes(centre, self._kinds.radius, self._kinds.tops(posed.poses), antenna, earth)
+        return tops, (position[:, 2] - antenna[2]) / np.maximum(distance, 1e-9) - distance / (2.0 * earth)
 
     def _posed(self, antenna: Floats, time: float) -> PosedOccluders:
         """All of them at `time` [s]."""
@@ -153,16 +158,15 @@ class MovingOccluders:
         other._instants = ResultCache(INSTANTS, revision)
         return other
 
-    def _instant(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors, Floats]:
-        """Poses, sectors and `top_slopes` (N,) at `time` [s] for an antenna (3,)."""
+    def _instant(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
+        """Poses and sectors at `time` [s] for an antenna (3,)."""
         return self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
 
-    def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors, Floats]:
+    def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         """Computes `_instant`."""
-        poses, kinds = self._poses.at(np.array([time])), self._kinds
-        centre = poses.map_from_bodies(0, kinds.centre, np.arange(len(self.keys)))
-        tops = top_slopes(centre, kinds.radius, kinds.tops(poses), antenna, self._earth_radius)
-        return poses, shadow_sectors(centre, kinds.radius, antenna), tops
+        poses = self._poses.at(np.array([time]))
+        centre = poses.map_from_bodies(0, self._kinds.centre, np.arange(len(self.keys)))
+        return poses, shadow_sectors(centre, self._kinds.radius, antenna)
 
 
 def _origins(antenna: Floats, reflection: Floats | None, which: Indices) -> Floats:

@@ -86,8 +86,9 @@ class PoseArrays(NamedTuple):
     def map_from_bodies(self, k: int, points: Floats, body: Indices) -> Floats:
         """Points (E, 3) of bodies' own frames, point e of body body[e], on the map [m] at instant k."""
         placed = map_from_bodies(points, body, self.position[k], self.heading[k])
-        own, rotation = self._leaning(k, body)
-        placed[own] = np.einsum("ei,eji->ej", points[own], rotation) + self.position[k].take(body[own], axis=0)
+        if self.rotation:
+            own, rotation = self._leaning(k, body)
+            placed[own] = np.einsum("ei,eji->ej", points[own], rotation) + self.position[k].take(body[own], axis=0)
         return placed
 
     def frames_from_map(self, k: int, points: Floats, body: Indices, earth_radius: float) -> Floats:
@@ -98,22 +99,22 @@ class PoseArrays(NamedTuple):
             up -= (east * east + north * north) / (2.0 * earth_radius)
         heading = self.heading[k]
         framed = turned(local, np.cos(heading)[body], -np.sin(heading)[body])
-        own, rotation = self._leaning(k, body)
-        framed[own] = np.einsum("ei,eij->ej", local[own], rotation)
+        if self.rotation:
+            own, rotation = self._leaning(k, body)
+            framed[own] = np.einsum("ei,eij->ej", local[own], rotation)
         return framed
 
     def rotated_from_bodies(self, k: int, vectors: Floats, body: Indices) -> Floats:
         """Vectors (E, 3) of bodies' own frames, vector e of body[e], along the map's axes at instant k."""
         heading = self.heading[k]
         rotated = turned(vectors, np.cos(heading)[body], np.sin(heading)[body])
-        own, rotation = self._leaning(k, body)
-        rotated[own] = np.einsum("ei,eji->ej", vectors[own], rotation)
+        if self.rotation:
+            own, rotation = self._leaning(k, body)
+            rotated[own] = np.einsum("ei,eji->ej", vectors[own], rotation)
         return rotated
 
     def _leaning(self, k: int, body: Indices) -> tuple[Indices, Floats]:
         """Which of bodies (E,) roll or pitch, (L,), and their rotations (L, 3, 3) map_from_body at instant k."""
-        if not self.rotation:
-            return np.zeros(0, dtype=np.int64), np.zeros((0, 3, 3))
         number = np.full(self.position.shape[1], -1)
         number[list(self.rotation)] = np.arange(len(self.rotation))
         own = np.flatnonzero(number[body] >= 0)
