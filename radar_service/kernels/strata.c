@@ -8,6 +8,8 @@
 #define DIMENSIONS 6 /* of features: position and normal */
 #define DIGIT 256    /* values of a digit of a key */
 #define DIGITS 4
+#define LANES 8 /* that numpy sums side by side, and of how many values at most */
+#define BLOCK 128
 #define LIMIT 2e9 /* of a whole number in a key: a body of 2 km over its rms radius, in steps */
 
 enum { NO_MEMORY = -1 };
@@ -36,18 +38,35 @@ KERNEL int64_t surface_points(int64_t count, int64_t faces, const double *vertic
     return count;
 }
 
+/* The sum of values (N), N = count, in numpy's order: whether heights are equal, and their extent 0, depends on its rounding. */
+static double sum_of(int64_t count, const double *values) {
+    if (count > BLOCK) {
+        int64_t half = count / 2 - count / 2 % LANES;
+        return sum_of(half, values) + sum_of(count - half, values + half);
+    }
+    double total = 0.0, lane[LANES] = {0.0};
+    int64_t i = 0;
+    if (count >= LANES) {
+        for (; i + LANES <= count; i += LANES)
+            for (int k = 0; k < LANES; k++) lane[k] += values[i + k];
+        total = ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+    }
+    for (; i < count; i++) total += values[i];
+    return total;
+}
+
 /* Positions over their rms distance from the middle and weighted normals, rounded: (N, DIMENSIONS), N = count. */
 static void features_of(int64_t count, const double *position, const double *direction, double *feature) {
-    double middle[3] = {0.0, 0.0, 0.0}, square = 0.0;
+    double middle[3] = {0.0, 0.0, 0.0};
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) middle[axis] += position[3 * i + axis];
     for (int axis = 0; axis < 3; axis++) middle[axis] /= (double)count;
     for (int64_t i = 0; i < count; i++) {
         double offset[3];
         subtract(position + 3 * i, middle, offset);
-        square += dot(offset, offset);
+        feature[i] = dot(offset, offset);
     }
-    double size = larger(sqrt(square / (double)count), 1e-9);
+    double size = larger(sqrt(sum_of(count, feature) / (double)count), 1e-9);
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
             double offset = position[3 * i + axis] - middle[axis];
@@ -108,28 +127,30 @@ static void sort_group(int64_t count, int64_t *group, const double *feature, int
     memcpy(group, from.point, (size_t)count * sizeof *group);
 }
 
-/* Mean height and vertical extent of what a stratum of points (M), M = count, stands for about one of them. */
+/* Mean height and vertical extent of what a stratum of points (M), M = count, stands for about one of them; value: scratch (M). */
 static void patch_heights(int64_t count, const int64_t *group, int64_t one, const double *position, const double *direction,
-                          const double *area, double sea, double *middle, double *span) {
-    double all = 0.0, above = 0.0, sum = 0.0, square = 0.0;
-    for (int64_t i = 0; i < count; i++) {
-        if (dot(direction + 3 * group[i], direction + 3 * one) <= ALIKE) continue;
-        all += area[group[i]];
-        if (position[3 * group[i] + 2] > sea) above += area[group[i]];
-    }
-    double total = above > 0.0 ? above : all;
-    for (int pass = 0; pass < 2; pass++)
+                          const double *area, double sea, double *value, double *middle, double *span) {
+    double total = 0.0;
+    int afloat = 0;
+    for (int64_t i = 0; i < count; i++)
+        afloat |= position[3 * group[i] + 2] > sea && dot(direction + 3 * group[i], direction + 3 * one) > ALIKE;
+    for (int pass = 0; pass < 3; pass++) { /* areas, heights, squares of distances from the mean height */
         for (int64_t i = 0; i < count; i++) {
+            const double *own = direction + 3 * group[i];
             double height = position[3 * group[i] + 2];
-            if (dot(direction + 3 * group[i], direction + 3 * one) <= ALIKE || (above > 0.0 && height <= sea)) continue;
-            double weight = area[group[i]] / total;
-            if (pass)
-                square += weight * (height - sum) * (height - sum);
-            else
-                sum += weight * height;
+            int counts = dot(own, direction + 3 * one) > ALIKE && (!afloat || height > sea);
+            double weight = counts ? area[group[i]] : 0.0;
+            value[i] = pass == 0 ? weight : pass == 1 ? weight / total * height
+                                                      : weight / total * ((height - *middle) * (height - *middle));
         }
-    *middle = sum;
-    *span = sqrt(12.0 * square);
+        double sum = sum_of(count, value);
+        if (pass == 0)
+            total = sum;
+        else if (pass == 1)
+            *middle = sum;
+        else
+            *span = sqrt(12.0 * sum);
+    }
 }
 
 /* Groups points (N), N = count, into parts 2^halvings strata of equal size, cut where each group is longest, and draws point `pick`
@@ -158,9 +179,9 @@ KERNEL int64_t strata(int64_t count, int64_t parts, int64_t halvings, const doub
     for (int64_t g = 0; g < groups; g++) {
         const int64_t *own = group + g * size;
         chosen[g] = own[pick[g]];
-        carried[g] = 0.0;
-        for (int64_t i = 0; i < size; i++) carried[g] += area[own[i]];
-        patch_heights(size, own, chosen[g], position, direction, area, sea, middle + g, span + g);
+        for (int64_t i = 0; i < size; i++) feature[i] = area[own[i]];
+        carried[g] = sum_of(size, feature);
+        patch_heights(size, own, chosen[g], position, direction, area, sea, feature, middle + g, span + g);
     }
     free(group);
     return groups;

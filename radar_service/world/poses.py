@@ -97,8 +97,8 @@ class PoseArrays(NamedTuple):
         east, north, up = local.T
         if np.isfinite(earth_radius):
             up -= (east * east + north * north) / (2.0 * earth_radius)
-        heading = self.heading[k]
-        framed = turned(local, np.cos(heading)[body], -np.sin(heading)[body])
+        cosine, sine = _turns(self.heading[k], body)
+        framed = turned(local, cosine, -sine)
         if self.rotation:
             own, rotation = self._leaning(k, body)
             framed[own] = np.einsum("ei,eij->ej", local[own], rotation)
@@ -106,8 +106,7 @@ class PoseArrays(NamedTuple):
 
     def rotated_from_bodies(self, k: int, vectors: Floats, body: Indices) -> Floats:
         """Vectors (E, 3) of bodies' own frames, vector e of body[e], along the map's axes at instant k."""
-        heading = self.heading[k]
-        rotated = turned(vectors, np.cos(heading)[body], np.sin(heading)[body])
+        rotated = turned(vectors, *_turns(self.heading[k], body))
         if self.rotation:
             own, rotation = self._leaning(k, body)
             rotated[own] = np.einsum("ei,eji->ej", vectors[own], rotation)
@@ -191,9 +190,17 @@ def map_from_bodies(points: Floats, body: Indices, position: Floats, heading: Fl
 
     position: (B, 3) [m] and heading: (B,) [rad] of the bodies.
     """
-    rotated = turned(points, np.cos(heading)[body], np.sin(heading)[body])
-    rotated += position[body]
+    rotated = turned(points, *_turns(heading, body))
+    rotated += position.take(body, axis=0)
     return rotated
+
+
+def _turns(heading: Floats, body: Indices) -> tuple[Floats, Floats]:
+    """Cosine and sine of the headings of bodies (E,), by those of all (B,) [rad]: of whichever are fewer."""
+    if len(body) < len(heading):
+        turn = heading[body]
+        return np.cos(turn), np.sin(turn)
+    return np.cos(heading)[body], np.sin(heading)[body]
 
 
 def rotated_from_bodies(vectors: Floats, body: Indices, poses: Sequence[BodyPose]) -> Floats:
