@@ -16,7 +16,7 @@ from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.world.presence import Presences
 
-FEW = 32  # bodies whose pairs with points take less time than to look which of these lie over them
+FEW_BODIES = 32  # bodies whose pairs with points take less time than to look which of these lie over them
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 
 
@@ -116,7 +116,7 @@ class MovingOccluders:
             return
         azimuth = np.arctan2(position[:, 0] - antenna[0], position[:, 1] - antenna[1])
         present = self.present(time)[self.keys]
-        slopes = self._slopes(position, distance, antenna, time) if straight and len(self.keys) > FEW else None
+        slopes = self._slopes(position, distance, antenna, time) if straight and len(self.keys) > FEW_BODIES else None
         for body, point in points_behind(self.sectors(antenna, time), azimuth, distance, slopes):
             kept = np.flatnonzero(present[body])
             yield (body, point) if len(kept) == len(body) else (body[kept], point[kept])

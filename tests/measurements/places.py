@@ -108,6 +108,20 @@ def steel_boxes(count: int) -> rs.Scene:
     return scene(bodies, radar={"range_max_m": 6000, "azimuths": 2048}, environment={"multipath": True})
 
 
+def declared_hulls(count: int) -> rs.Scene:
+    """Hulls of 12 to 41 m with a declared cross-section, under way all over 5.5 km, by an antenna at rest; multipath, 2048
+    azimuths."""
+    rng, bodies = np.random.default_rng(1), []
+    while len(bodies) < count:
+        k, (east, north) = len(bodies), rng.uniform(-5500.0, 5500.0, 2).tolist()
+        if np.hypot(east, north) > 300.0:
+            hull = {"shape": "hull", "length_m": 12 + k % 30, "beam_m": 4, "height_m": 4, "rcs_dbsm": 15}
+            motion = {"position_m": [east, north, 0.0], "speed_kn": 5 + k % 11, "course_deg": 37 * k % 360}
+            bodies.append({"name": f"hull {k}", **hull, **motion})
+    radar = {"range_max_m": 6000, "azimuths": 2048}
+    return rs.load_scene({"name": "hulls", "radar": radar, "environment": {"multipath": True}, "body": bodies})
+
+
 def _spread(rng: np.random.Generator, count: int, nearest: float, farthest: float) -> list[tuple[float, float]]:
     """Positions evenly over a ring [m]."""
     bearing, distance = rng.uniform(0, 2 * np.pi, count), np.sqrt(rng.uniform(nearest**2, farthest**2, count))

@@ -45,6 +45,7 @@ METAL: dict[str, Callable[[Path], rs.Scene]] = {
     "100 steel boxes": lambda folder: scenes.steel_boxes(100),
     "1000 steel boxes": lambda folder: scenes.steel_boxes(1000),
     "3000 steel boxes": lambda folder: scenes.steel_boxes(3000),
+    "10,000 declared hulls": lambda folder: scenes.declared_hulls(10_000),
 }
 
 

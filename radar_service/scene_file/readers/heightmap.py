@@ -99,9 +99,10 @@ def heightmap_terrain(
     faces, rim = _faces_in_coverage(positions, heights, coverage)
     total = 2 * (heights.shape[0] - 1) * (heights.shape[1] - 1)
     if len(faces) == 0:
+        reach = f" within {coverage.radius:g} m of own ship" if np.isfinite(coverage.radius) else ""
         raise SceneError(
-            f"{location}.heightmap: none of the {total} triangles rises above the sea within {coverage.radius:g} m of own "
-            "ship; check low_m, high_m and the position of the map"
+            f"{location}.heightmap: none of the {total} triangles rises above the sea{reach}; check low_m, high_m and the "
+            "position of the map"
         )
     used = np.zeros(heights.size, dtype=np.bool_)
     used[faces] = True
