@@ -159,7 +159,7 @@ static void patch_heights(int64_t count, const int64_t *group, int64_t one, cons
 KERNEL int64_t strata(int64_t count, int64_t parts, int64_t halvings, const double *position, const double *direction,
                       const double *area, double sea, const int64_t *pick, int64_t *chosen, double *carried, double *middle,
                       double *span) {
-    int64_t *group = malloc((size_t)count * (3 * sizeof(int64_t) + 2 * sizeof(uint32_t) + DIMENSIONS * sizeof(double)) + 1);
+    int64_t *group = calloc((size_t)count + 1, 3 * sizeof(int64_t) + 2 * sizeof(uint32_t) + DIMENSIONS * sizeof(double));
     if (!group) return NO_MEMORY;
     double *feature = (double *)(group + 3 * count);
     uint32_t *keys = (uint32_t *)(feature + DIMENSIONS * count);
