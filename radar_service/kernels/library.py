@@ -34,6 +34,8 @@ PROTOTYPES = {
     "shadow_edge_step": "nriifffffiffiffffi",
     "shadow_tips": "nnfbibff",
     "shadow_cuts": "nnnfbfibffiffi",
+    "cast_lit": "nnfffb",
+    "cast_cuts": "nnnnfffffffib",
     "leg_rays": "nnffrrfrfffffffb",
     "leg_lengths": "nnffrrfrf",
     "phasors": "nfc",
