@@ -43,6 +43,8 @@ PROTOTYPES = {
     "sags": "nnffffffff",
     "facet_fields": "nnnnniffbf" + 2 * "fffffffcf" + "c",
     "tube_fields": "nnnrffffffffiffffffffcf",
+    "turned_corners": "nffff",
+    "kept_tubes": "nnnriffffffff" + "ff" + "ffffff" + "fii",
     "lattice_sums": "nnnifcc",
     "cut_triangles": "nnfffi",
     "welded": "nfif",

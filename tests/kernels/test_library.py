@@ -89,6 +89,7 @@ PYTHON = {  # modules whose constants C has too
     "own_shadows.c": (OPTICS + "own_shadows", "radar_service.trace.occluder"),
     "cast_shadows.c": (OPTICS + "cast_shadows",),
     "shadow_edges.c": (OPTICS + "shadow_edges", OPTICS + "facets"),
+    "kept_tubes.c": (OPTICS + "tube_tracing",),
     "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
     "triangle_means.h": (OPTICS + "facet_integral",),
     "leg_rays.c": ("radar_service.propagation.legs",),
