@@ -171,17 +171,18 @@ class OcclusionScene:
         poses = {key: pose for _, pose, key in self.moving.chosen(bodies, time)}
         return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
 
-    def own_occluder(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
-        """The occluder of one body alone and its pose at `time` [s]; None of a body that does not occlude, or is absent.
+    def own_occluder(self, body: int, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
+        """`occluder_of` a body, and its pose at `time` [s]."""
+        occluder = self.occluder_of(body, time, movers)
+        return None if occluder is None else (occluder, pose_at(self._bodies[body], time))
 
-        movers: as of `visible`.
-        """
+    def occluder_of(self, body: int, time: float, movers: bool = True) -> Occluder | None:
+        """The occluder of one body alone; None of a body that does not occlude, or is absent at `time` [s]; movers: as of
+        `visible`."""
         mesh = self._bodies[body].mesh
         if self._resting[body] and mesh is not None:
-            occluder = self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
-            return occluder, pose_at(self._bodies[body], time)
-        own = self.moving.chosen([body], time) if movers else []
-        return own[0][:2] if own else None
+            return self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
+        return self.moving.occluder(body, time) if movers else None
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""

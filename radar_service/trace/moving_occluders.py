@@ -87,6 +87,10 @@ class MovingOccluders:
             if present[key]:
                 yield PosedOccluder(key, self._occluders[key], poses.of_body(0, n), points)
 
+    def occluder(self, key: int, time: float) -> Occluder | None:
+        """The occluder of body `key`; None of one that rests, or never occludes, or is absent at `time` [s]."""
+        return self._occluders[key] if key in self._number and self.present(time)[key] else None
+
     def chosen(self, keys: Collection[int], time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
         present = self.present(time)

@@ -161,17 +161,25 @@ def lift(vertices: Floats, position: Floats, rotation: Floats) -> float:
 def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices, Indices, Floats]:
     """The parts of facets with corners (3, M) among points (V, 3) that rise above the sea: the facet that each comes from (N,),
     its corners (3, N), and the points that these are among. Those of parts of a facet are new."""
-    low = (points[:, 2] < water - AT_LEVEL)[corner]
-    wet = np.flatnonzero(low.any(axis=0))
-    if not len(wet):
-        return np.arange(corner.shape[1]), corner, points
-    dry = np.flatnonzero(~low.any(axis=0))
-    crossed = wet[~low[:, wet].all(axis=0)]
+    dry, crossed = _dry_and_crossed(points, corner, water - AT_LEVEL)
+    if len(dry) == corner.shape[1]:
+        return dry, corner, points
     parts, origin = above_water(points[corner[:, crossed].T], water)
     used, dry_corner = renumbered(corner[:, dry], len(points))
     new = len(used) + np.arange(3 * len(parts)).reshape(-1, 3).T
     corners = np.concatenate([dry_corner, new], axis=1)
     return np.concatenate([dry, crossed[origin]]), corners, np.concatenate([points[used], parts.reshape(-1, 3)])
+
+
+def _dry_and_crossed(points: Floats, corner: Indices, level: float) -> tuple[Indices, Indices]:
+    """Which facets have no corner below a level [m], and which have some; arguments as of `_above_water`."""
+    if compiled := kernels():
+        count, crossings = corner.shape[1], np.zeros(1, dtype=np.int64)
+        dry, crossed = np.empty((2, count), dtype=np.int64)
+        taken = np.ascontiguousarray(points), np.ascontiguousarray(corner)
+        return dry[: compiled.run("dry_facets", count, *taken, level, dry, crossed, crossings)], crossed[: crossings[0]]
+    low = (points[:, 2] < level)[corner].sum(axis=0)
+    return np.flatnonzero(low == 0), np.flatnonzero((low > 0) & (low < 3))
 
 
 def lit_facets(

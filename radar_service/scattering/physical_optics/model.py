@@ -49,6 +49,7 @@ from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, R
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.trace.occluder import Occluder
 from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
@@ -194,8 +195,10 @@ class PhysicalOptics(AspectModel):
         scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
         others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
+        own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
+        own = own if own is not None and self._in_reach(b, pose, antenna, instant) else None
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
@@ -222,12 +225,12 @@ class PhysicalOptics(AspectModel):
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None,
+        others: list[int], shadows: CastShadows | None, own: Occluder | None,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
         optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`.
+        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach.
         """
         scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
 
@@ -242,9 +245,8 @@ class PhysicalOptics(AspectModel):
         crowded = shadows is None
         edges: Edges | None = None
         seen: Visible = partial(visible, bodies=others if crowded else [])
-        own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
-        if own is not None and self._in_reach(b, pose, antenna, instant):
-            own_shadows = OwnShadows(own[0], posed, antenna, scene.earth_radius, by_sea)
+        if own is not None and not crowded:
+            own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
