@@ -62,6 +62,7 @@ _DTYPES = {
     "i": (np.dtype(np.int64),),
     "b": (np.dtype(np.bool_), np.dtype(np.int8)),
 }
+_memory, _address = ctypes.c_char.from_buffer, ctypes.addressof
 RAY_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _SCALARS = {"n": ctypes.c_int64, "r": ctypes.c_double, "t": RAY_CALL}
 
@@ -128,13 +129,13 @@ def _passed(kind: str, argument: Argument) -> int | float:
     """An argument as ctypes takes it: a number, or where an array lies."""
     if not isinstance(argument, np.ndarray):
         return argument
-    if argument.dtype not in _DTYPES[kind] or not argument.flags.c_contiguous:
-        raise TypeError(
-            f"array of {argument.dtype}, strides {argument.strides}: a kernel takes C-contiguous {_DTYPES[kind]}"
-        )
-    if argument.size and argument.flags.writeable:
-        return ctypes.addressof(ctypes.c_char.from_buffer(argument.data))  # a third of the time of `ctypes.data`
-    return argument.ctypes.data
+    if argument.dtype in _DTYPES[kind]:
+        try:
+            return _address(_memory(argument))  # a fifth of the time of `ctypes.data`
+        except (TypeError, ValueError):  # read-only, empty, or with gaps
+            if argument.flags.c_contiguous:
+                return int(argument.ctypes.data)
+    raise TypeError(f"array of {argument.dtype}, strides {argument.strides}: a kernel takes C-contiguous {_DTYPES[kind]}")
 
 
 def library_file() -> Path | None:

@@ -58,6 +58,7 @@ from radar_service.world.poses import BodyPose, pose_at
 # is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
@@ -357,7 +358,7 @@ def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
     """The corners (8, 3) of the box around what of an upright body rises above the sea, on the map [m]."""
     low, high = optical.mesh.vertices.min(axis=0), optical.mesh.vertices.max(axis=0)
     low[2] = max(low[2], min(-pose.position[2], high[2]))
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
+    corners = np.where(BOX_CORNERS, high, low)
     return map_from_body(corners, pose.position, pose.heading)
 
 
