@@ -6,7 +6,8 @@
 #include "geometry.h"
 
 static const double ON_PLANE = 1e-6; /* m, of cast_shadows.py */
-enum { NO_MEMORY = -1, AXES = 6 };   /* corners in the body's frame, then at virtual positions */
+/* AXES: corners in the body's frame, then at virtual positions. TOGETHER: neighbouring triangles that are tested at once first. */
+enum { NO_MEMORY = -1, AXES = 6, TOGETHER = 16 };
 
 typedef struct {
     double at[3][AXES]; /* its corners */
@@ -95,10 +96,60 @@ static int divided(Pieces *all, int64_t which, double *value) {
     return 1;
 }
 
+/* The middle of triangles (N, 3, 3), and a radius about it that holds them. */
+static double sphere(const double *virtual, int64_t count, double *centre) {
+    double radius = 0.0, way[3];
+    for (int axis = 0; axis < 3; axis++) {
+        centre[axis] = 0.0;
+        for (int64_t corner = 0; corner < 3 * count; corner++) centre[axis] += virtual[3 * corner + axis];
+        centre[axis] /= 3.0 * (double)count;
+    }
+    for (int64_t corner = 0; corner < 3 * count; corner++) {
+        subtract(virtual + 3 * corner, centre, way);
+        radius = larger(radius, dot(way, way));
+    }
+    return sqrt(radius);
+}
+
+/* What of the shadows concerns some neighbouring triangles: edges (E) that may cut one, and shadows (T) in which a part may lie. */
+typedef struct {
+    int64_t edges, shadows;
+    double *edge_plane, *edge_offset, *plane, *offset;
+} Near;
+
+/* Makes room for all edges and shadows; returns 0 without memory. */
+static int reserve(Near *near, int64_t edges, int64_t shadows) {
+    double *room = malloc(16 * (size_t)(edges + shadows + 1) * sizeof *room);
+    near->edge_plane = room;
+    if (!room) return 0;
+    near->edge_offset = room + 12 * edges;
+    near->plane = near->edge_offset + 4 * edges;
+    near->offset = near->plane + 12 * shadows;
+    return 1;
+}
+
+/* Puts those into `near` that may concern what a sphere holds, of all edges and shadows. */
+static void choose(Near *near, const double *centre, double radius, int64_t edges, const double *edge_plane,
+                   const double *edge_offset, int64_t shadows, const double *plane, const double *offset) {
+    near->edges = near->shadows = 0;
+    radius += ON_PLANE;
+    for (int64_t i = 0; i < edges; i++)
+        if (may_cut(centre, radius, edge_plane + 12 * i, edge_offset + 4 * i)) {
+            memcpy(near->edge_plane + 12 * near->edges, edge_plane + 12 * i, 12 * sizeof *plane);
+            memcpy(near->edge_offset + 4 * near->edges++, edge_offset + 4 * i, 4 * sizeof *plane);
+        }
+    for (int64_t i = 0; i < shadows; i++) {
+        int may = 1;
+        for (int k = 0; k < 4 && may; k++) may = dot(plane + 12 * i + 3 * k, centre) - offset[4 * i + k] >= -radius;
+        if (!may) continue;
+        memcpy(near->plane + 12 * near->shadows, plane + 12 * i, 12 * sizeof *plane);
+        memcpy(near->offset + 4 * near->shadows++, offset + 4 * i, 4 * sizeof *plane);
+    }
+}
+
 /* Puts a triangle, and every part of it that edges cut off, into `all`; returns 0 without memory. */
-static int cut_up(Pieces *all, const double *corners, const double *virtual, int64_t edges, const double *plane,
-                  const double *offset) {
-    double centre[3], radius = 0.0, value[3];
+static int cut_up(Pieces *all, const double *corners, const double *virtual, const Near *near) {
+    double centre[3], radius = sphere(virtual, 1, centre), value[3];
     all->count = 0;
     Piece *whole = added(all);
     if (!whole) return 0;
@@ -106,30 +157,24 @@ static int cut_up(Pieces *all, const double *corners, const double *virtual, int
         memcpy(whole->at[corner], corners + 3 * corner, sizeof centre);
         memcpy(whole->at[corner] + 3, virtual + 3 * corner, sizeof centre);
     }
-    for (int axis = 0; axis < 3; axis++) centre[axis] = (virtual[axis] + virtual[3 + axis] + virtual[6 + axis]) / 3.0;
-    for (int corner = 0; corner < 3; corner++) {
-        double way[3];
-        subtract(virtual + 3 * corner, centre, way);
-        radius = larger(radius, dot(way, way));
-    }
-    radius = sqrt(radius);
-    for (int64_t edge = 0; edge < edges; edge++) {
-        if (!may_cut(centre, radius, plane + 12 * edge, offset + 4 * edge)) continue;
+    for (int64_t edge = 0; edge < near->edges; edge++) {
+        const double *plane = near->edge_plane + 12 * edge, *offset = near->edge_offset + 4 * edge;
+        if (!may_cut(centre, radius, plane, offset)) continue;
         for (int64_t piece = all->count - 1; piece >= 0; piece--)
-            if (crosses(&all->pieces[piece], plane + 12 * edge, offset + 4 * edge, value) && !divided(all, piece, value)) return 0;
+            if (crosses(&all->pieces[piece], plane, offset, value) && !divided(all, piece, value)) return 0;
     }
     return 1;
 }
 
 /* Finds which pieces lie in no shadow; returns how many. */
-static int64_t light(Pieces *all, int64_t triangles, const double *plane, const double *offset) {
+static int64_t light(Pieces *all, const Near *near) {
     int64_t total = 0;
     for (int64_t i = 0; i < all->count; i++) {
         Piece *piece = &all->pieces[i];
         double middle[3];
         for (int axis = 0; axis < 3; axis++)
             middle[axis] = (piece->at[0][3 + axis] + piece->at[1][3 + axis] + piece->at[2][3 + axis]) / 3.0;
-        piece->lit = !in_shadow(middle, triangles, plane, offset);
+        piece->lit = !in_shadow(middle, near->shadows, near->plane, near->offset);
         total += piece->lit;
     }
     return total;
@@ -144,13 +189,17 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
                          const double *virtual, const double *edge_plane, const double *edge_offset, const double *plane,
                          const double *offset, double *parts, int64_t *origin, uint8_t *bright) {
     Pieces all = {NULL, 0, 0};
+    Near near;
     int64_t total = 0;
-    for (int64_t i = 0; i < count; i++) {
-        if (!cut_up(&all, corners + 9 * i, virtual + 9 * i, edges, edge_plane, edge_offset)) {
-            free(all.pieces);
-            return NO_MEMORY;
+    int failed = !reserve(&near, edges, triangles);
+    for (int64_t i = 0; i < count && !failed; i++) {
+        if (i % TOGETHER == 0) {
+            int64_t some = count - i < TOGETHER ? count - i : TOGETHER;
+            double centre[3], radius = sphere(virtual + 9 * i, some, centre);
+            choose(&near, centre, radius, edges, edge_plane, edge_offset, triangles, plane, offset);
         }
-        int64_t lit = light(&all, triangles, plane, offset), pieces = lit == all.count ? 0 : lit ? all.count : 1;
+        failed = !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
+        int64_t lit = light(&all, &near), pieces = lit == all.count ? 0 : lit ? all.count : 1;
         for (int64_t piece = 0; piece < pieces; piece++, total++) {
             if (total >= room) continue;
             for (int corner = 0; corner < 3; corner++)
@@ -161,5 +210,6 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
         }
     }
     free(all.pieces);
-    return total;
+    free(near.edge_plane);
+    return failed ? NO_MEMORY : total;
 }

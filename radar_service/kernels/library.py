@@ -62,7 +62,8 @@ _DTYPES = {
     "i": (np.dtype(np.int64),),
     "b": (np.dtype(np.bool_), np.dtype(np.int8)),
 }
-_memory, _address = ctypes.c_char.from_buffer, ctypes.addressof
+_memory: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer
+_address = ctypes.addressof
 RAY_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _SCALARS = {"n": ctypes.c_int64, "r": ctypes.c_double, "t": RAY_CALL}
 

@@ -112,7 +112,10 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
 
 
 def _compiled_lattice(compiled: Kernels, points: Floats, steps: Floats, base: Floats, from_zero: bool) -> Cells:
-    """Runs the kernel that does what `_lattice` does. steps, base: sizes of cells and a node (3,) [m]; from_zero: as of `_cells`."""
+    """Runs the kernel that does what `_lattice` does.
+
+    steps, base: sizes of cells and a node (3,) [m]; from_zero: as of `_cells`.
+    """
     count = len(points)
     nodes, corner, share = np.empty((8 * count, 3)), np.empty((8, count), dtype=np.int64), np.empty((8, count))
     taken = (np.ascontiguousarray(points), steps, base)
