@@ -5,7 +5,7 @@ Equal bodies share what does not depend on their motion.
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import ClassVar, NamedTuple, Self
@@ -42,6 +42,7 @@ from radar_service.scattering.physical_optics.optical_body import (
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
@@ -106,6 +107,10 @@ class _View(NamedTuple):
             leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
         )
 
+    def traced(self) -> Illumination | None:
+        """What the legs reach, for other poses near by; None where that hangs on more than the pose."""
+        return None if self.is_shaded else self.optical.illuminated(self.legs, self.water)
+
 
 class PhysicalOptics(AspectModel):
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
@@ -155,10 +160,13 @@ class PhysicalOptics(AspectModel):
         return [int(b) for b in np.flatnonzero(near)]
 
     @override
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Illumination | None = None) -> BodyEchoes:
-        seen = self._view(b, antenna, instant)
-        if trace is not None and not seen.is_shaded:
-            centres = seen.optical.echoes_near(trace, seen.legs, seen.water)
+    def body_echoes(
+        self, b: int, antenna: Floats, instant: Instant, trace: Callable[[], Illumination | None] | None = None
+    ) -> BodyEchoes:
+        seen = self._view(b, antenna, instant, pose_at(self.bodies[b], instant.time))
+        kept = None if trace is None or seen.is_shaded else trace()
+        if kept is not None:
+            centres = seen.optical.echoes_near(kept, seen.legs, seen.water)
         else:
             centres = seen.optical.echoes(seen.legs, seen.water)
         if seen.lean is not None:
@@ -182,19 +190,26 @@ class PhysicalOptics(AspectModel):
     def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Illumination | None:
         body = self.bodies[b]
         assert body.mesh is not None
-        seen = self._view(b, antenna, instant, lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times))))
-        return None if seen.is_shaded else seen.optical.illuminated(seen.legs, seen.water)
+        height = lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times)))
+        return self._view(b, antenna, instant, pose_at(body, instant.time).lifted(height)).traced()
 
-    def _view(self, b: int, antenna: Floats, instant: Instant, height: float = 0.0) -> _View:
-        """Body b as the antenna has it at an instant, `height` [m] higher than it floats."""
-        posed = pose_at(self.bodies[b], instant.time).lifted(height)
+    @override
+    def rounded_aspect(self, b: int, antenna: Floats, time: float) -> RoundedAspect:
+        return RoundedAspect.of(antenna, pose_at(self.bodies[b], time), 2.0 * self._trace_step)
+
+    @override
+    def traced_at(self, b: int, aspect: RoundedAspect, instant: Instant) -> Illumination | None:
+        return self._view(b, aspect.antenna, instant, aspect.pose, alone=True).traced()
+
+    def _view(self, b: int, antenna: Floats, instant: Instant, posed: BodyPose, alone: bool = False) -> _View:
+        """Body b as the antenna has it in a pose at an instant; alone: as if there were no others."""
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
         sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
         scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
-        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
         own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
         own = own if own is not None and self._in_reach(b, pose, antenna, instant) else None
