@@ -33,6 +33,7 @@ PROTOTYPES = {
     "shadow_edge_step": "nriifffffiffiffffi",
     "shadow_tips": "nnfbibff",
     "shadow_cuts": "nnnfbfibffiffi",
+    "stand_before": "nnnffffrrfb",
     "cast_lit": "nnfffb",
     "cast_cuts": "nnnnfffffffib",
     "leg_rays": "nnffrrfrfffffffb",

@@ -18,7 +18,7 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.triangle_clusters import TriangleClusters
-from radar_service.world.poses import BodyPose
+from radar_service.world.poses import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 400  # that cast shadows exactly on a body
 MAX_TESTS = 2_000_000  # of triangles against those of the body: more shadows are sampled
@@ -261,25 +261,39 @@ class Onlooker(NamedTuple):
         if not others:
             return others
         boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
-        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, own)).tolist()]
+        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, MAP_POSE, own)).tolist()]
 
     def _before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
         """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.
 
         own: as from `_windows`. moved: as of `nearest`.
         """
-        chosen = triangles.chosen(lambda points: self._stand_before(pose.map_from_frame(points), own, moved))
+        chosen = triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
         return pose.map_from_frame(chosen)
 
     def _windows(self, own_moved: float = 0.0) -> list[Windows]:
         """Its windows in the picture of each leg; own_moved: as of `nearest`."""
         return [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
 
-    def _stand_before(self, position: Floats, own: Sequence[Windows], moved: float = 0.0) -> Flags:
-        """Which hulls of points (N, P, 3) on the map [m] may stand before this one along a leg; own, moved: as of `_before`."""
+    def _stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:
+        """Which hulls of points (N, P, 3) in a body's frame [m] may stand before this one along a leg; own, moved: as of
+        `_before`."""
+        if compiled := kernels():
+            return self._compiled_stand_before(compiled, points, pose, own, moved)
+        position = pose.map_from_frame(points)
         direct = Windows.of(position, self.legs[0]).widened(moved)
         stand = np.logical_or.reduce([direct.overlap(window) for window in own])
         if len(own) > 1:
             left = np.flatnonzero(direct.before(own[1]) & ~stand)
             stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
         return np.asarray(stand)
+
+    def _compiled_stand_before(
+        self, compiled: Kernels, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float
+    ) -> Flags:
+        """Runs the kernel that does what `_stand_before` does."""
+        stand, leg, windows = np.empty(len(points), dtype=np.bool_), self.legs[0], np.array(own).reshape(len(own), -1)
+        taken = map(np.ascontiguousarray, (points, pose.matrix, pose.position, leg.antenna))
+        sizes = (len(points), points.shape[1], len(own))
+        compiled.run("stand_before", *sizes, *taken, leg.earth_radius, moved, windows, stand)
+        return stand
