@@ -52,7 +52,7 @@ PARTS = {  # of rooms with several, upward; "" are the modules that are not name
     "service": ("", "codecs", "fanout", "radio"),
     "ports": ("", "http", "feed", "recorder", "rest", "app", "running", "registry"),
     "scene_file": ("model", "readers", "checks", ""),
-    "bench": ("scenario", "trackers", "scores", "", "detection"),
+    "bench": ("scenario", "trackers", "scores", "", "detection", "ladder"),
 }
 CLIENT_MAY = (
     "radar_service.wire",
@@ -71,6 +71,7 @@ HOMES = {
         "radar_service.scene_file",
         "radar_service.ports.rest",
         "radar_service.bench.scenario",
+        "radar_service.bench.ladder.series",
     ),
     "pydantic_core": ("radar_service.scene_file.validation_messages",),
     "prometheus_client": ("radar_service.ports.rest",),
@@ -83,6 +84,7 @@ HOMES = {
         "radar_service.bench.run_picture",
         "radar_service.plots.picture",
         "radar_service.bench.detection.report",
+        "radar_service.bench.ladder.report",
         "radar_service.scans.scan",
         "radar_service.study",
     ),

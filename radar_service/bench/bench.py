@@ -1,7 +1,7 @@
 """The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,15 @@ def bench(
     trackers, `bench-plots` beside the other one by default; smoke: whether gross misses alone fail. Raises JobsFailed, OSError,
     and TrackerError for a tracker that does not start, or that hangs again and again.
     """
+    runs = runs_of(single_run, scenarios, seeds, tracker, folder, executor, progress, plots)
+    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke), runs
+
+
+def runs_of(
+    run: Callable[..., dict[str, Any]], scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path,
+    executor: Executor | None, progress: Progress, plots: Path | None,
+) -> Runs:  # fmt: skip
+    """Returns the runs of scenarios by name. run: makes one, as `single_run`; others, and what it raises, as in `bench`."""
     kept, same = KeptRuns(folder / "runs"), same_for_all(tracker)
     shared = (plots or folder.parent / "bench-plots").absolute()
     jobs = [
@@ -43,9 +52,8 @@ def bench(
         for scenario in scenarios
         for seed in range(seeds)
     ]  # fmt: skip
-    results = iter(run_jobs(single_run, jobs, executor, kept, lambda outcomes, count: _watched(progress(outcomes, count))))
-    runs = {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
-    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke), runs
+    results = iter(run_jobs(run, jobs, executor, kept, lambda outcomes, count: _watched(progress(outcomes, count))))
+    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
 
 
 class KeptRuns(ResultFolder):

@@ -66,7 +66,7 @@ def event_line(event: Mapping[str, Any]) -> str:
 
 def _summary(scenarios: Sequence[Mapping[str, Any]]) -> str:
     heads = ("scenario", "verdict", "failed runs", "worst seed", "it misses", "its gravest events")
-    return _table(heads, "".join(map(_summary_row, scenarios)))
+    return table_of(heads, "".join(map(_summary_row, scenarios)))
 
 
 def _summary_row(scenario: Mapping[str, Any]) -> str:
@@ -86,8 +86,8 @@ def _worst(run: Mapping[str, Any]) -> tuple[str, str, str]:
     return str(run["seed"]), ", ".join(missed[:MAX_SUMMARY] + more), "<br>".join(events)
 
 
-def _table(heads: Sequence[str], rows: str) -> str:
-    """A table; rows are HTML."""
+def table_of(heads: Sequence[str], rows: str) -> str:
+    """Returns a table; heads and rows are HTML."""
     return f"<table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{rows}</table>"
 
 
@@ -174,8 +174,8 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any] | None) -> str:
     return (
         f'<h2 id="{text["name"]}">{text["name"]}</h2><p>{text["question"]} Expected: {text["expected"]} ({text["source"]})</p>'
         f"{_picture(run)}{remark}<ul>{failed}</ul>{_events(scenario['failed_runs'])}"
-        f"{_table(('limit', '95 % value', 'runs that miss it', 'verdict', 'source'), limits)}"
-        f"<details><summary>all metrics</summary>{_table(('metric', 'mean', '95th percentile'), metrics)}</details>"
+        f"{table_of(('limit', '95 % value', 'runs that miss it', 'verdict', 'source'), limits)}"
+        f"<details><summary>all metrics</summary>{table_of(('metric', 'mean', '95th percentile'), metrics)}</details>"
     )
 
 
@@ -199,7 +199,7 @@ def _run_events(run: Mapping[str, Any], is_open: str) -> str:
     missed = ", ".join(f"{metric} {_number(value)}" for metric, value in run["missed"].items())
     return (
         f"<details{is_open}><summary>seed {run['seed']} misses {missed}</summary>"
-        f"{_table(('scans', 'target', 'event', 'what'), rows)}{f'<p>{more} more events</p>' if more else ''}</details>"
+        f"{table_of(('scans', 'target', 'event', 'what'), rows)}{f'<p>{more} more events</p>' if more else ''}</details>"
     )
 
 

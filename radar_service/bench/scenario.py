@@ -1,9 +1,10 @@
 """Scenarios of the test bench: a scene, the question that it asks, and limits with their sources. Files are TOML."""
 
+import contextlib
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -28,11 +29,13 @@ class ScenarioError(Exception):
     """A scenario that cannot be used. Its text names the file, the key and the remedy."""
 
 
-class _Table(BaseModel):
+class Table(BaseModel):
+    """A table of a file: it is frozen, and has no other keys."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Limit(_Table):
+class Limit(Table):
     """One limit on a metric. Only limits whose source was read decide; the others are shown.
 
     where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
@@ -64,7 +67,7 @@ GENERAL = tuple(
 )  # fmt: skip
 
 
-class TrackerSettings(_Table):
+class TrackerSettings(Table):
     """How the reference tracker is tuned; stone_soup.Tuning has the meanings. Angles in degrees."""
 
     range_error_m: Annotated[float, Field(gt=0)] = 5.0
@@ -75,7 +78,7 @@ class TrackerSettings(_Table):
     clutter_per_m2: Annotated[float, Field(gt=0)] = 1e-8
 
 
-class PlotSettings(_Table):
+class PlotSettings(Table):
     """How plots are extracted; see docs/plots.md."""
 
     threshold: Literal["known", "ca", "os"] = "known"
@@ -89,7 +92,7 @@ class PlotSettings(_Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
-class PlotErrors(_Table):
+class PlotErrors(Table):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
     range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
@@ -107,7 +110,7 @@ class PlotErrors(_Table):
     roll_period_s: Annotated[float, Field(gt=0)] = 10.0
 
 
-class Scenario(_Table):
+class Scenario(Table):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
@@ -194,11 +197,18 @@ def load_scenario(name: str) -> Scenario:
     path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
     if path is None:
         raise ScenarioError(f"{name}: there is no such scenario; there are {', '.join(packaged)}, or give a {SUFFIX} file")
-    try:
+    with file_errors(path):
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         folder = path.parent if name.endswith(SUFFIX) else path.parent.parent
         content = scenario_of_scene(content) if SCENE_KEYS & content.keys() else content
         return Scenario(**{"name": path.stem, **content, "folder": folder})
+
+
+@contextlib.contextmanager
+def file_errors(path: Path) -> Iterator[None]:
+    """Raises a ScenarioError that names the file for each error of reading it."""
+    try:
+        yield
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

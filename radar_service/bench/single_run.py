@@ -40,6 +40,11 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) ->
     }  # fmt: skip
 
 
+def scored_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
+    """Returns a run as single_run does, without its scans and events: what ranks trackers is small, and has no picture."""
+    return {**single_run(scenario, seed, tracker_name, plots), "events": [], "scans": []}
+
+
 def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path("bench-plots")) -> dict[str, float | None]:
     """Returns the limits that a tracker in this process misses, by metric, with its values: a test asserts that there is none.
 

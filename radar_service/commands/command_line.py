@@ -19,6 +19,7 @@ COMMANDS = {
     "stability": "find where each method fails, and write a report",
     "chart": "measure speed and accuracy of every method on a scene",
     "bench-tracker": "test a tracker on scenarios, and write a report",
+    "bench-ladder": "rank trackers by scenarios of growing difficulty",
     "plots": "extract plots, and tell by labels what each is of",
     "bench-detection": "compare detection by range with the radar equation",
     "schema": "print the JSON Schema of a scene",

@@ -10,7 +10,7 @@ Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to fir
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -91,6 +91,7 @@ class BeamPassages:
         )
         self._runs: ResultCache[tuple[int, int, bytes], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
         self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
+        self._aspect_traces: ResultCache[tuple[int, Hashable], Any] = ResultCache(2 * count)
         self._schedules: ResultCache[tuple[int, int, bytes], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
@@ -144,6 +145,22 @@ class BeamPassages:
             return model.traced(local, *self._observed(run.spoke, time), times)
 
         return self._traces.get((n, run, self._line_of_sight.presences.state(time)), traced)
+
+    def _is_steady(self, n: int, spoke: int) -> bool:
+        """Whether body n turns so slowly about a spoke that it has nearly the same aspect a scan later: by less than what runs of
+        nodes may turn. Neither it nor the antenna sways."""
+        model, local, _ = self._aspects[n]
+        sways = self._bodies[n].motion.sway is not None or self._scene.own_ship.sway is not None
+        if self._at_rest or sways or model.trace_step(local) == 0.0 or self._half_angle(n, spoke) >= np.pi:
+            return False
+        turned = self.turned(n, np.array([spoke - 1, spoke + 1]))[-1]
+        return bool(turned * self._scene.radar.azimuths / 2.0 < model.trace_step(local))
+
+    def _aspect_trace(self, n: int, antenna: Floats, instant: Instant) -> Any:
+        """What body n has in common with itself at the same rounded aspect in other scans; antenna: (3,) at the instant."""
+        model, local, _ = self._aspects[n]
+        aspect = model.rounded_aspect(local, antenna, instant.time)
+        return self._aspect_traces.get((n, aspect), lambda: model.traced_at(local, aspect, instant))
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
         """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""
@@ -325,8 +342,12 @@ class BeamPassages:
         """The echoes of body n as it is at a spoke; presence_time: as of `_node`; run: whose trace serves, None: it is traced."""
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(spoke, presence_time)
-        trace = None if run is None else self._trace(n, run, presence_time)
-        echoes = model.body_echoes(local, antenna, instant, trace)
+        if run is not None:
+            echoes = model.body_echoes(local, antenna, instant, lambda: self._trace(n, run, presence_time))
+        elif self._is_steady(n, spoke):
+            echoes = model.body_echoes(local, antenna, instant, lambda: self._aspect_trace(n, antenna, instant))
+        else:
+            echoes = model.body_echoes(local, antenna, instant)
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])

@@ -93,6 +93,22 @@ KERNEL int64_t welded(int64_t count, const double *corners, int64_t *number, dou
     return used;
 }
 
+/* Which facets (M), M = count, have no corner in the water: dry (M), and which the waterline crosses: crossed (M). corner (3, M):
+ * of each in points (V, 3) [m]; level: height below which points are wet [m]. Returns how many are dry; how many are crossed goes
+ * to crossings (1). */
+KERNEL int64_t dry_facets(int64_t count, const double *points, const int64_t *corner, double level, int64_t *dry,
+                          int64_t *crossed, int64_t *crossings) {
+    int64_t total = 0, cut = 0;
+    for (int64_t i = 0; i < count; i++) {
+        int wet = 0;
+        for (int c = 0; c < 3; c++) wet += points[3 * corner[c * count + i] + 2] < level;
+        if (!wet) dry[total++] = i;
+        else if (wet < 3) crossed[cut++] = i;
+    }
+    *crossings = cut;
+    return total;
+}
+
 /* Numbers those below `size` that occur among indices (count): used (size), rising, of which as many count as are returned, and which
  * of them each index is (count). place (size): room to work in. */
 KERNEL int64_t renumbered(int64_t count, int64_t size, const int64_t *index, int64_t *place, int64_t *used, int64_t *number) {

@@ -1,7 +1,79 @@
 /* Sums on the nodes of a lattice: scattering/physical_optics/scattering_centres.py. */
 
+#include <stdlib.h>
+#include <string.h>
+
 #include "geometry.h"
 #include "phasors.h"
+
+enum { NO_MEMORY = -1 };
+
+/* The cell of a coordinate along one axis, and where inside it that lies, 0 to 1. */
+static int64_t cell(const double *point, int axis, int from_zero, const double *steps, const double *base, double *inside) {
+    double place = (point[axis] - base[axis]) / steps[axis], below = floor(place);
+    if (from_zero && axis == 2) below = larger(below, 0.0);
+    *inside = place - below;
+    return (int64_t)below;
+}
+
+/* The nodes of a lattice about points (M, 3), M = count > 0, that a point has a share in, by x, then y, then z: `_lattice`.
+ *
+ * from_zero: whether no cell is below `base` in height. steps, base (3): sizes of cells and a node [m]. Returns how many there
+ * are; the first `room` of them go to nodes (room, 3). corner, share (8, M): as of `Lattice`. */
+KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, const double *points, const double *steps,
+                             const double *base, double *nodes, int64_t *corner, double *share) {
+    int64_t first[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, last[3] = {INT64_MIN, INT64_MIN, INT64_MIN}, extent[3], total = 0;
+    double inside[3];
+    for (int64_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            int64_t at = cell(points + 3 * i, axis, from_zero != 0, steps, base, inside);
+            if (at < first[axis]) first[axis] = at;
+            if (at > last[axis]) last[axis] = at;
+        }
+    for (int axis = 0; axis < 3; axis++) extent[axis] = last[axis] - first[axis] + 2;
+    size_t size = (size_t)(extent[0] * extent[1] * extent[2]);
+    int64_t *number = calloc(size, sizeof *number);
+    if (!number) return NO_MEMORY;
+    for (int64_t i = 0; i < count; i++) {
+        int64_t at = 0;
+        for (int axis = 0; axis < 3; axis++)
+            at = at * extent[axis] + cell(points + 3 * i, axis, from_zero != 0, steps, base, inside + axis) - first[axis];
+        double aside[4] = {(1.0 - inside[0]) * (1.0 - inside[1]), (1.0 - inside[0]) * inside[1],
+                           inside[0] * (1.0 - inside[1]), inside[0] * inside[1]};
+        for (int n = 0; n < 4; n++) {
+            int64_t low = at + extent[1] * extent[2] * (n / 2) + extent[2] * (n % 2), place = 2 * n * count + i;
+            corner[place] = low;
+            corner[place + count] = low + 1;
+            number[low] = number[low + 1] = 1;
+            share[place + count] = aside[n] * inside[2];
+            share[place] = aside[n] - share[place + count];
+        }
+    }
+    for (size_t at = 0; at < size; at++) {
+        if (!number[at]) continue;
+        if (total < room) {
+            int64_t rest = (int64_t)at, index[3];
+            for (int axis = 2; axis >= 0; axis--) {
+                index[axis] = rest % extent[axis];
+                rest /= extent[axis];
+            }
+            for (int axis = 0; axis < 3; axis++)
+                nodes[3 * total + axis] = (double)(index[axis] + first[axis]) * steps[axis] + base[axis];
+        }
+        number[at] = total++;
+    }
+    for (int64_t i = 0; i < 8 * count; i++) corner[i] = number[corner[i]];
+    free(number);
+    return total;
+}
+
+/* Values (M), M = count, at points, of those at the nodes by their shares; corner, share (8, M): as of `Lattice`. */
+KERNEL int64_t lattice_between(int64_t count, const int64_t *corner, const double *share, const double *values, double *result) {
+    for (int64_t i = 0; i < count; i++) result[i] = 0.0;
+    for (int64_t c = 0; c < 8; c++)
+        for (int64_t i = 0; i < count; i++) result[i] += share[c * count + i] * values[corner[c * count + i]];
+    return count;
+}
 
 /* Adds to `total` (N) the shares of amplitudes (W), W = count, of the points from `begin` on. corner, share (8, M): as of
  * `Lattice`, M = points. */

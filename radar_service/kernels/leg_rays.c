@@ -59,6 +59,17 @@ KERNEL int64_t leg_rays(int64_t count, int64_t by_sea, const double *points, con
     return count;
 }
 
+/* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of propagation/legs.py; arguments as of `leg_rays`. */
+KERNEL int64_t leg_weights(int64_t count, const double *points, const double *position, double cosine, double sine,
+                           const double *antenna, double earth_radius, double *weight) {
+    for (int64_t i = 0; i < count; i++) {
+        SeaRay ray = sea_ray(plan_of(points + 3 * i, position, cosine, sine, antenna), antenna[2], earth_radius);
+        double fall = earth_radius * (ray.first + ray.second) * larger(ray.grazing_sine, TINY);
+        weight[i] = ray.grazing_sine > 0.0 ? 1.0 / sqrt(1.0 + 2.0 * ray.first * ray.second / fall) : 0.0;
+    }
+    return count;
+}
+
 /* Lengths (M) of the legs alone [m]; arguments as of `leg_rays`. */
 KERNEL int64_t leg_lengths(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
                            const double *antenna, double earth_radius, double *length) {

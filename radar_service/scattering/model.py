@@ -4,7 +4,7 @@ To add a model: write a class like `ScatteringModel` in a file of this package, 
 then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
@@ -219,11 +219,11 @@ class AspectModel(ScatteringModel, Protocol):
 
     upright: ClassVar[float]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Any = None) -> BodyEchoes:
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Callable[[], Any] | None = None) -> BodyEchoes:
         """Echoes of body b alone, as it is at the instant; arguments as in `echoes`.
 
-        trace: of body b at an instant near by, as from `traced`, of which it uses what holds; None: echoes are exactly those of
-        the instant.
+        trace: computes that of body b at an instant or an aspect near by, as from `traced` or `traced_at`, of which it uses what
+        holds; None: echoes are exactly those of the instant.
         """
         ...
 
@@ -239,6 +239,15 @@ class AspectModel(ScatteringModel, Protocol):
     def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Any:
         """What takes long to find out of body b at an instant, for others near by (K,) [s]; None where that holds for this
         instant alone."""
+        ...
+
+    def rounded_aspect(self, b: int, antenna: Floats, time: float) -> Hashable:
+        """The aspect near by that body b may have been traced at, for an antenna (3,) at `time` [s]."""
+        ...
+
+    def traced_at(self, b: int, aspect: Any, instant: Instant) -> Any:
+        """What takes long to find out of body b alone at an aspect as from `rounded_aspect`: of the instant it has no more than
+        the earth and the maximum range. None where that says too little of other aspects."""
         ...
 
     def casters(

@@ -159,32 +159,36 @@ class OcclusionScene:
     ) -> list[int]:
         """The other bodies that may occlude a body from the antenna (3,), by a quick test in plan. span: how long before and
         after they may, present at `time` or not [s], while the antenna moves at `own_speed` [m/s]."""
-        plan = self._plan
+        plan, moved = self._plan, span * (self._speed + self._speed[body] + own_speed)
+        near = self._occludes & (movers | self._resting) & (self.present(time) | (span > 0.0))
         if len(self.moving.keys):
-            plan = plan.copy()
-            plan[self.moving.keys, :2] = self.moving.middles(antenna, time)
-        near = on_the_way(plan, body, antenna[:2], span * (self._speed + self._speed[body] + own_speed))
-        near &= self._occludes & (movers | self._resting) & (self.present(time) | (span > 0.0))
+            plan, strays = plan.copy(), np.zeros(len(plan))
+            plan[self.moving.keys, :2], strays[self.moving.keys] = self.moving.near_middles(time)
+            near &= on_the_way(plan, body, antenna[:2], moved + strays + strays[body])
+            exactly = np.flatnonzero(near[self.moving.keys] | (self.moving.keys == body))
+            plan[self.moving.keys[exactly], :2] = self.moving.middles(time, exactly)
+        near &= on_the_way(plan, body, antenna[:2], moved)
         return np.flatnonzero(near).tolist()
 
     def posed_triangles(
         self, bodies: Sequence[int], antenna: Floats, time: float
     ) -> list[tuple[TriangleClusters, BodyPose]]:
         """The triangles of bodies with meshes and their poses at `time` [s], present or not."""
-        poses = {key: pose for _, pose, key in self.moving.chosen(bodies, antenna, time)}
+        poses = {key: pose for _, pose, key in self.moving.chosen(bodies, time)}
         return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
 
-    def own_occluder(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
-        """The occluder of one body alone and its pose at `time` [s]; None of a body that does not occlude, or is absent.
+    def own_occluder(self, body: int, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
+        """`occluder_of` a body, and its pose at `time` [s]."""
+        occluder = self.occluder_of(body, time, movers)
+        return None if occluder is None else (occluder, pose_at(self._bodies[body], time))
 
-        movers: as of `visible`.
-        """
+    def occluder_of(self, body: int, time: float, movers: bool = True) -> Occluder | None:
+        """The occluder of one body alone; None of a body that does not occlude, or is absent at `time` [s]; movers: as of
+        `visible`."""
         mesh = self._bodies[body].mesh
         if self._resting[body] and mesh is not None:
-            occluder = self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
-            return occluder, pose_at(self._bodies[body], time)
-        own = self.moving.chosen([body], antenna, time) if movers else []
-        return own[0][:2] if own else None
+            return self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
+        return self.moving.occluder(body, time) if movers else None
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
@@ -229,7 +233,7 @@ class OcclusionScene:
         middle, half, begin = self.moving.sectors(antenna, time)
         number_of = {int(self.moving.keys[number]): number for number in numbers}
         shadows = []
-        for occluder, pose, key in self.moving.chosen(list(number_of), antenna, time):
+        for occluder, pose, key in self.moving.chosen(list(number_of), time):
             number = number_of[key]
             sector = float(middle[number]), float(half[number]), float(begin[number])
             shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
@@ -262,7 +266,7 @@ class OcclusionScene:
         if self._resting_occluder is not None and resting:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
-            result += [(*mover, which) for mover in self.moving.chosen(own.union(among), antenna, time)]
+            result += [(*mover, which) for mover in self.moving.chosen(own.union(among), time)]
         return sorted(result, key=lambda occluder: {occluder[2]} != own)
 
     def _occluded_by(

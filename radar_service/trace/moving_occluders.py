@@ -17,6 +17,7 @@ from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.world.presence import Presences
 
 FEW_BODIES = 32  # bodies whose pairs with points take less time than to look which of these lie over them
+SLOT = 0.5  # s of motion for which the bodies that may occlude one are first chosen together
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 
 
@@ -43,12 +44,11 @@ class MovingOccluders:
         self.keys: Indices = np.array(list(self._occluders), dtype=np.int64)
         self._number: Indices = np.full(len(bodies), -1)
         self._number[self.keys] = np.arange(len(self.keys))
-        self._poses = BodyPoses([bodies[i] for i in self._occluders])
         self.presences = Presences(bodies)
         self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
-        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = ResultCache(INSTANTS, revision)
+        self._follow([bodies[i] for i in self._occluders], revision)
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -133,30 +133,48 @@ class MovingOccluders:
         poses = self._instant(antenna, time)[0]
         return PosedOccluders(self._kinds, poses, self._earth_radius)
 
-    def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
+    def occluder(self, key: int, time: float) -> Occluder | None:
+        """The occluder of body `key`; None of one that rests, or never occludes, or is absent at `time` [s]."""
+        return self._occluders[key] if key in self._occluders and self.present(time)[key] else None
+
+    def chosen(self, keys: Collection[int], time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
         present = self.present(time)
         moving = [key for key in keys if key in self._occluders and present[key]]
         if not moving:
             return []
-        poses = self._instant(antenna, time)[0]
-        return [(self._occluders[key], poses.of_body(0, int(self._number[key])), key) for key in moving]
+        numbers = self._number[moving]
+        poses = self._poses.at(np.array([time]), numbers)
+        return [(self._occluders[key], poses.of_body(0, n), key) for key, n in zip(moving, numbers.tolist(), strict=True)]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
         return self._instant(antenna, time)[1]
 
-    def middles(self, antenna: Floats, time: float) -> Floats:
-        """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
-        poses = self._instant(antenna, time)[0]
-        return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
+    def middles(self, time: float, some: Indices) -> Floats:
+        """Middles (M, 2) of the plans of bodies, by their numbers (M,) in `keys`, on the map at `time` [s]."""
+        return self._poses.at(np.array([time]), some).map_from_bodies(0, self._middle[some], some)[:, :2]
+
+    def near_middles(self, time: float) -> tuple[Floats, Floats]:
+        """Middles (N, 2) of the plans of all bodies at about `time` [s], and how far each may be from there then (N,) [m]."""
+        slot = int(time // SLOT)
+        middles = self._middles.get(slot, lambda: self.middles((slot + 0.5) * SLOT, np.arange(len(self.keys))))
+        return middles, self._strays
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
         other = copy(self)
-        other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
-        other._instants = ResultCache(INSTANTS, revision)
+        other.presences = Presences(bodies)
+        other._follow([bodies[i] for i in self._occluders], revision)
         return other
+
+    def _follow(self, bodies: Sequence[Body], revision: Revision) -> None:
+        """Follows the motions of those `bodies` (N,) that have occluders; revision: of these motions."""
+        self._poses = BodyPoses(bodies)
+        swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
+        self._strays: Floats = np.array([body.top_speed for body in bodies]) * (SLOT / 2.0) + swing
+        self._instants: ResultCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = ResultCache(INSTANTS, revision)
+        self._middles: ResultCache[int, Floats] = ResultCache(INSTANTS, revision)
 
     def _instant(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         """Poses and sectors at `time` [s] for an antenna (3,)."""

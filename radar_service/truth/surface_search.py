@@ -221,7 +221,7 @@ class SurfaceSearch:
 
     def _in_columns(self, body: int, view: View, antenna: Floats, time: float) -> SurfacePoints:
         """Where lines of sight in columns between the corners of all bodies first meet a body. view: of its own corners."""
-        own = self._line_of_sight.own_occluder(body, antenna, time)
+        own = self._line_of_sight.own_occluder(body, time)
         if own is None:
             return SurfacePoints(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
         others = self._line_of_sight.other_occluders(body, antenna, time)

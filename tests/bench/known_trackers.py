@@ -65,6 +65,8 @@ def covariance(plot: Plot, error: Floats) -> Floats:
 class Kalman:
     """A good tracker. settings: what is known of its plots."""
 
+    gate = GATE
+
     def __init__(self, settings: TrackerSettings | None = None) -> None:
         told = settings or TrackerSettings()
         self.error = np.array([max(told.range_error_m, RANGE_ERROR), np.radians(max(told.bearing_error_deg, BEARING_ERROR))])
@@ -78,8 +80,8 @@ class Kalman:
 
     def follow(self, plots: Sequence[Plot]) -> None:
         cost = np.array([[track.distance(plot) for plot in plots] for track in self.tracks])
-        cost = np.minimum(cost.reshape(len(self.tracks), len(plots)), GATE)
-        pairs = {j: i for i, j in zip(*linear_sum_assignment(cost), strict=True) if cost[i, j] < GATE}
+        cost = np.minimum(cost.reshape(len(self.tracks), len(plots)), self.gate)
+        pairs = {j: i for i, j in zip(*linear_sum_assignment(cost), strict=True) if cost[i, j] < self.gate}
         for track in self.tracks:
             track.missed += 1
         others = [plot for j, plot in enumerate(plots) if j not in pairs]
@@ -92,7 +94,7 @@ class Kalman:
 
     def begin(self, plot: Plot) -> None:
         """Begins a track, but where the beam has met a target twice in a scan, before and after north."""
-        known = [track for track in self.tracks if track.plots > 2 and track.distance(plot) < GATE]
+        known = [track for track in self.tracks if track.plots > 2 and track.distance(plot) < self.gate]
         if known:
             known[0].update(plot)
         else:
@@ -106,6 +108,20 @@ class Kalman:
         return TrackState(
             track=str(track.name), time=at, east=east, north=north, velocity_east=v_east, velocity_north=v_north
         )
+
+
+class StraightLine(Kalman):
+    """A straight line through all plots of a target, weighted by their errors: the best there is where it keeps its course."""
+
+    def __init__(self, settings: TrackerSettings | None = None) -> None:
+        super().__init__(settings)
+        self.acceleration = 0.0
+
+
+class NarrowGate(Kalman):
+    """Has a gate that holds 86 % of the plots of a target."""
+
+    gate = 4.0
 
 
 class Truth:

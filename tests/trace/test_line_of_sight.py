@@ -158,6 +158,24 @@ def test_others_that_may_occlude_stand_between() -> None:
     assert not among[0]  # bodies at rest are one occluder, to which the target belongs
 
 
+def test_none_is_missed_whatever_bodies_do_within_half_a_second() -> None:
+    """150 boxes at 60 kn, which move 15 m within half a second: those are named whose circles come within 1 m of the line at the
+    instant itself, by positions of each body alone."""
+    rng = np.random.default_rng(9)
+    where, course = rng.uniform(-1000, 1000, (150, 2)), rng.uniform(0, 360, 150)
+    fast = ({"course_deg": c, "speed_kn": 60} for c in course)
+    many = bodies(*(box(*place, **motion) for place, motion in zip(where, fast, strict=True)))
+    made, named = OcclusionScene(many, EARTH), 0
+    for time in rng.uniform(0.0, 20.0, 40).tolist():
+        plan = np.array([body.middle_at(time)[:2] for body in many])
+        along = np.clip(plan @ plan[0] / (plan[0] @ plan[0]), 0.0, 1.0)
+        reach = (many[0].radius + many[1].radius) * 1.001 + 1.0
+        exact = np.flatnonzero(np.hypot(*(plan - along[:, None] * plan[0]).T) <= reach).tolist()
+        assert made.other_occluders(0, ANTENNA, time) == [body for body in exact if body > 0]
+        named += len(exact) - 1
+    assert named > 10
+
+
 def test_a_body_under_way_is_tested_against_those_named() -> None:
     made = OcclusionScene(bodies({**TARGET, **MOVES}, box(400), box(500, 200.0)), EARTH)
     seen = [bool(made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, named)[0]) for named in (None, [], [1])]
@@ -188,18 +206,17 @@ def test_a_body_among_many_movers_is_tested_against_those_before_it() -> None:
 def test_each_body_that_occludes_has_an_occluder_of_its_own() -> None:
     """At rest too, at all times; a moving one where movers count; a transparent one never."""
     here = bodies(box(100.0), box(200.0, speed_kn=10, course_deg=90), point("p", 0, 300))
-    antenna = np.array([0.0, 0.0, 15.0])
     line_of_sight = OcclusionScene(here, np.inf)
-    resting = [line_of_sight.own_occluder(0, antenna, time, movers) for time, movers in ((3.0, True), (9.0, False))]
+    resting = [line_of_sight.own_occluder(0, time, movers) for time, movers in ((3.0, True), (9.0, False))]
     assert resting[0] is not None and resting[1] is not None and resting[0][0] is resting[1][0]
     np.testing.assert_array_equal(resting[0][1].position, pose_at(here[0], 0.0).position)
     assert resting[0][0].sphere[1] == pytest.approx(here[0].diagonal / 2.0, rel=1e-6)
-    assert line_of_sight.own_occluder(2, antenna, 3.0) is None
-    assert line_of_sight.own_occluder(1, antenna, 3.0, movers=False) is None
-    own = line_of_sight.own_occluder(1, antenna, 3.0)
-    assert own is not None and own[0] is line_of_sight.own_occluder(1, antenna, 5.0)[0]  # type: ignore[index]
+    assert line_of_sight.own_occluder(2, 3.0) is None
+    assert line_of_sight.own_occluder(1, 3.0, movers=False) is None
+    own = line_of_sight.own_occluder(1, 3.0)
+    assert own is not None and own[0] is line_of_sight.own_occluder(1, 5.0)[0]  # type: ignore[index]
     np.testing.assert_array_equal(own[1].position, pose_at(here[1], 3.0).position)
-    assert OcclusionScene(here, np.inf, without=[1]).own_occluder(1, antenna, 3.0) is None
+    assert OcclusionScene(here, np.inf, without=[1]).own_occluder(1, 3.0) is None
 
 
 def test_a_scene_without_comings_and_goings_is_as_it_is_at_any_time() -> None:

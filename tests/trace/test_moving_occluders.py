@@ -59,7 +59,7 @@ def test_they_are_where_they_are_at_the_time() -> None:
     made = moving((-400, 200, 90))
     assert hidden(made, 0.0) == []
     assert hidden(made, 77.8) == [0, 2]
-    ((_, pose, _),) = made.chosen([1], ANTENNA, 77.8)
+    ((_, pose, _),) = made.chosen([1], 77.8)
     np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
 
 

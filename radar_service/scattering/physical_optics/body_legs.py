@@ -150,6 +150,10 @@ class BodyLeg:
             return self.sea.at(points[:, 2] + float(self.pose.position[2]))
         if not self.by_sea:
             return np.ones(len(points))
+        if compiled := kernels():
+            weight, (count, _, *taken) = np.empty(len(points)), self._compiled(points)
+            compiled.run("leg_weights", count, *taken, weight)
+            return weight
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return sea_divergence(position, self.antenna, self.earth_radius)
 

@@ -8,15 +8,17 @@ from which all triangles lie on one side. Between them a part of a facet is in t
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.triangle_clusters import TriangleClusters
-from radar_service.world.poses import BodyPose
+from radar_service.world.poses import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 400  # that cast shadows exactly on a body
 MAX_TESTS = 2_000_000  # of triangles against those of the body: more shadows are sampled
@@ -35,6 +37,7 @@ class CastShadows:
 
     corners: (T, 3, 3) at virtual positions [m].
     distance: (T,) of the nearest corner from the antenna [m].
+    plane, offset: of the planes that bound them, (T, 4, 3) and (T, 4) [m]: those through the edges, and the triangle's own.
     """
 
     def __init__(self, picture: Picture, corners: Floats) -> None:
@@ -47,21 +50,33 @@ class CastShadows:
         plane[:, 3] *= np.sign(away)[:, None]
         behind = np.abs(away) * (1.0 + NEAR / np.maximum(distance, NEAR) + NEAR_SHARE)
         casts = np.abs(away) > EDGE_ON * distance
-        self.picture, self.corners, self._plane = picture, corners[casts], plane[casts]  # inward normals (T, 4, 3)
-        self._offset = np.concatenate([np.zeros((len(a), 3)), behind[:, None]], axis=1)[casts]
+        self.picture, self.corners, self.plane = picture, corners[casts], plane[casts]  # inward normals
+        self.offset = np.concatenate([np.zeros((len(a), 3)), behind[:, None]], axis=1)[casts]
         self.distance = np.linalg.norm(self.corners, axis=2).min(axis=1)
+
+    @staticmethod
+    def none(picture: Picture) -> "CastShadows":
+        """No shadows."""
+        result = copy(_NONE)
+        result.picture = picture
+        return result
 
     def __len__(self) -> int:
         return len(self.corners)
 
     def on(self, virtual: Floats, moved: Floats | float = 0.0) -> Flags:
         """Which may lie on the hull of points (P, 3) at virtual positions, as these and the shadows (T,) move by so much [m]."""
-        side = np.einsum("tkx,px->tkp", self._plane, virtual).max(axis=2)
-        return np.asarray((side.T > self._offset.T - BENT - moved).all(axis=0))
+        side = np.einsum("tkx,px->tkp", self.plane, virtual).max(axis=2)
+        return np.asarray((side.T > self.offset.T - BENT - moved).all(axis=0))
 
-    def chosen(self, which: Flags) -> "CastShadows":
+    def chosen(self, which: Flags) -> Self:
         """Those `which` (T,)."""
-        return CastShadows(self.picture, self.corners[which])
+        if which.all():
+            return self
+        result = copy(self)
+        result.corners, result.plane = self.corners[which], self.plane[which]
+        result.offset, result.distance = self.offset[which], self.distance[which]
+        return result
 
     def visible(self, position: Floats) -> Flags:
         """Which points (M, 3) on the map [m] lie in no shadow."""
@@ -74,6 +89,8 @@ class CastShadows:
         on_map: positions in the body's frame on the map [m].
         """
         virtual = self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
+        if compiled := kernels():
+            return self._compiled_cut(compiled, corners, virtual)
         pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
         lit = self._lit(pieces[..., 3:].mean(axis=1))
         dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
@@ -83,6 +100,26 @@ class CastShadows:
             np.concatenate([origin[mixed], dark_throughout]),
         )
         return parts, triangle, np.concatenate([lit[mixed], np.zeros(len(dark_throughout), dtype=np.bool_)])
+
+    def _compiled_cut(self, compiled: Kernels, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
+        """Runs the kernel that does what `cut` does. virtual: the same triangles at virtual positions."""
+        room, edges = 2 * len(corners) + 64, self._ends()
+        taken = tuple(map(np.ascontiguousarray, (corners, virtual, *edges, self.plane, self.offset)))
+        while True:
+            parts = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_)
+            count = compiled.run("cast_cuts", len(corners), len(edges[0]), len(self), room, *taken, *parts)
+            if count <= room:
+                return parts[0][:count], parts[1][:count], parts[2][:count]
+            room = count
+
+    def _ends(self) -> tuple[Floats, Floats]:
+        """Where shadows may end: planes (E, 4, 3) and offsets (E, 4) [m]. The first plane cuts what lies on the inner side of the
+        others. Shadows end at silhouettes, and where a body's triangle meets one that casts a shadow."""
+        plane, offset = silhouettes(self.corners)
+        return (
+            np.concatenate([plane, self.plane[:, [3, 0, 1, 2]]]),
+            np.concatenate([offset, self.offset[:, [3, 0, 1, 2]]]),
+        )
 
     def _pieces(self, triangles: Floats) -> tuple[Floats, Indices]:
         """Pieces (N, 3, 6) of a body's triangles (M, 3, 6), which no edge of a shadow crosses, and the triangle of each (N,).
@@ -105,16 +142,11 @@ class CastShadows:
         return pieces, origin
 
     def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Flags]]:
-        """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), of which the first one cuts what lies on
-        the inner side of the others, and which triangles (M,) it may cut.
-
-        Shadows end at silhouettes, and where a body's triangle meets one that casts a shadow.
-        """
+        """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), as of `_ends`, and which triangles (M,)
+        each may cut."""
         centre = virtual.mean(axis=1)
         radius = np.sqrt(((virtual - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
-        plane, offset = silhouettes(self.corners)
-        plane = np.concatenate([plane, self._plane[:, [3, 0, 1, 2]]])
-        offset = np.concatenate([offset, self._offset[:, [3, 0, 1, 2]]])
+        plane, offset = self._ends()
         step = max(1, TESTS // max(1, len(virtual)))
         for first in range(0, len(plane), step):
             some = slice(first, first + step)
@@ -127,15 +159,23 @@ class CastShadows:
 
     def _lit(self, virtual: Floats) -> Flags:
         """Which points (M, 3) at virtual positions lie in no shadow."""
+        if compiled := kernels():
+            lit = np.empty(len(virtual), dtype=np.bool_)
+            taken = map(np.ascontiguousarray, (virtual, self.plane, self.offset))
+            compiled.run("cast_lit", len(virtual), len(self), *taken, lit)
+            return lit
         lit = np.ones(len(virtual), dtype=np.bool_)
         step = max(1, TESTS // max(1, len(self)))
         for first in range(0, len(virtual), step):
             some = slice(first, first + step)
             inside = np.ones((len(virtual[some]), len(self)), dtype=np.bool_)
             for k in range(4):
-                inside &= virtual[some] @ self._plane[:, k].T >= self._offset[:, k]
+                inside &= virtual[some] @ self.plane[:, k].T >= self.offset[:, k]
             lit[some] = ~inside.any(axis=1)
         return lit
+
+
+_NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))
 
 
 def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
@@ -184,9 +224,12 @@ class Onlooker(NamedTuple):
 
     def shadows(self, others: Posed) -> list[CastShadows | None]:
         """The shadows of other bodies that may lie on it along each leg; None where those of too many triangles may."""
-        own = self._windows()
-        dry = [above_water(self._before(triangles, pose, own), 0.0)[0] for triangles, pose in self._near(others, own)]
-        corners = np.concatenate([np.zeros((0, 3, 3)), *dry])
+        own = self._windows() if others else []
+        near = self._near(others, own)
+        if not near:
+            return [CastShadows.none(leg) for leg in self.legs]
+        dry = [above_water(self._before(triangles, pose, own), 0.0)[0] for triangles, pose in near]
+        corners = np.concatenate(dry)
         result: list[CastShadows | None] = []
         for number, leg in enumerate(self.legs):
             shadows = self._along(number, corners)
@@ -218,25 +261,39 @@ class Onlooker(NamedTuple):
         if not others:
             return others
         boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
-        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, own)).tolist()]
+        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, MAP_POSE, own)).tolist()]
 
     def _before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
         """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.
 
         own: as from `_windows`. moved: as of `nearest`.
         """
-        chosen = triangles.chosen(lambda points: self._stand_before(pose.map_from_frame(points), own, moved))
+        chosen = triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
         return pose.map_from_frame(chosen)
 
     def _windows(self, own_moved: float = 0.0) -> list[Windows]:
         """Its windows in the picture of each leg; own_moved: as of `nearest`."""
         return [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
 
-    def _stand_before(self, position: Floats, own: Sequence[Windows], moved: float = 0.0) -> Flags:
-        """Which hulls of points (N, P, 3) on the map [m] may stand before this one along a leg; own, moved: as of `_before`."""
+    def _stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:
+        """Which hulls of points (N, P, 3) in a body's frame [m] may stand before this one along a leg; own, moved: as of
+        `_before`."""
+        if compiled := kernels():
+            return self._compiled_stand_before(compiled, points, pose, own, moved)
+        position = pose.map_from_frame(points)
         direct = Windows.of(position, self.legs[0]).widened(moved)
         stand = np.logical_or.reduce([direct.overlap(window) for window in own])
         if len(own) > 1:
             left = np.flatnonzero(direct.before(own[1]) & ~stand)
             stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
         return np.asarray(stand)
+
+    def _compiled_stand_before(
+        self, compiled: Kernels, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float
+    ) -> Flags:
+        """Runs the kernel that does what `_stand_before` does."""
+        stand, leg, windows = np.empty(len(points), dtype=np.bool_), self.legs[0], np.array(own).reshape(len(own), -1)
+        taken = map(np.ascontiguousarray, (points, pose.matrix, pose.position, leg.antenna))
+        sizes = (len(points), points.shape[1], len(own))
+        compiled.run("stand_before", *sizes, *taken, leg.earth_radius, moved, windows, stand)
+        return stand

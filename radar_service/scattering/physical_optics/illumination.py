@@ -12,12 +12,13 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.corner_samples import renumbered
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
+from radar_service.scattering.physical_optics.own_shadows import UPRIGHT
 from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, cross, dot
 from radar_service.scattering.physical_optics.triangle_cuts import AT_LEVEL, above_water
 from radar_service.scattering.physical_optics.tube_tracing import GRAZING
@@ -54,6 +55,8 @@ class KeptTubes(NamedTuple):
     ) -> RayTubes:
         """The tubes where they end, for legs at another pose. water: height of the sea [m]: those count whose middles
         leave and end above it."""
+        if compiled := kernels():
+            return self._compiled_traced(compiled, planes, lean, legs[self.out], (polarization, water))
         corners = self.corners if lean is None else np.einsum("ik,ckm->cim", lean, self.corners)
         centre = (corners[0] + corners[1] + corners[2]) / 3.0
         rays = legs[self.out].rays(centre.T)
@@ -77,12 +80,39 @@ class KeptTubes(NamedTuple):
             length, normal = _with(length, on, length[on] + middle), _with(normal, on, facing)
         last = self.chain[bounces - 1, np.arange(count)]
         share = self.share * ((begin[2] > water) & (centre[2] > water))
-        launch = Launch(
-            outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), self.chain[0], self.chain[0]
-        )  # fmt: skip
+        launch = self._launch(outward, polarized, share)
         return RayTubes(
             launch, np.arange(count), corners, centre, normal, last, direction, field, length, begin, rays.length, bounces,
             self.chain,
+        )  # fmt: skip
+
+    def _launch(self, outward: Floats, polarized: Floats, share: Floats) -> Launch:
+        """Where the tubes start; arguments: the first columns of `Launch`, and the share."""
+        count, first = len(share), self.chain[0]
+        return Launch(outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), first, first)
+
+    def _compiled_traced(
+        self, compiled: Kernels, planes: Planes, lean: Floats | None, leg: BodyLeg, wave: tuple[str, float]
+    ) -> RayTubes:
+        """Runs the kernels that do what `traced` does. leg: by which they leave; wave: its polarization, and the height of the
+        sea [m]."""
+        count, (polarization, water) = self.corners.shape[2], wave
+        corners, middle = np.empty((3, 3, count)), np.empty((count, 3))
+        turn = UPRIGHT if lean is None else np.ascontiguousarray(lean)
+        compiled.run("turned_corners", count, np.ascontiguousarray(self.corners), turn, corners, middle)
+        rays, share = leg.rays(middle), np.array(self.share)
+        vectors, length = np.empty((6, 3, count)), np.empty(count)
+        bounces, last = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+        taken = map(np.ascontiguousarray, (self.chain, planes.point, planes.normal, *rays[1:5], rays.length))
+        compiled.run(
+            "kept_tubes", count, len(self.chain), polarization == "h", water, *taken, middle, corners, share, *vectors, length,
+            bounces, last,
+        )  # fmt: skip
+        outward, polarized, centre, normal, direction, field = vectors
+        launch = self._launch(outward, polarized, share)
+        return RayTubes(
+            launch, np.arange(count), corners, centre, normal, last, direction, field, length, by_axis(middle), rays.length,
+            bounces, self.chain,
         )  # fmt: skip
 
 
@@ -131,17 +161,25 @@ def lift(vertices: Floats, position: Floats, rotation: Floats) -> float:
 def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices, Indices, Floats]:
     """The parts of facets with corners (3, M) among points (V, 3) that rise above the sea: the facet that each comes from (N,),
     its corners (3, N), and the points that these are among. Those of parts of a facet are new."""
-    low = (points[:, 2] < water - AT_LEVEL)[corner]
-    wet = np.flatnonzero(low.any(axis=0))
-    if not len(wet):
-        return np.arange(corner.shape[1]), corner, points
-    dry = np.flatnonzero(~low.any(axis=0))
-    crossed = wet[~low[:, wet].all(axis=0)]
+    dry, crossed = _dry_and_crossed(points, corner, water - AT_LEVEL)
+    if len(dry) == corner.shape[1]:
+        return dry, corner, points
     parts, origin = above_water(points[corner[:, crossed].T], water)
     used, dry_corner = renumbered(corner[:, dry], len(points))
     new = len(used) + np.arange(3 * len(parts)).reshape(-1, 3).T
     corners = np.concatenate([dry_corner, new], axis=1)
     return np.concatenate([dry, crossed[origin]]), corners, np.concatenate([points[used], parts.reshape(-1, 3)])
+
+
+def _dry_and_crossed(points: Floats, corner: Indices, level: float) -> tuple[Indices, Indices]:
+    """Which facets have no corner below a level [m], and which have some; arguments as of `_above_water`."""
+    if compiled := kernels():
+        count, crossings = corner.shape[1], np.zeros(1, dtype=np.int64)
+        dry, crossed = np.empty((2, count), dtype=np.int64)
+        taken = np.ascontiguousarray(points), np.ascontiguousarray(corner)
+        return dry[: compiled.run("dry_facets", count, *taken, level, dry, crossed, crossings)], crossed[: crossings[0]]
+    low = (points[:, 2] < level)[corner].sum(axis=0)
+    return np.flatnonzero(low == 0), np.flatnonzero((low > 0) & (low < 3))
 
 
 def lit_facets(

@@ -162,11 +162,14 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
     plain, uncut, others = (
         np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common)
     )
-    share[plain] = leg.visible(centroids(corners.take(plain, axis=0)), triangle[plain])
-    flags = samples.flags(lit.facet[uncut], corners[uncut], triangle[uncut], leg.visible)
-    share[uncut] = visible_share(flags, small[uncut])
-    flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.crowded), leg.visible)
-    share[others] = visible_share(flags, small[others])
+    if len(plain):
+        share[plain] = leg.visible(centroids(corners.take(plain, axis=0)), triangle[plain])
+    if len(uncut):
+        flags = samples.flags(lit.facet[uncut], corners[uncut], triangle[uncut], leg.visible)
+        share[uncut] = visible_share(flags, small[uncut])
+    if len(others):
+        flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.crowded), leg.visible)
+        share[others] = visible_share(flags, small[others])
     return share
 
 

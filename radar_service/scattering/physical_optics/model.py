@@ -5,7 +5,7 @@ Equal bodies share what does not depend on their motion.
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import ClassVar, NamedTuple, Self
@@ -42,6 +42,7 @@ from radar_service.scattering.physical_optics.optical_body import (
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
@@ -49,6 +50,7 @@ from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, R
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.trace.occluder import Occluder
 from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
@@ -57,6 +59,7 @@ from radar_service.world.poses import BodyPose, pose_at
 # is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
@@ -103,6 +106,10 @@ class _View(NamedTuple):
         return any(
             leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
         )
+
+    def traced(self) -> Illumination | None:
+        """What the legs reach, for other poses near by; None where that hangs on more than the pose."""
+        return None if self.is_shaded else self.optical.illuminated(self.legs, self.water)
 
 
 class PhysicalOptics(AspectModel):
@@ -153,10 +160,13 @@ class PhysicalOptics(AspectModel):
         return [int(b) for b in np.flatnonzero(near)]
 
     @override
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Illumination | None = None) -> BodyEchoes:
-        seen = self._view(b, antenna, instant)
-        if trace is not None and not seen.is_shaded:
-            centres = seen.optical.echoes_near(trace, seen.legs, seen.water)
+    def body_echoes(
+        self, b: int, antenna: Floats, instant: Instant, trace: Callable[[], Illumination | None] | None = None
+    ) -> BodyEchoes:
+        seen = self._view(b, antenna, instant, pose_at(self.bodies[b], instant.time))
+        kept = None if trace is None or seen.is_shaded else trace()
+        if kept is not None:
+            centres = seen.optical.echoes_near(kept, seen.legs, seen.water)
         else:
             centres = seen.optical.echoes(seen.legs, seen.water)
         if seen.lean is not None:
@@ -180,22 +190,31 @@ class PhysicalOptics(AspectModel):
     def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Illumination | None:
         body = self.bodies[b]
         assert body.mesh is not None
-        seen = self._view(b, antenna, instant, lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times))))
-        return None if seen.is_shaded else seen.optical.illuminated(seen.legs, seen.water)
+        height = lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times)))
+        return self._view(b, antenna, instant, pose_at(body, instant.time).lifted(height)).traced()
 
-    def _view(self, b: int, antenna: Floats, instant: Instant, height: float = 0.0) -> _View:
-        """Body b as the antenna has it at an instant, `height` [m] higher than it floats."""
-        posed = pose_at(self.bodies[b], instant.time).lifted(height)
+    @override
+    def rounded_aspect(self, b: int, antenna: Floats, time: float) -> RoundedAspect:
+        return RoundedAspect.of(antenna, pose_at(self.bodies[b], time), 2.0 * self._trace_step)
+
+    @override
+    def traced_at(self, b: int, aspect: RoundedAspect, instant: Instant) -> Illumination | None:
+        return self._view(b, aspect.antenna, instant, aspect.pose, alone=True).traced()
+
+    def _view(self, b: int, antenna: Floats, instant: Instant, posed: BodyPose, alone: bool = False) -> _View:
+        """Body b as the antenna has it in a pose at an instant; alone: as if there were no others."""
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
         sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
         scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
-        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
+        own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
+        own = own if own is not None and self._in_reach(b, pose, antenna, instant) else None
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
@@ -222,12 +241,12 @@ class PhysicalOptics(AspectModel):
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None,
+        others: list[int], shadows: CastShadows | None, own: Occluder | None,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
         optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`.
+        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach.
         """
         scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
 
@@ -242,9 +261,8 @@ class PhysicalOptics(AspectModel):
         crowded = shadows is None
         edges: Edges | None = None
         seen: Visible = partial(visible, bodies=others if crowded else [])
-        own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
-        if own is not None and self._in_reach(b, pose, antenna, instant):
-            own_shadows = OwnShadows(own[0], posed, antenna, scene.earth_radius, by_sea)
+        if own is not None and not crowded:
+            own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
@@ -355,7 +373,7 @@ def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
     """The corners (8, 3) of the box around what of an upright body rises above the sea, on the map [m]."""
     low, high = optical.mesh.vertices.min(axis=0), optical.mesh.vertices.max(axis=0)
     low[2] = max(low[2], min(-pose.position[2], high[2]))
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
+    corners = np.where(BOX_CORNERS, high, low)
     return map_from_body(corners, pose.position, pose.heading)
 
 

@@ -186,6 +186,8 @@ class OpticalBody:
 
         Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
         """
+        if not self.is_concave:
+            return
         reached = self._reached(surface, len(legs))
         launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
         every = [len(launches) < len(legs), True][: len(launches)]

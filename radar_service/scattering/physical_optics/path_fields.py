@@ -46,7 +46,7 @@ class PathFields(NamedTuple):
     position: (M, 3) in the body's frame [m].
     amplitude: (M,) scattering amplitude with the phase of the whole path, out and back [m].
     cell: (M,) size of the cells in which the field is summed [m].
-    both_ends: (M,) the weights of a leg at the first and at the last surface, multiplied.
+    both_ends: (M,) the weights of a leg at the first and at the last surface, multiplied, where diffraction counts; 1 elsewhere.
     """
 
     position: Floats
@@ -163,7 +163,9 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
 
 def received_fields(tubes: RayTubes, back: LegRays, receive: BodyLeg, wave: Wave) -> PathFields:
     """What tubes (M,) scatter into a leg, all of which it reaches. back: its rays at their centres."""
-    cell, both_ends = tubes.launch.cell.take(tubes.launched), receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
+    cell = tubes.launch.cell.take(tubes.launched)
+    both_ends = 1.0 if receive.sea is None else receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
+    both_ends = np.broadcast_to(both_ends, len(tubes))
     if compiled := kernels():
         return PathFields(*_compiled_tube_fields(compiled, tubes, back, wave), cell, both_ends)
     share = tubes.launch.share.take(tubes.launched)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Complexes, Floats, Indices
 
 # Of the strongest centre's power: all that are left out; on ships, whose phases are random, 80 % of the centres. Errors of 80
@@ -48,6 +48,12 @@ class Lattice:
 
     def between(self, values: Floats | Complexes) -> Floats | Complexes:
         """Values (M,) at the points, of those at the nodes (N,) by their shares."""
+        compiled = kernels()
+        if compiled and values.dtype == np.float64:
+            result = np.empty(self.corner.shape[1])
+            taken = map(np.ascontiguousarray, (self.corner, self.share, values))
+            compiled.run("lattice_between", len(result), *taken, result)
+            return result
         return np.asarray(np.einsum("ij,ij->j", self.share, values.take(self.corner)))
 
     def sums(self, which: slice, amplitude: Complexes) -> Complexes:
@@ -73,6 +79,9 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     """The lattice about points (M, 3) with cells of one size [m]."""
     bottom = lowest if np.isfinite(lowest) else 0.0
     steps, base = np.array([size, size, min(UPRIGHT * size, flattest)]), np.array([0.0, 0.0, bottom])
+    compiled = kernels()
+    if compiled and len(points):
+        return _compiled_lattice(compiled, points, steps, base, bool(np.isfinite(lowest)))
     (x, inside_x), (y, inside_y), (z, inside_z) = (
         _cells((points[:, axis] - base[axis]) / steps[axis], axis == 2 and bool(np.isfinite(lowest))) for axis in range(3)
     )
@@ -100,6 +109,18 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     index[used] = np.arange(len(used))
     nodes = np.stack(np.unravel_index(used, tuple(extent)), axis=1) + first
     return nodes * steps + base, index[corner], share
+
+
+def _compiled_lattice(compiled: Kernels, points: Floats, steps: Floats, base: Floats, from_zero: bool) -> Cells:
+    """Runs the kernel that does what `_lattice` does.
+
+    steps, base: sizes of cells and a node (3,) [m]; from_zero: as of `_cells`.
+    """
+    count = len(points)
+    nodes, corner, share = np.empty((8 * count, 3)), np.empty((8, count), dtype=np.int64), np.empty((8, count))
+    taken = (np.ascontiguousarray(points), steps, base)
+    total = compiled.run("lattice_nodes", count, from_zero, len(nodes), *taken, nodes, corner, share)
+    return nodes[:total].copy(), corner, share
 
 
 def _cells(place: Floats, from_zero: bool) -> tuple[Indices, Floats]:

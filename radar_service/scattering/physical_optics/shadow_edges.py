@@ -6,6 +6,7 @@ are still mixed at the end count by their visible share.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +96,7 @@ def _rows(corners: Floats) -> int:
     return max(FEWEST, min(rows, allowed))
 
 
+@cache
 def _lattice(rows: int) -> Floats:
     """Barycentric coordinates (S, 3) of samples: a triangular lattice, the corners INSET first, and the centroid last."""
     i, j = np.meshgrid(np.arange(rows), np.arange(rows), indexing="ij")

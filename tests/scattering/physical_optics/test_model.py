@@ -177,7 +177,7 @@ def test_a_moving_body_shadows_itself_as_rays_on_the_map_say(monkeypatch: pytest
     monkeypatch.setattr(OwnShadows, "visible", lambda self, *rest: (asked.append(len(rest[0])), original(self, *rest))[1])
     own = build(corner).body_echoes(0, antenna, instant(corner))
     assert sum(asked) > 0
-    monkeypatch.setattr(OcclusionScene, "own_occluder", lambda *rest: None)
+    monkeypatch.setattr(OcclusionScene, "occluder_of", lambda *rest: None)
     asked.clear()
     by_map = build(corner).body_echoes(0, antenna, instant(corner))
     assert not asked

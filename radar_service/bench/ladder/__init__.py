@@ -1,0 +1,1 @@
+"""Ladders: series of scenarios of growing difficulty, and trackers ranked by them."""

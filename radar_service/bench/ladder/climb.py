@@ -1,0 +1,97 @@
+"""Trackers on ladders: the same plots for all of them, each run kept in a file, one report in the end."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radar_service.batch.jobs import Executor, Progress
+from radar_service.bench.bench import Runs, runs_of
+from radar_service.bench.kept_plots import program_version
+from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
+from radar_service.bench.ladder.series import Ladder
+from radar_service.bench.scenario import ScenarioError
+from radar_service.bench.single_run import scored_run
+from radar_service.numerics.types import Floats
+
+REFERENCE = "gnn"
+SCHEMA = 1
+
+
+def climb(
+    ladders: Sequence[Ladder], seeds: int, trackers: Sequence[str], folder: Path, executor: Executor | None = None,
+    progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
+
+    trackers: by name, as `bench` takes them, with REFERENCE among them or not. Others as in `bench`. Raises ScenarioError,
+    JobsFailed, TrackerError and OSError.
+    """
+    names = [ladder.name for ladder in ladders]
+    if len(set(names)) < len(names):
+        raise ScenarioError("ladders: two have the same name; give each ladder once, and each file a name of its own")
+    rungs = [rung for ladder in ladders for rung in ladder.rungs]
+    runs = {
+        tracker: runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
+        for tracker in dict.fromkeys((REFERENCE, *trackers))
+    }
+    return report(ladders, runs)
+
+
+def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
+    """Returns the report of the runs of each tracker by rung, as plain data."""
+    losses = {ladder.name: {tracker: losses_of(ladder, some) for tracker, some in runs.items()} for ladder in ladders}
+    overall = {
+        tracker: np.mean([losses[ladder.name][tracker].mean(axis=0) / ladder.worst for ladder in ladders], axis=0)
+        for tracker in runs
+    }
+    return {
+        "schema": SCHEMA, "version": program_version(), "level": LEVEL, "seeds": len(next(iter(overall.values()))),
+        **_board(overall), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
+    }  # fmt: skip
+
+
+def losses_of(ladder: Ladder, runs: Runs) -> Floats:
+    """Returns the metric of a ladder (rungs, seeds): `worst` where a run has none or a larger one."""
+    values = [[run["metrics"].get(ladder.metric) for run in runs[rung.name]] for rung in ladder.rungs]
+    return np.fmin(
+        np.array(values, dtype=np.float64), ladder.worst
+    )  # None is nan, and of nan and a number fmin is the number
+
+
+def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs]) -> dict[str, Any]:
+    summary = ladder.model_dump(
+        include={"name", "question", "expected", "source", "difficulty", "values", "metric", "worst"}
+    )
+    return {
+        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}),
+        "trackers": [
+            {
+                "tracker": tracker, "rungs": _rungs(values, losses[REFERENCE]),
+                "failed_runs": sum(run["failure"] is not None for rung in ladder.rungs for run in runs[tracker][rung.name]),
+            }
+            for tracker, values in losses.items()
+        ],
+    }  # fmt: skip
+
+
+def _board(losses: Mapping[str, Floats]) -> dict[str, Any]:
+    figures, pairs = leaderboard(losses)
+    return {"leaderboard": [asdict(figure) for figure in figures], "pairs": [_pair(pair) for pair in pairs]}
+
+
+def _pair(pair: Pair) -> dict[str, Any]:
+    return {**asdict(pair), "sentence": pair.sentence}
+
+
+def _rungs(losses: Floats, reference: Floats) -> list[dict[str, Any]]:
+    """The figure of a tracker on each rung, and whether it is better or worse than the reference there."""
+    p_values = [p_value(each) for each in losses - reference]
+    rows = []
+    for values, others, p, is_apart in zip(losses, reference, p_values, told_apart(p_values), strict=True):
+        mean, low, high = interval(values)
+        word = ("better" if mean < others.mean() else "worse") if is_apart else None
+        rows.append({"mean": mean, "low": low, "high": high, "p": p, "word": word})
+    return rows

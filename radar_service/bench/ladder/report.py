@@ -1,0 +1,140 @@
+"""The report of ladders: the leaderboard, and for each ladder a picture of its curves and a table, as a page and as text."""
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from radar_service.bench.report import page_of, table_of, unit_of
+from radar_service.bench.run_picture import png_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Data = Mapping[str, Any]  # plain data
+
+
+def write_ladders(report: Data, folder: Path) -> None:
+    """Writes report.json and report.html. Raises OSError."""
+    (folder / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
+    (folder / "report.html").write_text(page(report), encoding="utf-8")
+
+
+def page(report: Data) -> str:
+    """Returns the page."""
+    sections = "".join(_section(ladder, report) for ladder in report["ladders"])
+    board = f"<p>{html.escape(method(report))}</p>{_board(report, 'share of the worst')}"
+    return page_of("Leaderboard of trackers", board + sections)
+
+
+def method(report: Data) -> str:
+    """Returns what places and intervals mean, as sentences."""
+    return (
+        f"{report['seeds']} seeds of each rung give the same plots to all trackers. A place is 1 and the number of trackers that "
+        f"are better; equal trackers are told apart with a chance of {100.0 * report['level']:g} % at most. Intervals have 95 %."
+    )
+
+
+def text_of(report: Data) -> str:
+    """Returns the leaderboard and the ladders as text."""
+    ladders = "".join(_ladder_text(ladder) for ladder in report["ladders"])
+    return f"{method(report)}\n\n{_board_text(report, 'all ladders, share of the worst')}{ladders}"
+
+
+def _board_text(board: Data, title: str) -> str:
+    lines = [f"{title}", f"{'place':>5}  {'tracker':32} {'mean':>9} {'from':>9} {'to':>9}"]
+    lines += [
+        f"{row['place']:>5}  {row['tracker'][-32:]:32} {row['mean']:>9.4g} {row['low']:>9.4g} {row['high']:>9.4g}"
+        for row in board["leaderboard"]
+    ]
+    return "\n".join([*lines, *(f"    {_sentence(pair)}" for pair in board["pairs"])]) + "\n"
+
+
+def _ladder_text(ladder: Data) -> str:
+    heads = "".join(f"{_value(value):>12}" for value in ladder["values"])
+    lines = [f"\n{_board_text(ladder, _title(ladder))}  {ladder['difficulty'][:36]:36}{heads}"]
+    for row in ladder["trackers"]:
+        cells = "".join(f"{_cell(rung):>12}" for rung in row["rungs"])
+        failed = f"  {row['failed_runs']} failed runs" if row["failed_runs"] else ""
+        lines.append(f"  {row['tracker'][-36:]:36}{cells}{failed}")
+    return "\n".join(lines) + "\n"
+
+
+def _title(ladder: Data) -> str:
+    return f"{ladder['name']}: {_metric(ladder)}, mean of all rungs"
+
+
+def _metric(ladder: Data) -> str:
+    return f"{ladder['metric']} [{unit_of(ladder['metric']) or '1'}]"
+
+
+def _cell(rung: Data) -> str:
+    """The figure of a rung, with + where it is better and - where it is worse than that of the reference."""
+    return f"{rung['mean']:.4g}{ {'better': ' +', 'worse': ' -', None: '  '}[rung['word']] }"
+
+
+def _sentence(pair: Data) -> str:
+    return f"{pair['sentence']} (p = {pair['p']:.2g})"
+
+
+def _value(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _section(ladder: Data, report: Data) -> str:
+    text = {key: html.escape(str(ladder[key])) for key in ("name", "question", "expected", "source", "difficulty")}
+    heads = (text["difficulty"], *(html.escape(_value(value)) for value in ladder["values"]), "failed runs")
+    rows = "".join(map(_row, ladder["trackers"]))
+    picture = f'<img alt="{text["name"]}: error of each tracker by difficulty" src="data:image/png;base64,{curves(ladder)}">'
+    return (
+        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{picture}"
+        f"<p>+ and -: better and worse than {html.escape(ladder['trackers'][0]['tracker'])}, the reference, on this rung.</p>"
+        f"{table_of(heads, rows)}{_board(ladder, html.escape(_title(ladder)))}"
+    )
+
+
+def _row(row: Data) -> str:
+    words = {"better": ' class="pass"', "worse": ' class="fail"', None: ""}
+    cells = "".join(f"<td{words[rung['word']]}>{_cell(rung)}</td>" for rung in row["rungs"])
+    return f"<tr><td>{html.escape(row['tracker'])}</td>{cells}<td>{row['failed_runs']}</td></tr>"
+
+
+def _board(board: Data, title: str) -> str:
+    rows = "".join(
+        f"<tr><td>{row['place']}</td><td>{html.escape(row['tracker'])}</td><td>{row['mean']:.4g}</td>"
+        f"<td>{row['low']:.4g} to {row['high']:.4g}</td></tr>"
+        for row in board["leaderboard"]
+    )
+    pairs = "".join(f"<li>{html.escape(_sentence(pair))}</li>" for pair in board["pairs"])
+    return f"{table_of(('place', 'tracker', title, '95 % interval'), rows)}<ul>{pairs}</ul>"
+
+
+def curves(ladder: Data) -> str:
+    """Returns the picture of a ladder, a PNG in base 64: the figure of each tracker by rung, with its interval."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 4.5), layout="constrained")
+    chart = figure.subplots()
+    for number, row in enumerate(ladder["trackers"]):
+        _draw(chart, row["tracker"], row["rungs"], number, len(ladder["trackers"]))
+    chart.axhline(ladder["worst"], color="0.6", linestyle=":", label="worst")
+    chart.set_xticks(range(len(ladder["values"])), [_value(value) for value in ladder["values"]])
+    chart.set(xlabel=f"{ladder['difficulty']}, harder to the right", ylabel=_metric(ladder), yscale=scale_of(ladder))
+    chart.legend(fontsize="small")
+    return png_text(figure)
+
+
+def scale_of(ladder: Data) -> str:
+    """Returns the scale of the axis of figures: logarithmic where none is 0."""
+    return "log" if all(rung["mean"] > 0.0 for row in ladder["trackers"] for rung in row["rungs"]) else "linear"
+
+
+def _draw(chart: "Axes", tracker: str, rungs: Sequence[Data], number: int, count: int) -> None:
+    """The curve of a tracker, a little beside those of others so that intervals do not cover each other."""
+    at = [k + 0.05 * (number - (count - 1) / 2.0) for k in range(len(rungs))]
+    means = [rung["mean"] for rung in rungs]
+    reach = [
+        [max(rung["mean"] - rung["low"], 0.0) for rung in rungs], [max(rung["high"] - rung["mean"], 0.0) for rung in rungs]
+    ]  # fmt: skip
+    chart.errorbar(at, means, yerr=reach, fmt="o-", markersize=4, linewidth=1.2, capsize=3, label=tracker[-40:])

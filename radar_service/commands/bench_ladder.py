@@ -1,0 +1,60 @@
+"""The command `bench-ladder`: trackers on series of scenarios of growing difficulty, and a leaderboard of them."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from radar_service.batch.jobs import JobsFailed, processes
+from radar_service.bench.ladder.climb import REFERENCE, climb
+from radar_service.bench.ladder.report import text_of, write_ladders
+from radar_service.bench.ladder.series import ladders, load_ladder
+from radar_service.bench.scenario import ScenarioError
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.commands.shared_options import add_jobs
+from radar_service.terminal.arguments import UsageError, add_whole_number
+from radar_service.terminal.progress import progress
+
+SEEDS = 20
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments."""
+    parser.add_argument("ladders", nargs="*", metavar="LADDER", help="names (see --list), or .toml files (default: all)")
+    parser.add_argument("--list", action="store_true", help="list the ladders")
+    add_whole_number(parser, "--seeds", SEEDS, 2, 100_000, metavar="N", help=f"runs of each rung (default {SEEDS})")
+    parser.add_argument("--plots", type=Path, metavar="DIR", help="keeps plots and truth (default: bench-plots beside -o)")
+    add_jobs(parser)
+    parser.add_argument(
+        "--tracker", action="append", dest="trackers",
+        help=f"as bench-tracker takes it; again for each other tracker (default jpda); {REFERENCE} takes part in any case",
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command, with a progress bar on a terminal; returns the exit status 0: a ladder ranks, and nothing fails.
+
+    Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
+    """
+    try:
+        return _ladders(options)
+    except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
+        if isinstance(error, JobsFailed) and error.is_fault:
+            raise
+        raise UsageError(str(error)) from None
+
+
+def _ladders(options: argparse.Namespace) -> int:
+    if options.list:
+        for name in ladders():
+            print(f"{name}: {load_ladder(name).question}")
+        return 0
+    if options.out is None:
+        raise UsageError("-o: name a folder for the report, or give --list")
+    loaded = [load_ladder(name) for name in options.ladders or ladders()]
+    trackers, shown = options.trackers or ["jpda"], partial(progress, unit="runs", name=lambda run: run.job.name)
+    with processes(options.jobs) as executor:
+        report = climb(loaded, options.seeds, trackers, options.out, executor, shown, plots=options.plots)
+    write_ladders(report, options.out)
+    print(f"{text_of(report)}{options.out / 'report.html'}")
+    return 0

@@ -1,0 +1,111 @@
+/* Which hulls of points may stand before a body in the antenna's picture: scattering/physical_optics/picture.py, cast_shadows.py. */
+
+#include "geometry.h"
+
+static const double NEAREST = 1e-3, AROUND = 1.5, ROUNDING = 1e-9, PI = 3.141592653589793; /* of picture.py; PI of numpy */
+enum { SIZES = 6 }; /* of a window: as of `Windows` */
+
+typedef struct {
+    double middle, half, low, high, nearest, farthest;
+} Window;
+
+/* The virtual height of a point at a distance along the earth: `Picture.height`. */
+static double virtual_height(double distance, double height, double antenna_height, double earth_radius, int by_sea) {
+    if (!by_sea) return height - antenna_height - distance * distance / (2.0 * earth_radius);
+    distance = larger(distance, NEAREST);
+    double reflection = reflection_distance(distance, larger(height, 0.0), antenna_height, earth_radius);
+    reflection = larger(reflection, NEAREST * NEAREST);
+    return -distance * (antenna_height / reflection + reflection / (2.0 * earth_radius));
+}
+
+/* The lowest and the highest slope between heights: `_slopes`. */
+static void slopes(Window *window, double bottom, double top, double antenna_height, double earth_radius, int by_sea) {
+    window->low = INFINITY;
+    window->high = -INFINITY;
+    if (!(top > 0.0)) return;
+    bottom = larger(bottom, 0.0);
+    double near = window->nearest, far = window->farthest;
+    double raised = virtual_height(near, top, antenna_height, earth_radius, by_sea);
+    double sunk = virtual_height(far, bottom, antenna_height, earth_radius, by_sea);
+    if (by_sea) {
+        window->low = raised / near;
+        window->high = sunk / far;
+    } else {
+        window->low = sunk < 0.0 ? sunk / near : sunk / far;
+        window->high = raised > 0.0 ? raised / near : raised / far;
+    }
+}
+
+/* The window of a hull of points (P, 3), P = corners, in a frame: `Windows.of`, but for its slopes; the lowest and highest point. */
+static Window plan_window(const double *points, int64_t corners, const double *matrix, const double *position,
+                          const double *antenna, double *bottom, double *top) {
+    double east[8], north[8], to_east = 0.0, to_north = 0.0, half = 0.0, ahead_most = INFINITY;
+    Window window = {0.0, 0.0, INFINITY, -INFINITY, 0.0, 0.0};
+    *bottom = INFINITY;
+    *top = -INFINITY;
+    for (int64_t i = 0; i < corners; i++) {
+        const double *point = points + 3 * i;
+        double z = dot(matrix + 6, point) + position[2];
+        east[i] = dot(matrix, point) + position[0] - antenna[0];
+        north[i] = dot(matrix + 3, point) + position[1] - antenna[1];
+        to_east += east[i];
+        to_north += north[i];
+        *bottom = smaller(*bottom, z);
+        *top = larger(*top, z);
+        window.farthest = larger(window.farthest, sqrt(east[i] * east[i] + north[i] * north[i]));
+    }
+    to_east /= (double)corners;
+    to_north /= (double)corners;
+    double scale = larger(sqrt(to_east * to_east + to_north * to_north), NEAREST * NEAREST);
+    for (int64_t i = 0; i < corners; i++) {
+        double ahead = (east[i] * to_east + north[i] * to_north) / scale, aside = (east[i] * to_north - north[i] * to_east) / scale;
+        half = larger(half, fabs(atan2(aside, ahead)));
+        ahead_most = smaller(ahead_most, ahead);
+    }
+    int around = half > AROUND || scale < NEAREST;
+    window.nearest = larger(around ? 0.0 : ahead_most, NEAREST);
+    window.half = around ? PI : half;
+    window.middle = atan2(to_east, to_north);
+    return window;
+}
+
+static Window widened(Window window, double by) {
+    double angle = 2.0 * by / window.nearest;
+    Window result = {window.middle, window.half + angle, window.low - angle, window.high + angle,
+                     larger(window.nearest - by, NEAREST), window.farthest + by};
+    return result;
+}
+
+static int before(const Window *window, const Window *other) {
+    double turns = (window->middle - other->middle) / (2.0 * PI), aside = fabs(turns - rint(turns)) * 2.0 * PI;
+    return aside <= window->half + other->half + ROUNDING && window->nearest < other->farthest;
+}
+
+static int overlap(const Window *window, const Window *other) {
+    return before(window, other) && !(window->low > other->high + ROUNDING || window->high < other->low - ROUNDING);
+}
+
+/* Which hulls of points (N, P, 3), N = count, P = corners of up to 8, may stand before a body along a leg: `_stand_before`.
+ *
+ * matrix (3, 3), position (3): from the frame of the points to the map. moved: how far they may be from there [m]. own (L, 6), L =
+ * legs: windows of the body, directly and by the sea. */
+KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const double *points, const double *matrix,
+                            const double *position, const double *antenna, double earth_radius, double moved, const double *own,
+                            uint8_t *stand) {
+    for (int64_t i = 0; i < count; i++) {
+        double bottom, top;
+        Window plan = plan_window(points + 3 * corners * i, corners, matrix, position, antenna, &bottom, &top);
+        stand[i] = 0;
+        for (int by_sea = 0; by_sea < legs && !stand[i]; by_sea++) {
+            Window seen = plan, wide;
+            slopes(&seen, bottom, top, antenna[2], earth_radius, by_sea);
+            wide = widened(seen, moved);
+            for (int64_t leg = by_sea; leg < legs; leg++) {
+                const double *at = own + SIZES * leg;
+                Window other = {at[0], at[1], at[2], at[3], at[4], at[5]};
+                stand[i] |= (uint8_t)overlap(&wide, &other);
+            }
+        }
+    }
+    return count;
+}

@@ -1,0 +1,81 @@
+"""Trackers on a ladder: the same plots, failed runs count as the worst, kept runs are used, and the report adds up."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from radar_service.bench import bench as bench_module
+from radar_service.bench import kept_plots
+from radar_service.bench.bench import Runs
+from radar_service.bench.ladder import climb as climb_module
+from radar_service.bench.ladder.climb import climb, losses_of, report
+from radar_service.bench.scenario import ScenarioError
+from tests.bench.ladder.test_series import LADDER, ladder
+from tests.bench.trackers.test_process_tracker import ECHO, program
+
+
+def runs(values: list[list[float | None]]) -> Runs:
+    """Runs of two rungs by seed, with these values of OSPA [m]; None: the tracker failed."""
+    return {
+        f"noisy-{rung + 1}": [
+            {"failure": None, "metrics": {"ospa_m": value}} if value is not None else {"failure": {}, "metrics": {}}
+            for value in some
+        ]
+        for rung, some in enumerate(values)
+    }
+
+
+def test_no_value_and_a_larger_one_count_as_the_worst(tmp_path: Path) -> None:
+    losses = losses_of(ladder(tmp_path), runs([[3.0, None], [250.0, 199.0]]))
+    assert np.array_equal(losses, [[3.0, 200.0], [200.0, 199.0]])
+
+
+def test_the_report_adds_up(tmp_path: Path) -> None:
+    """Ten seeds: better by 1 m on the first rung, worse by 3 m on the second, so worse by 1 m on the ladder."""
+    easy, hard = np.linspace(2.0, 4.0, 10), np.linspace(20.0, 60.0, 10)
+    own = runs([(easy - 1.0).tolist(), (hard + 3.0).tolist()])
+    its = report([ladder(tmp_path)], {"gnn": runs([easy.tolist(), hard.tolist()]), "mine": own})
+    (only,) = its["ladders"]
+    assert (its["seeds"], only["metric"], only["values"]) == (10, "ospa_m", (1.0, 30.0))
+    mine = next(row for row in only["trackers"] if row["tracker"] == "mine")
+    assert [rung["word"] for rung in mine["rungs"]] == ["better", "worse"] and mine["failed_runs"] == 0
+    assert [rung["mean"] for rung in mine["rungs"]] == pytest.approx([2.0, 43.0])
+    assert [rung["p"] for rung in mine["rungs"]] == [2 / 2**10] * 2
+    (pair,) = only["pairs"]
+    assert pair["sentence"] == "gnn is better than mine" and pair["difference"] == pytest.approx(-1.0)
+    assert [(row["tracker"], row["place"]) for row in its["leaderboard"]] == [("gnn", 1), ("mine", 2)]
+    assert its["leaderboard"][0]["mean"] == pytest.approx((3.0 + 40.0) / 2.0 / 200.0)
+    reference = next(row for row in only["trackers"] if row["tracker"] == "gnn")
+    assert [rung["word"] for rung in reference["rungs"]] == [None, None]
+
+
+def test_failed_runs_are_counted(tmp_path: Path) -> None:
+    its = report([ladder(tmp_path)], {"gnn": runs([[1.0, 2.0], [3.0, None]])})
+    assert its["ladders"][0]["trackers"][0]["failed_runs"] == 1
+    assert its["ladders"][0]["leaderboard"][0]["mean"] == pytest.approx((1.0 + 2.0 + 3.0 + 200.0) / 4.0)
+
+
+def test_two_of_one_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="two have the same name"):
+        climb([ladder(tmp_path)] * 2, 2, [], tmp_path / "out")
+
+
+def test_a_second_command_makes_no_run_and_all_trackers_get_the_same_plots(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reference is another program here: it takes part though it is not named, and the same program is not told apart."""
+    echo = program(tmp_path, ECHO)
+    monkeypatch.setattr(climb_module, "REFERENCE", f"{echo} --again")
+    noisy = ladder(tmp_path, LADDER.replace("6", "3"))
+    made = climb([noisy], 2, [echo], tmp_path / "out")
+    assert [row["tracker"] for row in made["ladders"][0]["trackers"]] == [f"{echo} --again", echo]
+    assert made["pairs"][0]["p"] == 1.0 and "cannot be told apart" in made["pairs"][0]["sentence"]
+    rungs = made["ladders"][0]["trackers"][1]["rungs"]
+    assert rungs == [{**rung, "p": 1.0, "word": None} for rung in made["ladders"][0]["trackers"][0]["rungs"]]
+    assert sorted(path.name for path in (tmp_path / "bench-plots").iterdir()) == [
+        f"noisy-{rung}-{seed}.json.gz" for rung in (1, 2) for seed in (0, 1)
+    ]
+    monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
+    monkeypatch.setattr(bench_module, "_watched", lambda outcomes: pytest.fail("a run") if list(outcomes) else [])
+    assert climb([noisy], 2, [echo], tmp_path / "out") == made

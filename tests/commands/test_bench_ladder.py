@@ -1,0 +1,65 @@
+"""The command `bench-ladder` as a user runs it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from radar_service.__main__ import main
+from radar_service.bench.ladder.series import ladders
+from radar_service.commands.command_line import parser
+from tests.bench.ladder.test_series import LADDER, ladder
+
+pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
+
+
+def test_the_list_has_a_ladder_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench-ladder", "--list"]) == 0
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == list(ladders())
+
+
+def test_a_tracker_is_ranked_against_the_reference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "none.py").write_text("class T:\n    def update(self, scan):\n        return []\n")
+    monkeypatch.chdir(tmp_path)
+    ladder(
+        tmp_path, LADDER.replace("6", '14\n"scene.radar.rpm" = 12')
+    )  # a state is owed after a minute, from the 13th scan on
+    command = ["bench-ladder", "noisy.toml", "--seeds", "2", "--jobs", "1", "--tracker", "none:T", "-o", "out"]
+    assert main(command) == 0
+    printed = capsys.readouterr().out
+    assert "gnn and none:T cannot be told apart (p = 0.5)" in printed and "out/report.html" in printed
+    report = json.loads(Path("out/report.json").read_text())
+    assert [row["tracker"] for row in report["leaderboard"]] == ["gnn", "none:T"]
+    assert report["leaderboard"][1]["mean"] == 1.0 > report["leaderboard"][0]["mean"]
+    assert report["seeds"] == 2 and Path("bench-plots/noisy-2-1.json.gz").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "name a folder for the report, or give --list"),
+        (["stairs", "-o", "x"], "stairs: there is no such ladder"),
+        (["noisy.toml", "-o", "x", "--tracker", "no-such-program"], "'no-such-program' could not be started"),
+        (["noisy.toml", "noisy.toml", "-o", "x"], "two have the same name"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ladder(tmp_path, LADDER.replace("6", "2"))
+    assert main(["bench-ladder", *arguments, "--seeds", "2", "--jobs", "1"]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_defaults_and_values() -> None:
+    options = parser().parse_args(["bench-ladder", "clutter", "-o", "out", "--tracker", "a", "--tracker", "b"])
+    assert (options.ladders, options.seeds, options.trackers, str(options.out)) == (["clutter"], 20, ["a", "b"], "out")
+
+
+@pytest.mark.parametrize("wrong", [["--seeds", "1"], ["--jobs", "0"]])
+def test_wrong_values_are_refused(wrong: list[str]) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(["bench-ladder", *wrong])
