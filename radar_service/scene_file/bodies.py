@@ -1,5 +1,6 @@
 """Builds the bodies of a scene from their models: the mesh of each kind, its motion and what it is made of."""
 
+import math
 from collections.abc import Callable, Hashable, Sequence
 from typing import TypeVar
 
@@ -8,7 +9,8 @@ import numpy as np
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
-from radar_service.scene_file.checks.mesh_findings import Findings, axis_findings
+from radar_service.scene_file.checks.mesh_axes import axis_findings
+from radar_service.scene_file.checks.mesh_findings import Findings
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (
@@ -47,6 +49,7 @@ class BodyLoader:
         self.findings: list[Findings] = []
         self._triangles = 0
         self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
+        self._placed: dict[tuple[object, ...], Mesh | SceneError] = {}  # meshes of files, turned and moved
         self._shapes: dict[tuple[object, ...], Mesh | SceneError] = {}
         self._motions: dict[int, Motion | SceneError] = {}  # by number of the body
 
@@ -114,8 +117,12 @@ class BodyLoader:
             return body
 
         loaded = _cached(self._files, (model.mesh, scale, up), load)
-        self.findings.append((location, model.mesh, (*loaded.findings, *axis_findings(model, loaded.mesh))))
-        return loaded.mesh
+        heading, offset = math.radians(model.mesh_heading_deg), np.array(model.mesh_offset_m)
+        key = (model.mesh, scale, up, heading, model.mesh_offset_m)
+        mesh = _cached(self._placed, key, lambda: loaded.mesh.placed(heading, offset))
+        findings = axis_findings(model, mesh, float(self._start(model)[2]))
+        self.findings.append((location, model.mesh, (*loaded.findings, *findings)))
+        return mesh
 
     def _height_map(self, model: HeightMapBodyModel, location: str, coverage: Coverage) -> tuple[Mesh, Floats | None]:
         key, name = f"{location}.heightmap", model.heightmap

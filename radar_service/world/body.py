@@ -1,5 +1,6 @@
 """Records of bodies: the material, the triangle mesh and the body itself."""
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -37,6 +38,19 @@ class Mesh:
     def used_vertices(self) -> Floats:
         """Those vertices (U, 3) that triangles have, in their order [m]."""
         return used_rows(self.vertices, self.faces)
+
+    def placed(self, heading: float, offset: Floats) -> "Mesh":
+        """Returns the mesh with its bow along y, if that pointed along `heading` [rad], and its origin at `offset` (3,) [m].
+
+        Quarter turns are exact.
+        """
+        if not (heading or offset.any()):
+            return self
+        cos, sin = math.cos(heading), math.sin(heading)
+        if abs(cos * sin) < 1e-15:  # a quarter turn, but for rounding
+            cos, sin = round(cos), round(sin)
+        east, north, up = self.vertices.T
+        return Mesh(np.stack([cos * east - sin * north, sin * east + cos * north, up], axis=1) + offset, self.faces)
 
 
 def used_rows(rows: Floats, index: Indices) -> Floats:

@@ -45,3 +45,31 @@ def test_a_file_that_is_not_there_is_told_for_each_body(key: str, tmp_path: Path
     tables = [{"name": f"b{k}", key: f"gone.{key}"} for k in range(2)]
     lines = problems({"body": tables}, folder=tmp_path)
     assert [line.split(":")[0] for line in lines][0] == f"body[0].{key}"
+
+
+@pytest.mark.parametrize("heading", [0, 90, 180, 270, 37, -120, 360])
+def test_the_bow_of_a_file_may_point_anywhere(heading: float, tmp_path: Path) -> None:
+    """A marker at the bow, one to starboard and one at the file's origin come where the body has them, however she lies there."""
+    t = np.deg2rad(heading)
+    bow, starboard = 9.0 * np.array([np.sin(t), np.cos(t), 0.0]), 2.0 * np.array([np.cos(t), -np.sin(t), 0.0])
+    lines = [f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in (bow, starboard, -starboard, [0.0, 0.0, 3.0])]
+    (tmp_path / "m.obj").write_text("\n".join([*lines, "f 1 2 3", "f 1 2 4", "f 1 3 4", "f 2 3 4"]))
+    place = {"name": "m", "mesh": "m.obj", "mesh_heading_deg": heading, "mesh_offset_m": [0.5, -4.0, -1.0]}
+    (made,) = load_scene({"body": [place]}, folder=tmp_path).bodies
+    assert made.mesh is not None
+    expected = np.array([[0, 9, 0], [2, 0, 0], [-2, 0, 0], [0, 0, 3.0]]) + [0.5, -4.0, -1.0]
+    np.testing.assert_allclose(made.mesh.vertices, expected, atol=1e-14)  # rounding of 9 m
+
+
+def test_a_mesh_with_its_bow_at_z_sails_bow_first_and_has_its_middle_on_her_waterline(tmp_path: Path) -> None:
+    """By its standard glTF has y up and the front at +z: the stern of a body. The file is 10 m long, its origin at the bow."""
+    corners = [(x, y, z) for x in (-2.0, 2.0) for y in (0.0, 5.0) for z in (-10.0, 0.0)]
+    faces = "f 1 2 4\nf 1 4 3\nf 5 8 6\nf 5 7 8\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n"
+    (tmp_path / "m.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + faces)
+    ship = {"name": "m", "mesh": "m.obj", "up": "y", "mesh_heading_deg": 180, "position_m": [800, 0, 0],
+            "course_deg": 30, "speed_kn": 6, "mesh_offset_m": [0, 5, -2]}  # fmt: skip
+    (made,) = load_scene({"body": [ship]}, folder=tmp_path).bodies
+    assert made.mesh is not None
+    assert made.mesh.vertices.min(axis=0).tolist() == [-2, -5, -2] and made.mesh.vertices.max(axis=0).tolist() == [2, 5, 3]
+    assert made.reference.tolist() == [0, 0, 0] and made.length == 10.0
+    assert float(made.motion.pose(9.0).heading[0]) == pytest.approx(np.deg2rad(30), abs=1e-12)

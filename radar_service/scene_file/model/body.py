@@ -8,12 +8,14 @@ from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_v
 from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.errors import PlatformErrorsModel
 from radar_service.scene_file.model.fields import (
+    Bearing,
     EastNorthUp,
     Flag,
     Height,
     Latitude,
     Longitude,
     Number,
+    Offset,
     Section,
     Size,
     Whole,
@@ -95,6 +97,12 @@ class MeshSection(NamedSection):
     mesh: str = Field(min_length=1, max_length=500, description="file inside the scene's own folder")
     scale: Number = Field(1.0, gt=0, le=1e6, description="metres per unit of the mesh file")
     up: Literal["z", "y"] = Field("z", description='the mesh axis that points up; "y" maps (x, y, z) to (x, -z, y)')
+    mesh_heading_deg: Bearing = Field(
+        0.0, description="where the bow points in the file, after `scale` and `up`: clockwise from its y axis"
+    )
+    mesh_offset_m: tuple[Offset, Offset, Offset] = Field(
+        (0.0, 0.0, 0.0), description="starboard, forward, up: where the origin of the file lies on the turned body"
+    )
 
 
 class HeightMapSection(NamedSection):

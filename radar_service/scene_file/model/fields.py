@@ -14,6 +14,7 @@ Flag = Annotated[bool, Field(strict=True)]
 Coordinate = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]  # m from the origin
 Height = Annotated[float, Field(strict=True, ge=MIN_HEIGHT, le=MAX_HEIGHT)]  # m above mean sea level
 Size = Annotated[float, Field(strict=True, gt=0, le=100_000)]  # m
+Offset = Annotated[float, Field(strict=True, ge=-100_000, le=100_000)]  # m
 Bearing = Annotated[float, Field(strict=True, ge=-360, le=360)]  # degrees clockwise from north
 Speed = Annotated[float, Field(strict=True, ge=0, le=2000)]  # knots
 Latitude = Annotated[float, Field(strict=True, ge=-90, le=90)]
