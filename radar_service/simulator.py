@@ -82,7 +82,12 @@ class Simulator:
         self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
         self._sources = SourceTruth(steering, self.fidelity, self._requested, self.seed, pulses)
         reporter = ErrorReporter(
-            self.scene.radar, self.seed, self.scene.errors, self.scene.radar_id, ship=self.scene.platform.body
+            self.scene.radar,
+            self.seed,
+            self.scene.errors,
+            self.scene.radar_id,
+            ship=self.scene.platform.body,
+            stream=self.scene.environment.stream,
         )
         tiles = SourceTiles(engine, pulses, request)
         self.sources = tiles.sources(source_names(self.scene))

@@ -67,6 +67,7 @@ function hello(message, isNew, isRestart) {
   }
   const { radar, fidelity } = message;
   Object.assign(page, { radar, fidelity, origin: message.scene.origin, givesTruth: message.truth });
+  scope.stream = message.scene.stream ?? null;
   if (isNew) {
     playout.clear();
     scope.adopt(message);
@@ -145,7 +146,7 @@ function frame(time) {
   status.showUnnamed(scope.layout.unnamed);
   if (latest) {
     if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
-    status.showShip(latest, page.origin);
+    status.showShip(latest, page.origin, scope.drift);
     showPositions();
     latest = null;
   }

@@ -3,7 +3,7 @@
 import { keep } from "./settings.js";
 import { announce } from "./status.js";
 
-const LISTS = ["orientation", "motion", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
+const LISTS = ["orientation", "motion", "stabilisation", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
 const CHECKS = ["rings", "headline", "sweep", "truth", "keys"];
 const ZOOM_STEP = 2;
 const element = (id) => document.getElementById(id);
@@ -37,6 +37,7 @@ export class Preferences {
     }
     if (name === "orientation" || name === "motion") this.scope.framing.moveTo({ x: 0, y: 0 }, 1); // axes have other bearings
     if (name === "detail") this.scope.fit();
+    if (name === "stabilisation") this.scope.restartMotion();
     if (name === "trails" || name === "trailmotion") this.scope.startTrails(true);
     this.scope.changed = true;
     this.show();

@@ -6,6 +6,7 @@ import { Framing } from "./framing.js";
 import { begin, drawOverlay, drawMarks, overlayColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
 import { Picture } from "./picture.js";
+import { stabilised } from "./stabilisation.js";
 import { drawTruth, layTruth } from "./truth.js";
 import { scaleFor } from "./units.js";
 import { View, upOf } from "./view.js";
@@ -28,6 +29,7 @@ export class Scope {
     this.written = "";
     this.layout = { marks: [], unnamed: 0 }; // of the truth
     this.sailed = false; // whether own ship's position is known
+    this.stream = null; // of the water [east, north] [m/s], where the scene has one
     this.repaint();
     new ResizeObserver(() => this.fit()).observe(this.container);
     this.fit();
@@ -50,6 +52,17 @@ export class Scope {
     this.changed = true;
   }
 
+  /** Starts trails and true motion anew, over ground or through the water. */
+  restartMotion() {
+    this.startTrails(false);
+    this.sailed = false;
+  }
+
+  /** The stream with which the picture drifts: null while it is stabilised by the ground. */
+  get drift() {
+    return this.settings.stabilisation === "sea" ? this.stream : null;
+  }
+
   /** Blanks the picture: the radar is in standby. */
   blank() {
     this.picture.blank();
@@ -59,12 +72,14 @@ export class Scope {
 
   /** Adds spokes from <= k < to of a `spokes` message; ship: own ship at the last of them. */
   write(message, from, to, ship) {
-    this.picture.write(message, from, to);
+    const position = message.position.map((each, k) => stabilised(each, message.time[k], this.drift));
+    this.picture.write({ ...message, position }, from, to);
     if (this.isTrueMotion && this.sailed) {
-      const moved = ship.position.map((metres, axis) => metres - this.ship.position[axis]);
+      const moved = position[to - 1].map((metres, axis) => metres - this.place[axis]);
       this.framing.follow(moved, ship.course, this.view);
     }
     this.sailed = true;
+    this.place = position[to - 1];
     this.ship = ship;
     this.written = `${message.epoch}:${message.first + to}`;
     this.changed = true;
@@ -137,16 +152,16 @@ export class Scope {
     const context = begin(element("marks"), this.pixels);
     const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
     drawMarks(context, view, { sweep, marker: this.marker, cursor: this.cursor }, colours);
-    this.layOut(context, view, settings.truth === "on" ? truth : null);
+    this.layOut(context, view, settings.truth === "on" ? truth : null, this.drift);
     drawTruth(context, view, this.layout, colours);
   }
 
   /** Lays out marks and names of a truth message anew where it, the view or the labels of the rings have changed. */
-  layOut(context, view, truth) {
-    const key = truth && JSON.stringify([view, this.labels]);
+  layOut(context, view, truth, drift) {
+    const key = truth && JSON.stringify([view, this.labels, drift]);
     if (truth === this.laidTruth && key === this.layoutKey) return;
     [this.laidTruth, this.layoutKey] = [truth, key];
-    this.layout = truth ? layTruth(context, view, truth, this.labels) : { marks: [], unnamed: 0 };
+    this.layout = truth ? layTruth(context, view, truth, this.labels, drift ?? undefined) : { marks: [], unnamed: 0 };
   }
 
   updateOverlay(view) {

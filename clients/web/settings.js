@@ -6,6 +6,7 @@ import { setAddress } from "./address.js";
 const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
   motion: ["relative", "true"],
+  stabilisation: ["ground", "sea"],
   unit: ["nm", "m"],
   palette: ["multicolour", "dusk", "day", "night", "phosphor"],
   afterglow: ["2", "0", "0.25", "0.5", "1", "4"], // half-life in scans; 0: none

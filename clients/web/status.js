@@ -2,6 +2,7 @@
 
 import { radarName } from "./radars.js";
 import { geographicPosition, positionText } from "./geo.js";
+import { throughWater } from "./stabilisation.js";
 import { bearingText, rangeText, ringStep } from "./units.js";
 import { TURN } from "./view.js";
 
@@ -66,11 +67,18 @@ function listItem(text) {
 }
 
 /** Shows orientation and motion as radars do: N-UP, H-UP or C-UP; RM for relative or TM for true motion, and in brackets
- *  whether trails are relative or true. Course and speed of own ship are over ground, and so the picture is. */
-export function showMode({ orientation, trails, trailmotion }, isTrueMotion) {
+ *  whether trails are relative or true. Course and speed of own ship, and the picture, are over ground or through the water. */
+export function showMode({ orientation, trails, trailmotion, stabilisation }, isTrueMotion) {
   const up = { "north-up": "N-UP", "head-up": "H-UP", "course-up": "C-UP" }[orientation];
   const kind = trails === "0" ? "" : trailmotion === "true" ? "(T)" : "(R)";
   show("mode-text", `${up} ${isTrueMotion ? "TM" : "RM"}${kind}`);
+  const [against, water] = stabilisation === "sea" ? ["through the water", true] : ["over ground", false];
+  show("stabilisation-text", water ? "SEA STAB" : "GND STAB");
+  element("stabilisation-text").title = `Course, speed and motion are ${against}`;
+  for (const [id, letter, name] of [["course-label", "C", "Course"], ["speed-label", "S", "Speed"]]) {
+    show(id, `${letter}${water ? "TW" : "OG"}`);
+    element(id).title = `${name} ${against}`;
+  }
 }
 
 /** Shows pulse, PRF and power of a radar. */
@@ -84,13 +92,15 @@ function showTransmitter({ modulation, pulse_s, bandwidth_hz, prf_hz, power_w })
 
 const rounded = (value) => String(Number(value.toPrecision(3)));
 
-/** Shows own ship at a simulated time [s]. origin: of the scene, or null. */
-export function showShip({ ship, time, scan }, origin) {
+/** Shows own ship at a simulated time [s]. origin: of the scene, or null; drift: the stream that course and speed are
+ *  measured against, or null: the ground. */
+export function showShip({ ship, time, scan }, origin, drift) {
+  const { course, speed } = throughWater(ship, drift);
   const [east, north] = ship.position;
   const onMap = `${east.toFixed(0)} m E, ${north.toFixed(0)} m N`;
   show("heading-text", ship.isLost ? "Lost" : bearingText(ship.heading));
-  show("course-text", ship.isLost ? "Lost" : bearingText(ship.course));
-  show("speed-text", `${(ship.speed / KNOT).toFixed(1)} kn`);
+  show("course-text", ship.isLost ? "Lost" : bearingText(course));
+  show("speed-text", `${(speed / KNOT).toFixed(1)} kn`);
   const here = { bearing: 0, range: 0 };
   show("position-text", origin ? positionText(geographicPosition(here, ship.position, 0, origin)) : onMap);
   show("time-text", clock(time));

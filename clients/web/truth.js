@@ -18,11 +18,11 @@ export const isAround = (body) => body.extent >= body.range;
 export const isLand = (body) => isAround(body) || body.extent > LONGEST_SHIP;
 
 /** Lays the marks and names of a `truth` message out: {marks, unnamed}, where unnamed is the number of names without room.
- *  taken: boxes [x, y, width, height] of other labels. */
-export function layTruth(context, view, truth, taken) {
+ *  taken: boxes [x, y, width, height] of other labels; drift: of the picture [east, north] [m/s]. */
+export function layTruth(context, view, truth, taken, drift = [0, 0]) {
   const shown = fastestFirst(truth.bodies.filter((body) => !isAround(body)))
     .filter((body) => body.range <= view.reach && view.contains(...view.toScreen(body.azimuth, body.range)))
-    .map((body) => markOf(context, view, body, truth.own_ship));
+    .map((body) => markOf(context, view, body, truth.own_ship, drift));
   const isInside = ([x, y, width, height]) => {
     return [[x, y], [x + width, y], [x, y + height], [x + width, y + height]].every((corner) => view.contains(...corner));
   };
@@ -31,19 +31,21 @@ export function layTruth(context, view, truth, taken) {
   return { marks, unnamed: marks.filter(({ place }) => !place).length };
 }
 
-function markOf(context, view, body, own) {
+function markOf(context, view, body, own, drift) {
   const [x, y] = view.toScreen(body.azimuth, body.range);
   const least = view.rim.radius < SMALL_RADIUS ? SMALL_HALF : HALF;
   const half = isLand(body) ? least : Math.min(Math.max(least, body.extent * view.metre + 4), MAX_HALF);
   const name = body.name.length > MAX_LETTERS ? `${body.name.slice(0, MAX_LETTERS - 1)}…` : body.name;
   const text = body.visible ? name : `${name} (${body.reason})`;
-  return { x, y, half, text, width: labelWidth(context, text), visible: body.visible, ahead: aheadOf(view, body, own) };
+  return { x, y, half, text, width: labelWidth(context, text), visible: body.visible, ahead: aheadOf(view, body, own, drift) };
 }
 
-/** The point of the screen where a body will be after VECTOR_TIME; null for one at rest. */
-function aheadOf(view, body, own) {
-  if (body.speed <= UNDERWAY) return null;
-  const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR_TIME * body.velocity[k]);
+/** The point of the screen where a body will be after VECTOR_TIME; null for one at rest. drift: of the
+ *  picture: a buoy in a stream moves through the water. */
+function aheadOf(view, body, own, drift) {
+  const velocity = [0, 1].map((k) => body.velocity[k] - drift[k]);
+  if (Math.hypot(...velocity) <= UNDERWAY) return null;
+  const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR_TIME * velocity[k]);
   return view.toScreen(Math.atan2(east, north), Math.hypot(east, north));
 }
 

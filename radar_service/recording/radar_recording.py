@@ -47,7 +47,7 @@ VIEW = View("c64")
 CODEC = messages.NativeCodec()
 NOTHING = SourceRequest()
 PICTURE_SIZE = 600  # pixels
-OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
+OUTLINE = ("name", "origin", "body_count", "warnings", "notes", "stream")  # fields of a SceneOutline besides the radar
 
 
 def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, dict[str, str | None]]:

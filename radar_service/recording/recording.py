@@ -25,6 +25,7 @@ from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
 from radar_service.world.commands import command_from
 from radar_service.world.outline import SceneOutline
+from radar_service.world.stream import NO_STREAM
 
 NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"
@@ -57,7 +58,7 @@ class Recording:
         outline, cells = self.record["outline"], self.record["cells"]
         scene = SceneOutline(
             outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
-            restored(self.record["radar"]), tuple(outline["notes"]),
+            restored(self.record["radar"]), tuple(outline["notes"]), stream=tuple(outline.get("stream", NO_STREAM)),
         )  # fmt: skip
         self.commands = tuple(map(command_from, self._own_commands()))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})

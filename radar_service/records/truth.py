@@ -25,6 +25,8 @@ class BodyTruth:
     longitude_deg: float | None
     mmsi: int | None
     extent: float  # greatest horizontal distance of its surface from its origin; 0 for a point
+    water_course: float | None = None  # and speed through the water; None without a tidal stream
+    water_speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,10 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class OwnShipTruth:
-    """Own ship at an instant. position, velocity: east, north, up [m, m/s]; angles [rad]; reported: with errors of sensors."""
+    """Own ship at an instant. position, velocity: east, north, up [m, m/s]; angles [rad]; reported: with errors of sensors.
+
+    course, speed: over ground; water_course, water_speed: through the water, None where the scene has no tidal stream.
+    """
 
     position: tuple[float, float, float]
     velocity: tuple[float, float, float]
@@ -53,6 +58,8 @@ class OwnShipTruth:
     pitch: float
     yaw: float
     reported: ReportedOwnShip | None = None
+    water_course: float | None = None
+    water_speed: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +71,8 @@ class Kinematics:
     range, bearing, elevation: from the antenna; relative_bearing: from own ship's bow;
     aspect: bearing of the radar from the body's bow; turn_rate: to starboard [rad/s];
     cpa [m], tcpa [s]: closest point of approach to own ship in plan, if both keep velocity; tcpa is negative where it is past,
-    and None where the bodies do not approach or part; length, beam: of the body [m]; reason: why it is not visible.
+    and None where the bodies do not approach or part; length, beam: of the body [m]; reason: why it is not visible;
+    course, speed: over ground; water_course, water_speed: through the water, None where the scene has no tidal stream.
     """
 
     time: float
@@ -90,6 +98,8 @@ class Kinematics:
     beam: float
     visible: bool
     reason: str
+    water_course: float | None = None
+    water_speed: float | None = None
 
 
 @dataclass(frozen=True)

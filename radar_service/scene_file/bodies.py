@@ -32,6 +32,7 @@ from radar_service.world.geo import Origin
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
+from radar_service.world.stream import Stream
 
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
@@ -42,10 +43,10 @@ class BodyLoader:
 
     def __init__(
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
-        radars: Sequence[Radar],
+        radars: Sequence[Radar], stream: Stream,
     ) -> None:  # fmt: skip
         self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
-        self._origin, self._radars = origin, radars
+        self._origin, self._radars, self._stream = origin, radars, stream
         self.findings: list[Findings] = []
         self._triangles = 0
         self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
@@ -81,7 +82,12 @@ class BodyLoader:
 
     def _motion(self, k: int) -> Motion:
         model = self._models[k]
-        return _cached(self._motions, k, lambda: motion_from_model(model, self._start(model), f"body[{k}]", self.read_track))
+        location = f"body[{k}]"
+        return _cached(
+            self._motions,
+            k,
+            lambda: motion_from_model(model, self._start(model), location, self.read_track, self._stream),
+        )
 
     def _start(self, model: BodyModel) -> Floats:
         """Returns the position (3,) [m] of the body in the scene file; by default the origin."""

@@ -188,6 +188,9 @@ def _environment_lines(scene: Scene) -> list[str]:
     enabled += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
     enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
     enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
+    east, north = e.stream
+    to = _bearing(math.atan2(east, north))
+    enabled += [f"stream of {math.hypot(east, north) / KNOT:.3g} kn to {to}"] if any(e.stream) else []
     enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
     extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]

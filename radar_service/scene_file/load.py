@@ -15,7 +15,12 @@ from radar_service.scene_file.bodies import BodyLoader
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
-from radar_service.scene_file.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene_file.convert import (
+    environment_from_model,
+    interferer_from_model,
+    radar_from_model,
+    stream_from_model,
+)
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
@@ -88,7 +93,8 @@ class _Loader:
         self.entries = radar_entries(model.radar)
         self.radars = [radar_from_model(entry.model) for entry in self.entries]
         self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars)
+        self.stream = stream_from_model(model.environment)
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
@@ -119,7 +125,7 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track))
+        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream))
 
     def _platform(self, platform: PlatformModel) -> Platform | None:
         if platform.body is not None:

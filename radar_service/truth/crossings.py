@@ -11,7 +11,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
-from radar_service.truth.ground_truth import GroundTruth, observed_offset
+from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
 from radar_service.world.geo import geographic_from_map
 from radar_service.world.motion import Pose
 from radar_service.world.scene import Scene
@@ -109,7 +109,9 @@ class CrossingTruth:
             "heading": points.heading, "turn_rate": points.turn_rate,
             "aspect": wrap_bearing(polar.azimuth + np.pi - points.heading), "cpa": cpa,
         }  # fmt: skip
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        water = water_tracks(scene, course)
+        rows = zip(*(column.tolist() for column in columns.values()), *water, strict=True)
+        keys = (*columns, "water_course", "water_speed")
         others = zip(
             bodies.tolist(),
             points.position.tolist(),
@@ -120,7 +122,7 @@ class CrossingTruth:
             strict=True,
         )
         return [
-            dict(zip(columns, row, strict=True)) | self._identity(body) | place
+            dict(zip(keys, row, strict=True)) | self._identity(body) | place
             | {"position": _triple(position), "velocity": _triple(velocity), "reason": reason, "visible": not reason,
                "tcpa": None if math.isnan(until) else until}
             for row, (body, position, velocity, until, reason, place) in zip(rows, others, strict=True)
@@ -152,10 +154,10 @@ class CrossingTruth:
         return [
             OwnShipTruth(
                 position=_triple(position), velocity=_triple(velocity), heading=heading, course=course, speed=speed,
-                roll=roll, pitch=pitch, yaw=yaw,
+                roll=roll, pitch=pitch, yaw=yaw, water_course=water_course, water_speed=water_speed,
             )
-            for position, velocity, heading, course, speed, (roll, pitch, yaw) in zip(
-                *(column.tolist() for column in columns), strict=True
+            for position, velocity, heading, course, speed, (roll, pitch, yaw), water_course, water_speed in zip(
+                *(column.tolist() for column in columns), *water_tracks(self._scene, pose), strict=True
             )
         ]  # fmt: skip
 

@@ -22,6 +22,7 @@ from radar_service.world.geo import geographic_from_map
 from radar_service.world.motion import Pose
 from radar_service.world.poses import pose_at
 from radar_service.world.scene import Scene
+from radar_service.world.stream import through_water
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes
@@ -155,11 +156,12 @@ class GroundTruth:
         latitude, longitude = None, None
         if self.scene.origin is not None:
             latitude, longitude = (float(v) for v in geographic_from_map(position, self.scene.origin))
+        course, speed = water_tracks(self.scene, pose)
         return BodyTruth(
             name, _triple(position), _triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
-            float(extent),
+            float(extent), course[0], speed[0],
         )  # fmt: skip
 
 
@@ -167,6 +169,14 @@ def observed_offset(scene: Scene, offset: Floats, time: Floats, earth_radius: fl
     """Returns offsets (W, 3) from the antenna [m] as it observes them at times (W,) [s], rolling and pitching with own ship."""
     level = scene.upright_from_map(time)
     return offset if level is None else apparent_position(offset[:, None], level, earth_radius)[:, 0]
+
+
+def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | tuple[list[None], list[None]]:
+    """Returns course [rad] and speed [m/s] through the water at K times; None without a tidal stream."""
+    if not any(scene.environment.stream):
+        return [None] * len(pose.heading), [None] * len(pose.heading)
+    course, speed = through_water(pose.velocity, pose.heading, scene.environment.stream)
+    return course.tolist(), speed.tolist()
 
 
 def _triple(vector: Floats) -> tuple[float, float, float]:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from radar_service.world.stream import NO_STREAM, Stream
+
 
 @dataclass(frozen=True)
 class Environment:
@@ -17,6 +19,7 @@ class Environment:
     wind_from: float
     ground_plane: bool
     diffraction: bool = field(default=False, metadata={"added": True})
+    stream: Stream = field(default=NO_STREAM, metadata={"added": True})  # of the water over ground, east and north [m/s]
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,15 @@
 """Records of motion: the pose of a body at given times, and a motion through knots."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import move_along_arc
 
@@ -49,6 +50,7 @@ class Motion:
     arcs: (M, 3) of the segment that begins at each knot: course [rad], speed [m/s] and turn rate [rad/s, 0: straight]; or None.
     fixed: whether the heading stays constant on arcs.
     sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
+    stream: for which the heading on arcs allows, east and north [m/s]; `heading` itself does so on straight segments.
     """
 
     time: Floats
@@ -60,6 +62,7 @@ class Motion:
     arcs: Floats | None = None
     fixed: bool = False
     sway: Sway | None = None
+    stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.scene_hash
 
     def __post_init__(self) -> None:
         assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
@@ -87,7 +90,7 @@ class Motion:
     @cached_property
     def top_speed(self) -> float:
         """The highest speed [m/s] on any segment or arc, and beyond the last knot; sway not counted."""
-        on_segments = np.linalg.norm(self._segment_velocity, axis=1).max()
+        on_segments = np.linalg.norm(self.segment_velocity, axis=1).max()
         arcs = 0.0 if self.arcs is None else self.arcs[:, 1].max()
         return float(max(on_segments, arcs))
 
@@ -99,7 +102,7 @@ class Motion:
         if self.period is not None:
             t = t % self.period
         segment = np.searchsorted(self.time[1:], t, side="right")
-        velocity = self._segment_velocity[segment]
+        velocity = self.segment_velocity[segment]
         if t.size and t.min() < self.time[0]:
             velocity[t < self.time[0]] = 0.0
         elapsed = np.maximum(t - self.time[segment], 0.0)
@@ -112,6 +115,8 @@ class Motion:
             course, speed, rate = self.arcs[segment[curved]].T
             displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
             heading = heading if self.fixed else heading + self.arcs[segment, 2] * elapsed
+            if any(self.stream) and not self.fixed:
+                heading[curved] += crab_angle(velocity[curved], self.stream)
         pose = Pose(self.position[segment] + displacement, velocity, wrap_bearing(heading))
         return pose if self.sway is None else _swaying(pose, heading, self.sway, np.broadcast_to(time, t.shape))
 
@@ -122,7 +127,7 @@ class Motion:
         segment = np.searchsorted(self.time[1:], phase, side="right")
         rate = self._segment_turn[segment] if self.turning else np.zeros(len(t))
         if self.arcs is not None and not self.fixed:
-            rate = rate + self.arcs[segment, 2]
+            rate = rate + self.arcs[segment, 2] * self._turn_factor(segment, t if self.period is None else phase)
         rate = np.where(phase < self.time[0], 0.0, rate)
         return rate if self.sway is None else rate + self.sway.rate(2, t)
 
@@ -137,9 +142,17 @@ class Motion:
         segment = np.searchsorted(self.time, since, side="right")
         return np.asarray((np.diff(segment) != 0) | (np.diff(laps) != 0.0))
 
+    def _turn_factor(self, segment: Indices, t: Floats) -> Floats | float:
+        """How many times as fast the heading turns as the course, on segments (K,) at times (K,) [s]."""
+        if self.arcs is None or not any(self.stream):
+            return 1.0
+        course, speed, rate = self.arcs[segment].T
+        now = course + rate * np.maximum(t - self.time[segment], 0.0)
+        return turn_factor(np.stack([speed * np.sin(now), speed * np.cos(now)], axis=-1), self.stream)
+
     @cached_property
-    def _segment_velocity(self) -> Floats:
-        """Velocity (M, 3) [m/s] on the segment that begins at each knot; 0 for a segment without duration."""
+    def segment_velocity(self) -> Floats:
+        """Velocity (M, 3) [m/s] on the segment that begins at each knot: of an arc that along its chord; 0 without duration."""
         span, steps = np.diff(self.time)[:, None], np.diff(self.position, axis=0)
         velocity = np.divide(steps, span, out=np.zeros_like(steps), where=span > 0)
         return np.concatenate([velocity, self.final_velocity[None]])
@@ -171,6 +184,29 @@ def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
         position[:, 2] += sway.heave(time)
         velocity[:, 2] += sway.rate(3, time)
     return Pose(position, velocity, heading, sway.rotation(heading, time) if sway.tilts else None)
+
+
+def in_stream(motion: Motion, stream: Stream, keeps_heading: bool) -> Motion:
+    """Returns a motion over ground whose heading allows for a stream: that through the water takes the place of the course.
+
+    keeps_heading: it was given, and stays. A body that stands keeps the heading with which it came to rest.
+    """
+    if not any(stream) or keeps_heading or motion.turning:
+        return motion
+    velocity, begin = motion.segment_velocity, np.zeros(len(motion.time), dtype=np.bool_)
+    if motion.arcs is not None:
+        course, speed, rate = motion.arcs.T
+        begin = (rate != 0.0) & (speed > 0.0)
+        last = course + rate * np.append(np.diff(motion.time), 0.0)  # courses at the ends of arcs
+        velocity = np.where(
+            begin[:, None], np.stack([speed * np.sin(last), speed * np.cos(last), 0.0 * speed], axis=1), velocity
+        )
+    angle = crab_angle(velocity, stream)
+    moves = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0)
+    if len(moves):
+        latest = np.searchsorted(moves, np.arange(len(angle)), side="right") - 1
+        angle = np.where(latest < 0, 0.0, angle[moves[np.maximum(latest, 0)]])
+    return replace(motion, heading=motion.heading + np.where(begin, 0.0, angle), stream=stream)
 
 
 def segment_headings(position: Floats, heading_deg: float | None) -> Floats:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from radar_service.radar.parameters import FIRST_ID, Origin, Radar
 from radar_service.world.commands import Steerable
 from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.stream import NO_STREAM, Stream
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -22,6 +23,7 @@ class SceneOutline:
     errors: on purpose, which the serving process adds; None without any.
     radar_id: of the radar; radar_ids: of all radars of its file.
     has_sensors: whether the platform has gyro, log and position sensor.
+    stream: of the water over ground, east and north [m/s].
     """
 
     name: str
@@ -35,6 +37,7 @@ class SceneOutline:
     radar_id: str = FIRST_ID
     radar_ids: tuple[str, ...] = (FIRST_ID,)
     has_sensors: bool = True
+    stream: Stream = NO_STREAM
 
     def at_origin(self, origin: Origin) -> "SceneOutline":
         """Returns the outline with another origin of the radar's rotation."""
@@ -46,5 +49,5 @@ def outline_of(scene: "Scene") -> SceneOutline:
     """Returns what is known of a scene besides its bodies."""
     return SceneOutline(
         scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
-        scene.radar_id, scene.radar_ids, scene.has_sensors,
+        scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.stream,
     )  # fmt: skip

@@ -9,7 +9,8 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.world.motion import Motion, Pose
+from radar_service.world.motion import Motion, Pose, in_stream
+from radar_service.world.stream import NO_STREAM, Stream, crab_angle
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import move_along_arc
 
@@ -36,7 +37,8 @@ class MotionSegment(NamedTuple):
     speed: [m/s].
     turn_rate: of the arc, positive to starboard [rad/s]; 0 for a straight segment.
     turn_time: length of the arc [s]; inf for one without end.
-    drift: heading minus course [rad].
+    drift: heading minus course [rad]: minus course through the water, where there is a stream.
+    stood: how far she lies off the course [rad] while she stands: the crab angle with which she stopped.
     """
 
     start: float
@@ -46,6 +48,7 @@ class MotionSegment(NamedTuple):
     turn_rate: float = 0.0
     turn_time: float = math.inf
     drift: float = 0.0
+    stood: float = 0.0
 
     def at(self, time: float) -> "MotionSegment":
         """Returns the rest of the segment from `time` [s] on."""
@@ -61,8 +64,16 @@ class MotionSegment(NamedTuple):
             start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf
         )
 
-    def motion(self, sway: Sway | None) -> Motion:
-        """Returns the motion along the segment, which continues backward over LOOK_BACK."""
+    def with_heading(self, heading: float, stream: Stream) -> "MotionSegment":
+        """Returns the segment with a heading [rad] at its start."""
+        return self._replace(drift=math.remainder(heading - self.course - self.crab(stream), 2.0 * math.pi))
+
+    def crab(self, stream: Stream) -> float:
+        """Returns course through the water minus course over ground [rad] at its start."""
+        return float(crab_angle(self._along(self.course, 0.0, 1.0), stream)) if self.speed else self.stood
+
+    def motion(self, sway: Sway | None, stream: Stream = NO_STREAM) -> Motion:
+        """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: as of `in_stream`."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
         position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
@@ -73,7 +84,9 @@ class MotionSegment(NamedTuple):
         time, course, rate = np.array(knots).T
         arcs = np.stack([course, np.full(len(time), self.speed), rate], axis=1)
         velocity = self._along(float(course[-1]), 0.0, 1.0)
-        return Motion(time, np.array(position), course + self.drift, velocity, arcs=arcs, sway=sway)
+        drift = self.drift if self.speed else self.drift + self.stood
+        segment_motion = Motion(time, np.array(position), course + drift, velocity, arcs=arcs, sway=sway)
+        return in_stream(segment_motion, stream, keeps_heading=False)
 
     def _along(self, course: float, rate: float, elapsed: float) -> Floats:
         """Displacement (3,) [m] in `elapsed` [s] from a course [rad], turning at `rate` [rad/s]."""
@@ -119,14 +132,16 @@ class SteeredMotion(CommandedMotion):
     from before the segment, and its methods look at times around each spoke. `past` follows the segment of each time.
 
     limits: of the commands.
+    water: the stream, east and north [m/s], for which the heading allows once she is under command.
     """
 
     limits: SteeringLimits = field(kw_only=True)
+    water: Stream = field(default=NO_STREAM, kw_only=True, metadata={"added": 1})  # see truth.scene_hash
 
     @classmethod
-    def under(cls, motion: Motion, limits: SteeringLimits) -> Self:
+    def under(cls, motion: Motion, limits: SteeringLimits, water: Stream = NO_STREAM) -> Self:
         """Returns a motion that begins as `motion`, and that no command has changed yet."""
-        return cls(**_fields(motion), limits=limits)
+        return cls(**_fields(motion), limits=limits, water=water)
 
     @property
     def top_speed(self) -> float:
@@ -152,9 +167,8 @@ class SteeredMotion(CommandedMotion):
             return self._track.segments[-1].at(time)
         pose = replace(self._track.first, sway=None).pose(time)
         course, heading = float(pose.course[0]), float(pose.heading[0])
-        return MotionSegment(
-            time, pose.position[0], course, float(pose.speed[0]), drift=math.remainder(heading - course, 2.0 * math.pi)
-        )
+        begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]))
+        return begun.with_heading(heading, self.water)
 
     def steer(self, segment: MotionSegment) -> None:
         """Takes a segment from its start on. `pose` follows it after `follow`."""
@@ -162,7 +176,7 @@ class SteeredMotion(CommandedMotion):
         track.segments = (*track.segments[1 - MAX_SEGMENTS :], segment)
         track.past = (
             np.append(start[1 - MAX_SEGMENTS :], segment.start),
-            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway)),
+            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway, self.water)),
         )
 
     def follow(self) -> None:

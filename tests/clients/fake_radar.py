@@ -63,6 +63,7 @@ class FakeRadar:
         self.radars = [{"id": "0", "name": "test radar"}]
         self.scenes = [{"name": "known", "title": "known", "summary": "3 bodies"}, {"name": "other", "title": "other"}]
         self.scene = "known"
+        self.stream: list[float] | None = None
         self.origin: dict[str, float] | None = None
         self.gives_truth = False
         self.fidelity = "balanced"
@@ -104,7 +105,8 @@ class FakeRadar:
         encoding |= {"range_m": picture.range, "dtype": "|u1", "db_per_step": 0.5, "offset_db": -140.0}
         return {
             "type": "hello", "protocol": 1, "epoch": self.epoch, "radar": radar, "encoding": encoding,
-            "scene": {"name": self.scene, "origin": self.origin, "bodies": 3, "warnings": self.warnings},
+            "scene": {"name": self.scene, "origin": self.origin, "bodies": 3, "warnings": self.warnings,
+                      **({"stream": self.stream} if self.stream else {})},
             "seed": 0, "fidelity": self.fidelity, "arithmetic": "fake", "plan": {}, "controls": self.controls,
             "truth": self.gives_truth,
             "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},

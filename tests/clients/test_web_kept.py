@@ -81,6 +81,29 @@ def test_true_motion_keeps_the_map_and_moves_own_ship(radar: FakeRadar, opened: 
     assert page.text("#mode-text") == "H-UP RM" and page.ask("motion.disabled")
 
 
+def test_sea_stabilisation_measures_against_the_water(radar: FakeRadar, opened: Opened) -> None:
+    """She lies still in a stream of 4 m/s to the north: over ground the map is at rest, through the water it moves with the
+    stream, and own ship to the south of it. With no stream in the scene the numbers are those over ground."""
+    radar.stream = [0.0, 4.0]
+    page = opened(f"{BARE}&motion=true&stabilisation=sea")
+    read = ["#stabilisation-text", "#course-label", "#speed-label"]
+    assert [page.text(each) for each in read] == ["SEA STAB", "CTW", "STW"]
+    still = {"speed": [0.0] * 60, "heading": [16384] * 60, "course": [16384] * 60}
+    radar.send(radar.spokes(720, 60) | still | {"time": [2.5] * 60})
+    page.wait(DRAWN.format("one:780"))
+    page.ask(FRAMES)
+    assert (page.text("#course-text"), page.text("#speed-text")) == ("180.0°", "7.8 kn")
+    centre, radius = middle(page)
+    radar.send(radar.spokes(780, 60) | still | {"time": [2.5] * 59 + [102.5]})
+    page.wait(DRAWN.format("one:840"))
+    page.ask(FRAMES)
+    south = np.array([0.0, 400.0]) * radius / SCALE  # 100 s of the stream, on the screen
+    page.click(*(centre + south + 0.5).tolist())
+    assert float(page.text("#cursor-range").removesuffix(" NM")) * 1852 < 2 * SCALE / radius  # two pixels
+    page.ask("stabilisation.value = 'ground', stabilisation.onchange()")
+    assert [page.text(each) for each in read] == ["GND STAB", "COG", "SOG"]
+
+
 PICTURE = """import('./picture.js').then(({Picture}) => {
   const settings = {trails: '60', trailmotion: 'true'}, picture = new Picture(settings);
   const hello = (range, bins, time = 0, name = 'bay') => picture.adopt({

@@ -168,6 +168,7 @@ class RunningScene(BaseModel):
     origin: GeographicOrigin | None
     bodies: int
     warnings: list[str]
+    stream: tuple[float, float] | None = Field(None, description="of the water over ground, east and north [m/s]")
 
 
 class RadarState(BaseModel):

@@ -23,7 +23,15 @@ class EnvironmentModel(Section):
         None, ge=0.05, le=1000, description="K distribution: small is spiky; default by grazing angle and cell"
     )
     wind_from_deg: Bearing = 0.0
+    current_kn: Number = Field(0.0, ge=0, le=20, description="of the tidal stream, everywhere")
+    current_to_deg: Bearing | None = Field(None, description="where the stream flows to; needs `current_kn`")
     ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
+
+    @model_validator(mode="after")
+    def _check_current(self) -> Self:
+        if (self.current_kn > 0.0) != (self.current_to_deg is not None):
+            raise ValueError("current_to_deg: a stream has current_kn above 0 and current_to_deg; give both or none")
+        return self
 
     @model_validator(mode="after")
     def _check_diffraction(self) -> Self:

@@ -115,7 +115,8 @@ def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
     warnings = told_warnings(scene.warnings, knows_truth)
-    return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings}
+    stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
+    return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 
 
 def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
