@@ -1,9 +1,11 @@
 """The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.numerics.parallel import BLAS_LIMIT
@@ -15,7 +17,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import Spoke, SpokeBlock
-from radar_service.records.truth import Crossing, Snapshot, Truth
+from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.scans.sector import Sector
 from radar_service.scene_file.error_tables import changed_errors
 from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin
@@ -26,7 +28,7 @@ from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
-from radar_service.truth.ground_truth import GroundTruth
+from radar_service.truth.ground_truth import GroundTruth, ship_states
 from radar_service.truth.truth_file import header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
@@ -258,6 +260,11 @@ class Simulator:
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)
+
+    def ship_states(self, times: Sequence[float], names: Sequence[str | None] = (None,)) -> list[ShipStates]:
+        """True states of ships at times [s], as commanded then: of bodies by name, of own ship for None; what a radar sees of
+        them does not count. Safe to call from another thread. Raises KeyError for a name that no body has."""
+        return ship_states(self._stream.steering.past, np.asarray(times, dtype=np.float64), names)
 
     def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
         """The truth of each time that the boresight met a body in a scan, by time; by default in the scan that was taken last.

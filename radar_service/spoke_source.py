@@ -1,7 +1,7 @@
 """What produces the spokes of a scene: a simulator, a recording, or the process of a scene. Some can do more than others."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
@@ -10,7 +10,7 @@ from radar_service.radar.parameters import Origin, Radar
 from radar_service.records.cell_sources import PowersOf, SourceList
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import Crossing, Snapshot, Truth
+from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
 
@@ -100,6 +100,14 @@ class Commanded(Protocol):
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Takes all commands of another source of the same scene. Comes before `blocks`."""
+
+
+@runtime_checkable
+class TellsShips(Protocol):
+    """A source that knows how ships move between its spokes, too."""
+
+    def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
+        """Returns the true states of ships at times [s], as commanded then: of bodies by name, of own ship for None."""
 
 
 @runtime_checkable

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import UsageError, add_whole_number, pace, thread_count
+from radar_service.terminal.arguments import UsageError, add_whole_number, pace, thread_count, utc
 
 DEFAULT_SCENE = "harbour"
 SCENE_HELP = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
@@ -82,6 +82,8 @@ def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
     where.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
     where.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
     fast.add_argument("--pace", default=1.0, type=pace, metavar="X", help="simulated seconds per second, or max (default 1)")
+    begin = "UTC at simulated time 0, in whole seconds, as 2026-12-31T23:59:00 (default now)"
+    fast.add_argument("--start-utc", type=utc, metavar="TIME", help=begin)
     waiting = "send nothing until N clients listen to a radar, so that they get its first spoke (default 0)"
     add_whole_number(fast, "--wait-for", 0, 0, 500, metavar="N", help=waiting)
     _add_access(may)

@@ -111,6 +111,11 @@ class ErrorReporter:
         reported = self._sensor_laws(errors).reported(number, block.time, block.readings, earlier)
         return replace(block, **reported._asdict(), true=block.readings)
 
+    def laws_at(self, number: int) -> SensorLaws | None:
+        """Returns the laws of the sensors at a spoke; None where no errors are in force."""
+        errors = self._timeline.at(number)
+        return None if errors is None else self._sensor_laws(errors)
+
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
         """Returns what the feed sends when the spokes of a block are due: blocks of consecutive spokes, in order."""
         return self._arranger.arranged(block, self._feed_law(block.first))

@@ -76,6 +76,12 @@ class SensorLaws:
         ]
         self._antenna = None if antenna is None else AntennaLaw(antenna, seed, ANTENNA, radar_key)
 
+    @property
+    def latencies(self) -> tuple[float, ...]:
+        """Latencies [s] of the sensors that have one."""
+        settings = (self._errors.gyro, self._errors.log, self._errors.position)
+        return tuple(sensor.latency for sensor in settings if sensor is not None and sensor.latency)
+
     def reported(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Readings:
         """Returns what is reported with spokes of these numbers (K,) and times (K,) [s].
 

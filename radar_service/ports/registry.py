@@ -13,6 +13,7 @@ PORTS = (
     "radar_service.ports.rest",
     "radar_service.ports.feed",
     "radar_service.ports.recorder",
+    "radar_service.ports.nmea",
 )
 REPLAY_PORTS = ("radar_service.ports.rest", "radar_service.ports.feed")
 

@@ -20,6 +20,7 @@ from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Pace, Settings
+from radar_service.service.spokes import whole_second
 from radar_service.world.error import SceneError
 
 
@@ -41,6 +42,7 @@ def run(
     )  # fmt: skip
     server = Server(config, stations, lambda: None, requests)
     settings = Settings(pace=Pace("run", options.pace))
+    start_utc = options.start_utc or whole_second()
     for number, radars in enumerate(scenes()):
         group = RadarGroup()
         for radar in radars:
@@ -48,6 +50,7 @@ def run(
             station = station_type(
                 identity, radar, make, settings=settings, allow_truth=options.truth, group=group,
                 wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
+                start_utc=start_utc,
             )  # fmt: skip
             stations.append(station)
     _check_identities([station.identity for station in stations])

@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from radar_service.numerics.types import Flags, Floats
 from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
 
 
@@ -40,6 +41,25 @@ class Truth:
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as REST and the feed send it: SI and radians, the names of the fields."""
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class ShipStates:
+    """The true motion of one ship at K times: of own ship's platform, or of the origin of a body's frame.
+
+    time: (K,) [s].
+    position, velocity: (K, 3) east, north, up [m, m/s].
+    heading: (K,) [rad].
+    turn_rate: (K,) of the heading to starboard [rad/s].
+    present: (K,) whether she is there; own ship always is.
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    heading: Floats
+    turn_rate: Floats
+    present: Flags
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from radar_service.display.video import Layout, layout
 from radar_service.processes.call import Progress
 from radar_service.radar.parameters import Origin
-from radar_service.spoke_source import Commanded, Continuing, SpokeSource, SpokeSourceInfo, TellsSources
+from radar_service.spoke_source import Commanded, Continuing, SpokeSource, SpokeSourceInfo, TellsShips, TellsSources
 from radar_service.world.error import SceneError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Spared(Protocol):
         """Returns another source of the same scene that is ready at once; None where there is none."""
 
 
-class ProcessSimulator(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
+class ProcessSimulator(SpokeSource, Commanded, TellsSources, TellsShips, Continuing, Protocol):
     """What computes in the process of a scene: a `Simulator`."""
 
     @property

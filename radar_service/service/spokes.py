@@ -7,6 +7,7 @@ The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before any
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple, Protocol
 
 from typing_extensions import override
@@ -76,11 +77,16 @@ class SpokeBatch:
         return len(self.block)
 
 
+def whole_second() -> datetime:
+    """Returns the present second in UTC."""
+    return datetime.now(UTC).replace(microsecond=0)
+
+
 @dataclass(frozen=True)
 class RadarInfo:
     """The description of the radar in the first message of an epoch.
 
-    simulated: time of the next spoke [s]; controls: their state, as REST gives it.
+    simulated: time of the next spoke [s]; controls: their state, as REST gives it; start_utc: UTC at simulated time 0.
     """
 
     identity: str
@@ -89,6 +95,12 @@ class RadarInfo:
     simulated: float
     controls: Mapping[str, Any]
     truth_allowed: bool
+    start_utc: datetime = field(default_factory=whole_second)
+
+    @property
+    def utc(self) -> datetime:
+        """The time of the next spoke."""
+        return self.start_utc + timedelta(seconds=self.simulated)
 
     @classmethod
     def unnamed(cls, epoch: Epoch) -> "RadarInfo":

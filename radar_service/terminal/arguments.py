@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import math
 import os
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,21 @@ def pace(text: str) -> float:
         if factor > 0 and (text == "max" or math.isfinite(factor)):
             return factor
     raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
+
+
+def utc(text: str) -> datetime:
+    """Returns a time of the command line, UTC where it names no zone. Raises ArgumentTypeError.
+
+    NMEA has years of two digits, so those from 1980 to 2079 are allowed.
+    """
+    with contextlib.suppress(ValueError, OverflowError):
+        time = datetime.fromisoformat(text)
+        time = time.replace(tzinfo=UTC) if time.tzinfo is None else time.astimezone(UTC)
+        if not time.microsecond and 1980 <= time.year < 2080:
+            return time
+    raise argparse.ArgumentTypeError(
+        f'"{text}" is not a time in whole seconds from 1980 to 2079; give one as 2026-12-31T23:59:00, which is UTC'
+    )
 
 
 def whole_number(text: str, minimum: int, maximum: int) -> int:

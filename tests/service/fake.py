@@ -1,7 +1,7 @@
 """A simulator that computes nothing: every cell says which spoke and bin it is."""
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,12 +12,13 @@ from radar_service.radar.parameters import START, Origin
 from radar_service.records.cell_sources import PowersOf, SourceList, SourceRequest
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, Snapshot, Truth
+from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, ShipStates, Snapshot, Truth
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.scene_process_main import scene_of
 from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
+from radar_service.truth.ground_truth import ship_states
 from radar_service.world.commands import Command
 from radar_service.world.outline import outline_of
 from radar_service.world.scene import Scene, scene_at_origin, scene_at_rpm
@@ -171,6 +172,9 @@ class FakeEngine:
             "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None, 0.0
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
+
+    def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
+        return ship_states(self.scene, np.asarray(times, dtype=np.float64), names)
 
     def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
         """Two in each scan: between the spokes 8 and 9, and 16 and 17; with an SNR of 20 dB where that is asked for."""

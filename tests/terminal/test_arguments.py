@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.terminal.arguments import MAX_THREADS, file_ending, pace, thread_count, whole_number
+from radar_service.terminal.arguments import MAX_THREADS, file_ending, pace, thread_count, utc, whole_number
 
 
 @pytest.mark.parametrize(("text", "factor"), [("max", math.inf), ("1", 1.0), ("2.5", 2.5), ("1e-3", 0.001)])
@@ -33,3 +33,22 @@ def test_whole_numbers_threads_and_files_are_read() -> None:
 def test_other_values_are_refused(read: Callable[[str], Any], text: str, words: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match=words):
         read(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("2026-12-31T23:59:00", "2026-12-31T23:59:00+00:00"), ("2026-12-31 23:59:00Z", "2026-12-31T23:59:00+00:00"),
+        ("2027-01-01T01:00:00+02:00", "2026-12-31T23:00:00+00:00"), ("1980-01-01", "1980-01-01T00:00:00+00:00"),
+    ],
+)  # fmt: skip
+def test_a_time_is_utc(text: str, expected: str) -> None:
+    assert utc(text).isoformat() == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "now", "1979-12-31", "2080-01-01", "2026-01-01T00:00:00.5", "2026-13-01", "2080-01-01T01:00+00:30"]
+)
+def test_other_times_are_refused(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="2026-12-31T23:59:00"):
+        utc(text)

@@ -21,6 +21,7 @@ from radar_service.world.error_settings import ErrorSettings
 
 if TYPE_CHECKING:
     from radar_service.errors.reporter import ErrorReporter
+    from radar_service.errors.sensors import SensorLaws
 
 MAX_RUNS = 4  # spoke sources about whose spokes the truth may still ask
 SCANS_KEPT = 2  # of true readings, besides the longest latency: the truth of a scan comes when it has been sent
@@ -84,6 +85,11 @@ class ErrorStage:
         """Passes on the notice."""
         self._sinks.close(reason)
 
+    def laws_at(self, time: float) -> "SensorLaws | None":
+        """Returns the laws of own ship's sensors at a time [s]; None where no errors are in force."""
+        with self._lock:
+            return self._running.laws_at(time)
+
     def completed(self, spoke_source: SpokeSource, line: TruthLine) -> str:
         """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
         with self._lock:
@@ -127,6 +133,10 @@ class _Reports:
             )
         if self._reporter is not None:
             self._reporter.set(errors, self._next)
+
+    def laws_at(self, time: float) -> "SensorLaws | None":
+        number = max(0, math.floor(self._radar.spokes_at(time)))
+        return None if self._reporter is None else self._reporter.laws_at(number)
 
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
         """What is sent when these spokes are due."""

@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from time import monotonic
 from typing import Any
@@ -16,11 +16,11 @@ from radar_service.processes.limits import MachineBusyError, default_memory, mac
 from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import Truth
+from radar_service.records.truth import ShipStates, Truth
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest
-from radar_service.spoke_source import Commanded, Continuing, SpokeSourceInfo, TellsSources, TruthLine
+from radar_service.spoke_source import Commanded, Continuing, SpokeSourceInfo, TellsShips, TellsSources, TruthLine
 from radar_service.world.commands import Command
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -29,7 +29,7 @@ NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
-class SceneProcess(Commanded, TellsSources, Continuing):
+class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
     """A source of spokes: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, scene_request: SceneRequest, info: SpokeSourceInfo) -> None:
@@ -120,6 +120,12 @@ class SceneProcess(Commanded, TellsSources, Continuing):
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises SpokeSourceFault where the process fails."""
         answer: Truth = self._answer("truth", t)
+        return answer
+
+    @override
+    def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
+        """Raises SpokeSourceFault where the process fails."""
+        answer: list[ShipStates] = self._answer("ship_states", (list(times), list(names)))
         return answer
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:

@@ -169,6 +169,7 @@ def _answer_on(control: Channel, simulators: Sequence[ProcessSimulator], answeri
 
 ANSWERS: dict[str, Callable[[ProcessSimulator, Any], Any]] = {
     "truth": lambda simulator, time: simulator.truth(time),
+    "ship_states": lambda simulator, times_and_names: simulator.ship_states(*times_and_names),
     "truth_lines": lambda simulator, scan: simulator.truth_lines(scan),
     "radiometric_lines": lambda simulator, scan: simulator.truth_lines(scan, radiometric=True),
 }

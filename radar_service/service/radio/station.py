@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from typing import Any
 
@@ -28,7 +29,7 @@ from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.radio.worker_supervisor import RESTARTS
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
+from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink, whole_second
 from radar_service.spoke_source import SpokeSourceInfo
 
 NOTHING = SourceRequest()
@@ -49,6 +50,7 @@ class Station:
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
     stopping: whether new clients are refused.
+    start_utc: UTC at simulated time 0.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them.
     """
@@ -58,11 +60,13 @@ class Station:
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
         group: RadarGroup | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
+        start_utc: datetime | None = None,
     ) -> None:  # fmt: skip
         """restarts: of failed spoke sources, see RestartLimiter; sinks: take the spokes too, beside the feed; group: that
         it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
-        recorded: what `sinks` need of the sources of cells."""
+        recorded: what `sinks` need of the sources of cells; start_utc: as of RadarInfo, by default the present second."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
+        self.start_utc = start_utc or whole_second()
         self.failed = failed
         self.stopping = False
         self.group = group or RadarGroup()
@@ -228,7 +232,9 @@ class Station:
     def radar_info(self, epoch: Epoch) -> RadarInfo:
         """Returns the description of this radar in an epoch."""
         controls = self.controls()
-        return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
+        return RadarInfo(
+            self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth, self.start_utc
+        )
 
     def _log_restart(self, reason: str) -> None:
         log_event("engine restarted", logging.WARNING, radar=self.identity, reason=reason)

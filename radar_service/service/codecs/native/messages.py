@@ -5,7 +5,6 @@ Of samples there are the video that a display shows (u8), and four encodings tha
 
 import math
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -135,7 +134,7 @@ def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
         "plan": told_plan(plan, radar.truth_allowed),
         "encoding": encoding_fields(view.encoding, to, known.noise_power),
         "controls": controls,
-        "clocks": {"simulated_s": radar.simulated, "utc": datetime.now(UTC).isoformat(), "pace": controls["pace"]},
+        "clocks": {"simulated_s": radar.simulated, "utc": radar.utc.isoformat(), "pace": controls["pace"]},
         "mode": mode,
         "truth": radar.truth_allowed,
         "view": view.as_dict(),

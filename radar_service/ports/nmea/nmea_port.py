@@ -1,0 +1,109 @@
+"""The port of NMEA 0183: own ship's sensors as sentences, by TCP and UDP."""
+
+import contextlib
+import math
+from collections.abc import Sequence
+from datetime import timedelta
+
+import numpy as np
+from typing_extensions import override
+
+from radar_service.ports.nmea.own_ship import as_reported, fast_sentences, report, slow_sentences, times_needed
+from radar_service.ports.nmea.senders import Sender
+from radar_service.ports.nmea.targets import target_sentences
+from radar_service.ports.port import Port, Service
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.service.radio.station import Station
+from radar_service.spoke_source import TellsShips
+from radar_service.terminal.arguments import UsageError
+
+TENTHS = 10  # instants a second: of the fastest sentence
+MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of time the older ones are left out
+ROUNDING = 1e-6  # instants: simulated times are sums
+
+
+class Schedule:
+    """The instants of a clock that is told the time now and then."""
+
+    def __init__(self) -> None:
+        self._last, self._time, self._stood = -1, -math.inf, 0
+
+    def due(self, time: float) -> list[tuple[int, bool]]:
+        """Returns the instants up to `time` [s] that are due, in tenths of a second, and whether those of whole seconds are.
+
+        While the time stands, the last one comes again with each call, and with each tenth call that of its second.
+        """
+        now = math.floor(time * TENTHS + ROUNDING)
+        if time == self._time:
+            self._stood += 1
+            return [(now, self._stood % TENTHS == 0)]
+        if time < self._time:  # another scene
+            self._last = -1
+        first = max(self._last + 1, now - MAX_LATE + 1)
+        self._last, self._time, self._stood = now, time, 0
+        return [(instant, instant % TENTHS == 0) for instant in range(first, now + 1)]
+
+    def missed(self, since: int) -> None:
+        """Makes the instants from `since` on due again."""
+        self._last = min(self._last, since - 1)
+        self._time = -math.inf if self._last < 0 else self._last / TENTHS
+
+
+class NmeaPort(Port):
+    """Sentences of the ship that carries one radar: of the first one, or of `radar`."""
+
+    name, period = "nmea", 1.0 / TENTHS
+
+    def __init__(self, senders: Sequence[Sender], radar: str | None = None, tells_truth: bool = False) -> None:
+        """tells_truth: whether bodies in sight are sent as targets, too."""
+        self.senders, self._radar, self._tells_truth = senders, radar, tells_truth
+        self._schedule = Schedule()
+        self._station: Station | None = None
+
+    @override
+    async def start(self, service: Service) -> None:
+        """Raises UsageError where the service has no such radar."""
+        known = list(service.stations)
+        if self._radar not in (None, *known):
+            raise UsageError(f"--nmea-of: {self._radar} is not a radar of this service; it has {', '.join(known)}")
+        self._station = service.stations[self._radar or known[0]]
+
+    @override
+    def tick(self, radar: str, time: float) -> None:
+        if self._station is None or radar != self._station.identity:
+            return
+        due = self._schedule.due(time)
+        try:
+            lines = self._sentences(self._station, due) if due else []
+        except SpokeSourceFault:  # its process is being replaced: the next tick makes up for it
+            self._schedule.missed(due[0][0])
+            return
+        for sender in self.senders:
+            sender.send(lines)
+
+    @override
+    def close(self) -> None:
+        for sender in self.senders:
+            with contextlib.suppress(OSError):
+                sender.close()
+
+    def _sentences(self, station: Station, due: Sequence[tuple[int, bool]]) -> list[bytes]:
+        scene, source = station.epoch.info.scene, station.epoch.spoke_source
+        if not isinstance(source, TellsShips):
+            return []
+        times = [instant / TENTHS for instant, _ in due]
+        laws = [station.errors.laws_at(time) for time in times]
+        needed = [times_needed(law, scene.radar, [time]) for law, time in zip(laws, times, strict=True)]
+        earlier_times = np.unique(np.concatenate(needed))
+        (states,) = source.ship_states(times, [None])
+        earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
+        lines: list[bytes] = []
+        for k, (_, is_second) in enumerate(due):
+            readings = as_reported(laws[k], scene.radar, states, k, earlier)
+            own = report(station.start_utc, states, k, scene.origin, scene.stream, readings)
+            lines += fast_sentences(own) + (slow_sentences(own) if is_second else [])
+        seconds = [time for time, (_, is_second) in zip(times, due, strict=True) if is_second]
+        if self._tells_truth and seconds:
+            utc = station.start_utc + timedelta(seconds=seconds[-1])
+            lines += target_sentences(station.epoch.spoke_source.truth(seconds[-1]), utc)
+        return lines

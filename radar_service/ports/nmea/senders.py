@@ -1,0 +1,186 @@
+"""Sockets that take sentences: a TCP server, and UDP. None of them waits; a network that fails is counted and tried again."""
+
+import contextlib
+import logging
+import socket
+from collections.abc import Sequence
+from typing import Protocol
+
+from radar_service.ports.nmea.addresses import Address
+from radar_service.service.access import is_loopback
+from radar_service.service.logs import log_event
+from radar_service.terminal.arguments import UsageError
+
+MAX_CLIENTS = 32  # of a TCP port
+MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
+MAX_READ = 2**16  # bytes of what a client says, which nobody reads
+MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
+BACKLOG = 16
+
+
+class Sender(Protocol):
+    """Takes sentences. lost: of those that could not go out; `send` and `close` belong to one thread."""
+
+    lost: int
+
+    def send(self, sentences: Sequence[bytes]) -> None:
+        """Sends sentences to whoever is there, without waiting; an empty list lets others connect."""
+
+    def close(self) -> None:
+        """Closes its sockets."""
+
+
+class _Client:
+    """A TCP client, with what it has not taken yet."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection, self.waiting = connection, bytearray()
+
+    def send(self, sentences: Sequence[bytes]) -> int:
+        """Hands on what it takes; returns how many sentences were left out. Raises OSError where it has gone."""
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(MAX_READ // 4096):
+                if not self.connection.recv(4096):
+                    raise ConnectionResetError
+        count = 0
+        for each in sentences:
+            if len(self.waiting) + len(each) > MAX_WAITING:
+                count += 1
+            else:
+                self.waiting += each
+        with contextlib.suppress(BlockingIOError):
+            while self.waiting:
+                del self.waiting[: self.connection.send(self.waiting)]
+        return count
+
+
+class TcpSender:
+    """A TCP server. allowed: who may connect from other machines; None: everybody."""
+
+    def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
+        """option: with which messages begin. Raises UsageError where the port is taken, or the address is not this machine's."""
+        self.lost = self.refused = 0
+        self._allowed, self._clients = allowed, list[_Client]()
+        family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
+        self._listener = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listener.bind((where.host, where.port))
+            self._listener.listen(BACKLOG)
+        except OSError as error:
+            self._listener.close()
+            raise UsageError(
+                f"{option}: {where} cannot be opened ({error.strerror}); give another port or address"
+            ) from None
+        self._listener.setblocking(False)
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port, *_ = self._listener.getsockname()
+        return host, port
+
+    @property
+    def clients(self) -> int:
+        """How many are connected."""
+        return len(self._clients)
+
+    def send(self, sentences: Sequence[bytes]) -> None:
+        """Sends to all that are connected; one that does not read loses sentences, whole ones."""
+        self._accept()
+        for client in list(self._clients):
+            try:
+                self.lost += client.send(sentences)
+            except OSError:
+                self._clients.remove(client)
+                client.connection.close()
+
+    def close(self) -> None:
+        """Closes all."""
+        for client in self._clients:
+            client.connection.close()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):  # nobody waits; or he has gone again
+            for _ in range(BACKLOG):
+                connection, (host, *_) = self._listener.accept()
+                if len(self._clients) >= MAX_CLIENTS or not self.may_come(str(host)):
+                    self.refused += 1
+                    connection.close()
+                    continue
+                connection.setblocking(False)
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._clients.append(_Client(connection))
+
+    def may_come(self, host: str) -> bool:
+        """Whether the machine of that address may connect."""
+        return self._allowed is None or is_loopback(host) or host in self._allowed
+
+
+class UdpSender:
+    """Datagrams to one address, also of multicast or broadcast; they stay in the network of this machine (TTL 1)."""
+
+    def __init__(self, option: str, where: Address) -> None:
+        """option: with which messages begin. Raises UsageError where no way leads there."""
+        self.lost = 0
+        self._option, self._where, self._has_failed = option, where, False
+        family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            self._prepare(family)
+        except OSError as error:
+            self._socket.close()
+            raise UsageError(
+                f"{option}: {where} cannot be reached ({error.strerror}); give another address or interface"
+            ) from None
+        self._socket.setblocking(False)
+
+    def send(self, sentences: Sequence[bytes]) -> None:
+        """Sends whole sentences, as many in a datagram as fit."""
+        for count, datagram in datagrams(sentences):
+            try:
+                self._socket.send(datagram)
+            except ConnectionRefusedError:  # nobody listens there, or not yet
+                self.lost += count
+            except OSError as error:
+                self.lost += count
+                if not self._has_failed:
+                    log_event(
+                        "network lost", logging.WARNING, option=self._option, to=str(self._where), reason=str(error.strerror)
+                    )
+                self._has_failed = True
+            else:
+                if self._has_failed:
+                    log_event("network back", option=self._option, to=str(self._where), lost=self.lost)
+                self._has_failed = False
+
+    def close(self) -> None:
+        """Closes the socket."""
+        self._socket.close()
+
+    def _prepare(self, family: int) -> None:
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        if family == socket.AF_INET6:
+            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
+            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
+            if self._where.interface:
+                index = socket.if_nametoindex(self._where.interface)
+                self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, index)
+        else:
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+            if self._where.interface:
+                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._where.interface))
+        self._socket.connect((self._where.host, self._where.port))
+
+
+def datagrams(sentences: Sequence[bytes]) -> list[tuple[int, bytes]]:
+    """Returns datagrams of whole sentences, each with their number."""
+    result: list[tuple[int, bytes]] = []
+    for each in sentences:
+        if result and len(result[-1][1]) + len(each) <= MAX_DATAGRAM:
+            result[-1] = result[-1][0] + 1, result[-1][1] + each
+        else:
+            result.append((1, each))
+    return result

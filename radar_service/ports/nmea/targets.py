@@ -1,0 +1,74 @@
+"""The truth as tracked targets, TTM and TLL, for displays that have no other way to it. Each name begins with `TRUTH`.
+
+These are no tracks of a radar: nothing was measured, and no error of a sensor is in them.
+"""
+
+import math
+from collections.abc import Sequence
+from datetime import datetime
+
+import numpy as np
+
+from radar_service.numerics.constants import KNOT
+from radar_service.ports.nmea.sentences import RADAR, bearing, clock, fixed, latitude_longitude, sentence
+from radar_service.records.truth import BodyTruth, Truth
+
+MARK = "TRUTH"
+MAX_TARGETS = 99  # numbers of two digits
+MAX_MINUTES = 99.9  # of TCPA
+NAUTICAL_MILE = 1852.0  # m
+SLOWEST = 1e-9  # m/s: below it two ships neither approach nor part
+RESERVED = str.maketrans(dict.fromkeys(",*$!\\^~", " "))  # characters that a field must not have
+MAX_SENTENCE = 82  # characters, its line end among them
+
+
+def target_sentences(truth: Truth, utc: datetime) -> list[bytes]:
+    """Returns TTM, and TLL where the scene has an origin, of each body in sight.
+
+    A body keeps its number: that in the scene, from 1 on.
+    """
+    lines = []
+    for number, body in enumerate(truth.bodies[:MAX_TARGETS], 1):
+        if body.visible:
+            lines.append(_ttm(number, body, truth.own_ship, utc))
+            lines += [] if body.latitude_deg is None or body.longitude_deg is None else [_tll(number, body, utc)]
+    return lines
+
+
+def label(name: str, room: int) -> str:
+    """Returns the name of a body as a field of so many characters at most: ASCII, marked as truth."""
+    plain = name.encode("ascii", "replace").decode().translate(RESERVED)
+    return f"{MARK} {''.join(c if c.isprintable() else ' ' for c in plain)}"[: max(room, len(MARK))].rstrip()
+
+
+def _named(kind: str, before: Sequence[str], name: str, after: Sequence[str]) -> bytes:
+    """A sentence with the name of a body between other fields."""
+    room = MAX_SENTENCE - len(sentence(RADAR, kind, *before, "", *after))
+    return sentence(RADAR, kind, *before, label(name, room), *after)
+
+
+def closest_approach(body: BodyTruth, own: BodyTruth) -> tuple[float, float | None]:
+    """Returns distance [m] and time from now [s] of the closest approach in plan, at constant velocities.
+
+    The time is None where the distance does not change.
+    """
+    offset, velocity = (np.subtract(a, b)[:2] for a, b in ((body.position, own.position), (body.velocity, own.velocity)))
+    square = float(velocity @ velocity)
+    time = -float(offset @ velocity) / square if square > SLOWEST**2 else None
+    return math.hypot(*(offset + (time or 0.0) * velocity)), time
+
+
+def _ttm(number: int, body: BodyTruth, own: BodyTruth, utc: datetime) -> bytes:
+    cpa, tcpa = closest_approach(body, own)
+    minutes = "" if tcpa is None else fixed(min(max(tcpa / 60.0, -MAX_MINUTES), MAX_MINUTES), 1)
+    before = (
+        f"{number:02d}", fixed(body.range / NAUTICAL_MILE, 3), bearing(body.azimuth), "T", fixed(body.speed / KNOT, 1),
+        bearing(body.course), "T", fixed(cpa / NAUTICAL_MILE, 2), minutes, "N",
+    )  # fmt: skip
+    return _named("TTM", before, body.name, ("T", "", f"{utc:%H%M%S}", "A"))
+
+
+def _tll(number: int, body: BodyTruth, utc: datetime) -> bytes:
+    assert body.latitude_deg is not None and body.longitude_deg is not None
+    position = latitude_longitude(body.latitude_deg, body.longitude_deg)
+    return _named("TLL", (f"{number:02d}", *position), body.name, (clock(utc), "T", ""))

@@ -1,0 +1,332 @@
+"""The stream of own ship: each number that is read is the truth of its instant, to half of its last digit."""
+
+import asyncio
+import json
+import math
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pynmea2
+import pytest
+
+from radar_service.commands.command_line import parser
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.ports import registry
+from radar_service.ports.nmea.nmea_port import MAX_LATE, TENTHS, NmeaPort, Schedule
+from radar_service.ports.port import Service
+from radar_service.records.reports import Readings
+from radar_service.scene_file.describe import json_schema
+from radar_service.scene_file.load import load_scene
+from radar_service.service.radio.error_stage import ErrorStage
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.simulator import Simulator
+from radar_service.terminal.arguments import UsageError
+from radar_service.world.geo import geographic_from_map
+from tests.ports.listening import PAUSED, play
+from tests.ports.nmea.reading import fields_of
+from tests.ports.nmea.test_senders import free_port
+
+KNOT = 1852.0 / 3600.0
+START = datetime(2026, 12, 31, 23, 59, 30, tzinfo=UTC)
+ROUNDING = 1e-7  # beside half a digit: of decimal numbers
+RADAR = {"azimuths": 8, "range_max_m": 500, "coarse_azimuths": True}
+STREAM = {"current_kn": 2.5, "current_to_deg": 70}
+TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [
+    {"time_s": 5, "turn_rate_deg_s": 3.0}, {"time_s": 25, "course_deg": 10, "turn_rate_deg_s": 1.5},
+    {"time_s": 40, "speed_kn": 3},
+]}  # fmt: skip
+
+
+class Kept:
+    """A sender that keeps what it gets."""
+
+    def __init__(self) -> None:
+        self.lines: list[bytes] = []
+        self.lost = 0
+
+    def send(self, sentences: Sequence[bytes]) -> None:
+        self.lines += sentences
+
+    def close(self) -> None:
+        self.lines.append(b"closed")
+
+
+class OneStation:
+    """What the port takes of a station."""
+
+    def __init__(self, simulator: Any, start: datetime = START) -> None:
+        self.identity, self.start_utc, self.errors = "0", start, ErrorStage(simulator, [])
+        self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
+
+
+def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
+    kept = Kept()
+    port = NmeaPort([kept], radar, tells_truth)
+    service = SimpleNamespace(stations={"0": OneStation(simulator)})
+    asyncio.run(port.start(cast(Service, service)))
+    return port, kept
+
+
+def simulator_of(own: dict[str, Any], origin: tuple[float, float] | None = (50.0, -1.0), **more: Any) -> Simulator:
+    place = {} if origin is None else {"origin": {"latitude_deg": origin[0], "longitude_deg": origin[1]}}
+    return Simulator(load_scene({"radar": RADAR, "own_ship": own, **place, **more}), fidelity="fast")
+
+
+def parsed(lines: Sequence[bytes], kind: str) -> list[Any]:
+    return [pynmea2.parse(line.decode().strip(), check=True) for line in lines if line[3:6] == kind.encode()]
+
+
+def seconds_of(message: Any) -> float:
+    """Simulated time of a sentence with a clock; the year ends at 30 s."""
+    of_day = message.timestamp.hour * 3600 + message.timestamp.minute * 60 + message.timestamp.second
+    return float((of_day - (23 * 3600 + 59 * 60 + 30)) % 86400)
+
+
+def close(given: Any, expected: float, digit: float, turn: float = 0.0) -> None:
+    """Asserts that a number is the expected one to half a digit."""
+    difference = float(given) - expected
+    difference = math.remainder(difference, turn) if turn else difference
+    assert abs(difference) <= 0.5 * digit + ROUNDING, (given, expected)
+
+
+SCENES: dict[str, tuple[dict[str, Any], tuple[float, float], dict[str, Any]]] = {
+    "turns": (TURNING, (50.0, -1.0), {}),
+    "stream": ({**TURNING, "drift_deg": 4.0}, (50.0, -1.0), {"environment": STREAM}),
+    "antimeridian": ({"course_deg": 90, "speed_kn": 40, "position_m": [-600, 0]}, (-20.0, 180.0), {}),
+    "89 north": ({"course_deg": 300, "speed_kn": 25, "yaw_deg": 3}, (89.0, 12.0), {"environment": STREAM}),
+    "equator": ({"course_deg": 215, "speed_kn": 12, "position_m": [100, 100]}, (0.0, 0.0), {}),
+    "at rest": ({"heading_deg": 359.999}, (50.0, -1.0), {"environment": STREAM}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
+    own, origin, more = SCENES[name]
+    simulator = simulator_of(own, origin, **more)
+    port, kept = started(simulator)
+    for time in np.arange(0.0, 60.0, 0.26):
+        port.tick("0", float(time))
+    hdt, ths = parsed(kept.lines, "HDT"), [fields_of(line)[1] for line in kept.lines if line[3:6] == b"THS"]
+    assert len(hdt) == len(ths) == 599  # up to 59.8 s
+    for k in range(0, 598, 7):
+        heading = math.degrees(simulator.truth(k / 10).own_ship.heading)
+        close(hdt[k].heading, heading, 0.01, 360.0)
+        close(ths[k][0], heading, 0.01, 360.0)
+    groups = [parsed(kept.lines, kind) for kind in ("ZDA", "RMC", "GGA", "VTG", "ROT", "VBW", "VHW")]
+    assert {len(group) for group in groups} == {60}
+    for k, (zda, rmc, gga, vtg, rot, vbw, vhw) in enumerate(zip(*groups, strict=True)):
+        truth = simulator.truth(float(k)).own_ship
+        utc = START + timedelta(seconds=k)
+        assert rmc.datetime == utc and (zda.day, zda.month, zda.year) == (utc.day, utc.month, utc.year)
+        assert (zda.timestamp, gga.timestamp) == (utc.timetz(), utc.timetz())
+        assert truth.latitude_deg is not None and truth.longitude_deg is not None
+        for message in (rmc, gga):
+            close(message.latitude, truth.latitude_deg, 1e-5 / 60)
+            close(message.longitude, truth.longitude_deg, 1e-5 / 60, 360.0)
+        close(vtg.spd_over_grnd_kts, truth.speed / KNOT, 0.01)
+        close(rmc.spd_over_grnd, truth.speed / KNOT, 0.01)
+        close(vtg.true_track, math.degrees(truth.course), 0.01, 360.0)
+        close(rmc.true_course, math.degrees(truth.course), 0.01, 360.0)
+        close(rot.rate_of_turn, 60 * math.degrees(simulator.ship_states([float(k)])[0].turn_rate[0]), 0.01)
+        velocity = np.array(truth.velocity[:2])
+        stream = np.array(simulator.scene.environment.stream)
+        ahead = np.array([math.sin(truth.heading), math.cos(truth.heading)])
+        aside = np.array([math.cos(truth.heading), -math.sin(truth.heading)])
+        expected = [v @ axis / KNOT for v in (velocity - stream, velocity) for axis in (ahead, aside)]
+        for given, value in zip(vbw.data[:2] + vbw.data[3:5], expected, strict=True):
+            close(given, value, 0.01)
+        close(vhw.water_speed_knots, expected[0], 0.01)
+        close(vhw.heading_true, math.degrees(truth.heading), 0.01, 360.0)
+
+
+def test_a_jump_by_a_command_is_followed_at_its_instant() -> None:
+    simulator = simulator_of({"speed_kn": 5, "course_deg": 0, "steerable": {}})
+    port, kept = started(simulator)
+    port.tick("0", 2.0)
+    simulator.command(spoke=10, position_m=[9000.0, -4000.0], heading_deg=123.0)  # at 3.125 s
+    for _ in range(3):
+        simulator.scan()
+    port.tick("0", 5.0)
+    messages = {seconds_of(message): message for message in parsed(kept.lines, "GGA")}
+    for time in (2.0, 3.0, 4.0, 5.0):
+        truth = simulator.truth(time).own_ship
+        close(messages[time].latitude, truth.latitude_deg or 0.0, 1e-5 / 60)
+    assert abs(messages[4.0].latitude - messages[3.0].latitude) > 0.03
+    assert [float(message.heading) for message in parsed(kept.lines, "HDT")][30:33] == [0.0, 0.0, 123.0]
+
+
+ERRORS = {
+    "gyro": {"bias_deg": 2.0, "noise_deg": 0.4, "latency_s": 1.0}, "log": {"scale_percent": 5.0, "noise_kn": 0.3},
+    "position": {"bias_m": [30.0, -20.0], "noise_m": 5.0, "latency_s": 2.0},
+}  # fmt: skip
+
+
+def test_sensors_that_err_are_told_as_they_report() -> None:
+    """An independent way to the report of a spoke: its number, its time, and the motion at earlier ones."""
+    simulator = simulator_of(TURNING, environment=STREAM, errors=ERRORS)
+    scene = simulator.scene
+    port, kept = started(simulator)
+    port.tick("0", 9.0)
+    port.tick("0", 12.0)
+    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, stream=scene.environment.stream)
+    laws = reporter.laws_at(0)
+    assert laws is not None
+    rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
+    vbw, vhw = parsed(kept.lines, "VBW"), parsed(kept.lines, "VHW")
+    for time in (6.0, 9.0, 12.0):
+        number = np.array([math.floor(time / scene.radar.spoke_period)])
+
+        def readings(times: np.ndarray) -> Readings:
+            pose = scene.own_ship.pose(times)
+            return Readings(np.zeros(len(times)), pose.heading, pose.position[:, :2], pose.course, pose.speed)
+
+        reported = laws.reported(
+            number, np.array([time]), readings(np.array([time])), lambda n: readings(n * scene.radar.spoke_period)
+        )
+        latitude, longitude = geographic_from_map(reported.position[0], (50.0, -1.0))
+        close(rmc[time].latitude, latitude, 1e-5 / 60)
+        close(rmc[time].longitude, longitude, 1e-5 / 60)
+        close(rmc[time].true_course, math.degrees(reported.course[0]), 0.01, 360.0)
+        close(rmc[time].spd_over_grnd, reported.speed[0] / KNOT, 0.01)
+        close(vhw[int(time)].heading_true, math.degrees(reported.heading[0]), 0.01, 360.0)
+        truth = simulator.truth(time).own_ship
+        assert truth.water_speed is not None
+        error = reported.speed[0] - truth.speed
+        close(
+            vbw[int(time)].lon_water_spd, (truth.water_speed + error) / KNOT, 0.01
+        )  # no leeway: she heads through the water
+        assert abs(error) > 0.05  # far above the last digit
+    assert abs(rmc[9.0].latitude - (simulator.truth(9.0).own_ship.latitude_deg or 0.0)) > 5e-5
+
+
+def test_a_lost_heading_is_told_so() -> None:
+    simulator = simulator_of(TURNING, errors={"feed": {"heading_lost_s": [[2.0, 4.0]]}})
+    port, kept = started(simulator)
+    port.tick("0", 5.0)
+    assert len(parsed(kept.lines, "HDT")) == 51 - 20
+    ths = [fields_of(line)[1] for line in kept.lines if line[3:6] == b"THS"]
+    assert [fields == ["", "V"] for fields in ths] == [20 <= k < 40 for k in range(51)]
+    assert [message.true_course for message in parsed(kept.lines, "RMC")][2:4] == [None, None]
+    assert [message.status for message in parsed(kept.lines, "ROT")] == ["A", "A", "V", "V", "A", "A"]
+
+
+def test_a_scene_without_an_origin_has_no_positions() -> None:
+    port, kept = started(simulator_of(TURNING, None))
+    port.tick("0", 3.0)
+    assert not parsed(kept.lines, "RMC") and not parsed(kept.lines, "GGA") and len(parsed(kept.lines, "VTG")) == 4
+
+
+def test_a_radar_that_is_not_there_ends_the_start() -> None:
+    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar of this service; it has 0"):
+        started(simulator_of({}), "aft")
+
+
+def test_another_radar_and_a_source_without_ships_say_nothing() -> None:
+    port, kept = started(simulator_of({}))
+    port.tick("1", 3.0)
+    assert kept.lines == []
+    port.close()
+    assert kept.lines == [b"closed"]
+
+
+class Replaced:
+    """A simulator whose process fails once."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.info, self._simulator, self.faults = simulator.info, simulator, 1
+
+    def ship_states(self, *arguments: Any) -> Any:
+        self.faults -= 1
+        if self.faults >= 0:
+            raise SpokeSourceFault("gone")
+        return self._simulator.ship_states(*arguments)
+
+
+def test_what_a_process_that_was_replaced_could_not_tell_comes_later() -> None:
+    port, kept = started(Replaced(simulator_of(TURNING)))
+    for time in (0.0, 0.1, 0.2, 1.1):
+        port.tick("0", time)
+    assert len(parsed(kept.lines, "HDT")) == 12 and len(parsed(kept.lines, "RMC")) == 2
+
+
+def test_the_schedule_makes_up_for_late_calls_and_stands_in_a_pause() -> None:
+    schedule = Schedule()
+    assert schedule.due(0.0) == [(0, True)] and schedule.due(0.05) == []
+    assert schedule.due(0.1 + 0.2) == [(1, False), (2, False), (3, False)]  # 0.30000000000000004
+    assert schedule.due(1.05)[-1] == (10, True)
+    held = [schedule.due(1.05) for _ in range(20)]
+    assert held == ([[(10, False)]] * 9 + [[(10, True)]]) * 2
+    assert schedule.due(1.1) == [(11, False)]
+    assert [instant for instant, _ in schedule.due(1e6)] == list(range(10**7 - MAX_LATE + 1, 10**7 + 1))
+    assert schedule.due(0.25) == [(0, True), (1, False), (2, False)]  # another scene
+    assert MAX_LATE == 10 * TENTHS
+
+
+def test_it_runs_in_a_pause_before_the_first_spoke() -> None:
+    """With the clock of the ports, beside REST and the feed."""
+    kept = Kept()
+
+    async def test(server: Any) -> None:
+        while len([line for line in kept.lines if line[3:6] == b"ZDA"]) < 2:
+            await asyncio.sleep(0.01)
+
+    play(NmeaPort([kept]), test, PAUSED)
+    assert len({line for line in kept.lines if line[3:6] == b"HDT"}) == 1
+    assert kept.lines[-1] == b"closed" and len({line for line in kept.lines if line[3:6] == b"ZDA"}) == 1
+
+
+def options(*words: str) -> Any:
+    return parser().parse_args(["serve", *words])
+
+
+def test_options_open_the_port_with_its_sockets() -> None:
+    taken = free_port()
+    with registry.opened(options("--nmea-tcp", str(taken), "--nmea-udp", "9", "--nmea-of", "0")) as ports:
+        assert [port.name for port in ports] == ["rest", "feed", "nmea"]
+        with (
+            pytest.raises(UsageError, match=f"--nmea-tcp: 127.0.0.1:{taken} cannot be opened"),
+            registry.opened(options("--nmea-tcp", str(taken))),
+        ):
+            pass
+    with registry.opened(options("--nmea-tcp", str(taken))) as ports:  # it was closed
+        assert len(ports) == 3
+    with registry.opened(options()) as ports:
+        assert len(ports) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--nmea-tcp", "0.0.0.0:7"], "0.0.0.0 is beyond this machine"), (["--nmea-udp", "10.0.0.2:7"], "--nmea-allow 10.0.0.2"),
+        (["--nmea-tcp", "0.0.0.0:7", "--token", "t" * 20], "NMEA has no login"),
+    ],
+)  # fmt: skip
+def test_beyond_this_machine_no_option_opens_it_alone(words: list[str], message: str) -> None:
+    with pytest.raises(UsageError, match=message), registry.opened(options(*words)):
+        pass
+
+
+def test_scenes_open_no_ports() -> None:
+    """A scene is a file, perhaps an upload: none of its keys names a port or an address."""
+    text = json.dumps(json_schema())
+    assert not re.search(r'"[a-z_]*(nmea|tcp|udp|socket)[a-z_]*":', text)
+
+
+def test_hello_and_sentences_have_one_utc() -> None:
+    """It follows simulated time from `--start-utc` on."""
+    kept, ages = Kept(), []
+
+    async def test(server: Any) -> None:
+        station = server.stations[0]
+        while not any(line[3:6] == b"ZDA" for line in kept.lines):
+            await asyncio.sleep(0.01)
+        ages.append(station.radar_info(station.epoch).utc)
+
+    play(NmeaPort([kept]), test, PAUSED, start_utc=START)
+    (zda,) = {line for line in kept.lines if line[3:6] == b"ZDA"}
+    assert ages == [START] and fields_of(zda)[1][:4] == ["235930.00", "31", "12", "2026"]
+    assert options("--start-utc", "2026-12-31T23:59:30").start_utc == START

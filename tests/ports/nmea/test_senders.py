@@ -1,0 +1,164 @@
+"""Sockets: many clients, slow and foreign ones, ports that are taken, networks that go away."""
+
+import contextlib
+import errno
+import logging
+import socket
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import pytest
+
+from radar_service.ports.nmea import senders
+from radar_service.ports.nmea.addresses import Address
+from radar_service.ports.nmea.senders import MAX_CLIENTS, MAX_DATAGRAM, MAX_WAITING, TcpSender, UdpSender, datagrams
+from radar_service.terminal.arguments import UsageError
+
+HERE = "127.0.0.1"
+IP_RECVTTL = 12  # of Linux; Python names it from 3.14 on
+LINE = b"$HEHDT,1.00,T*00\r\n"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((HERE, 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def sender() -> Iterator[TcpSender]:
+    made = TcpSender("--nmea-tcp", Address(HERE, free_port()), [])
+    yield made
+    made.close()
+
+
+def dialled(sender: TcpSender) -> socket.socket:
+    connection = socket.create_connection(sender.address, timeout=10)
+    sender.send([])
+    return connection
+
+
+def test_all_that_connect_get_the_same(sender: TcpSender) -> None:
+    clients = [dialled(sender) for _ in range(3)]
+    sender.send([LINE, LINE])
+    assert [client.recv(1000) for client in clients] == [2 * LINE] * 3 and sender.clients == 3
+    clients[0].close()
+    for _ in range(2):
+        sender.send([LINE])  # the others go on
+    assert sender.clients == 2 and clients[1].recv(1000) in (LINE, 2 * LINE)
+    for client in clients:
+        client.close()
+
+
+def test_a_client_that_does_not_read_loses_whole_sentences_and_delays_nobody(sender: TcpSender) -> None:
+    slow, quick = dialled(sender), dialled(sender)
+    got = 0
+    while not sender.lost:
+        sender.send([LINE] * 500)
+        with contextlib.suppress(BlockingIOError):
+            quick.setblocking(False)
+            while data := quick.recv(2**20):
+                got += len(data)
+    assert got > MAX_WAITING
+    slow.settimeout(10)
+    text = b""
+    while len(text) < 50 * len(LINE):
+        text += slow.recv(2**16)
+    assert set(text.splitlines(keepends=True)[:50]) == {LINE}
+    for client in (slow, quick):
+        client.close()
+
+
+def test_what_a_client_says_is_ignored(sender: TcpSender) -> None:
+    client = dialled(sender)
+    client.settimeout(0.2)
+    with contextlib.suppress(TimeoutError):
+        for _ in range(20):
+            client.sendall(b"x" * 2**16)  # without a line end
+            sender.send([])
+    sender.send([LINE])
+    assert client.recv(1000) == LINE
+    client.close()
+
+
+def test_clients_are_limited(sender: TcpSender) -> None:
+    clients = [dialled(sender) for _ in range(MAX_CLIENTS + 1)]
+    assert sender.clients == MAX_CLIENTS and sender.refused == 1 and clients[-1].recv(10) == b""
+    for client in clients:
+        client.close()
+
+
+def test_another_machine_needs_a_permission(sender: TcpSender) -> None:
+    assert [sender.may_come(host) for host in ("127.0.0.1", "10.0.0.2", "::1")] == [True, False, True]
+    for allowed, expected in ((["10.0.0.2"], [True, False]), (None, [True, True])):
+        with contextlib.closing(TcpSender("--nmea-tcp", Address(HERE, free_port()), allowed)) as other:
+            assert [other.may_come(host) for host in ("10.0.0.2", "10.0.0.3")] == expected
+
+
+def test_a_port_that_is_taken_ends_the_start(sender: TcpSender) -> None:
+    with pytest.raises(UsageError, match=f"--nmea-tcp: 127.0.0.1:{sender.address[1]} cannot be opened .*another port"):
+        TcpSender("--nmea-tcp", Address(*sender.address), [])
+    with pytest.raises(UsageError, match="cannot be opened"):
+        TcpSender("--nmea-tcp", Address("192.0.2.1", free_port()), [])  # of documentation: no machine has it
+
+
+def test_udp_sends_whole_sentences_with_ttl_1() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
+        ear.bind((HERE, 0))
+        ear.setsockopt(socket.IPPROTO_IP, IP_RECVTTL, 1)
+        ear.settimeout(10)
+        sender = UdpSender("--nmea-udp", Address(HERE, ear.getsockname()[1]))
+        sender.send([LINE] * 100)
+        text = b""
+        while len(text) < 100 * len(LINE):
+            data, extra, _, _ = ear.recvmsg(2000, 100)
+            assert extra[0][2] == (1).to_bytes(4, "little") and data.endswith(b"\r\n") and len(data) <= MAX_DATAGRAM
+            text += data
+        assert text == 100 * LINE
+        sender.close()
+
+
+class Unplugged(socket.socket):
+    """A socket whose network goes away and comes back."""
+
+    faults: ClassVar[list[int]] = []
+
+    def send(self, *_: Any) -> int:
+        if fault := self.faults.pop(0):
+            raise OSError(fault, "no network")
+        return 1
+
+
+def test_a_network_that_goes_away_is_told_once_and_tried_again(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(senders.socket, "socket", Unplugged)
+    Unplugged.faults = [0, errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, 0, 0, errno.EAGAIN, 0]
+    sender = UdpSender("--nmea-udp", Address(HERE, 9))
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        for _ in range(8):
+            sender.send([LINE, LINE])
+    sender.close()
+    assert sender.lost == 8  # of 16
+    assert [record.message for record in caplog.records] == ["network lost", "network back"] * 2
+
+
+def test_an_address_where_nobody_listens_yet_is_no_fault(caplog: pytest.LogCaptureFixture) -> None:
+    """The system then refuses each second datagram."""
+    sender = UdpSender("--nmea-udp", Address(HERE, free_port()))
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        for _ in range(4):
+            sender.send([LINE])
+    sender.close()
+    assert sender.lost == 2 and not caplog.records
+
+
+def test_no_way_to_an_address_ends_the_start() -> None:
+    with pytest.raises(UsageError, match="--nmea-udp: 239.1.2.3:5%203.0.113.9 cannot be reached"):
+        UdpSender("--nmea-udp", Address("239.1.2.3", 5, "203.0.113.9"))
+
+
+def test_datagrams_hold_whole_sentences() -> None:
+    assert datagrams([]) == [] and datagrams([LINE]) == [(1, LINE)]
+    lines = [bytes([65 + k]) * 500 for k in range(5)]
+    assert datagrams(lines) == [(2, lines[0] + lines[1]), (2, lines[2] + lines[3]), (1, lines[4])]
