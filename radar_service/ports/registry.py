@@ -14,6 +14,7 @@ PORTS = (
     "radar_service.ports.feed",
     "radar_service.ports.recorder",
     "radar_service.ports.nmea",
+    "radar_service.ports.ais",
 )
 REPLAY_PORTS = ("radar_service.ports.rest", "radar_service.ports.feed")
 

@@ -30,6 +30,7 @@ from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, h
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
+from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.world.body import Body
 from radar_service.world.error import SceneError
@@ -77,7 +78,10 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         loader.warnings.extend(placement_warnings(world, installation.radar, installation.platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
-    return Scene(world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars))
+    return Scene(
+        world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
+        ais_from_models(model, bodies),
+    )  # fmt: skip
 
 
 class _Loader:

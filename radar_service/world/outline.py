@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from radar_service.radar.parameters import FIRST_ID, Origin, Radar
+from radar_service.world.ais import Ais
 from radar_service.world.commands import Steerable
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.stream import NO_STREAM, Stream
@@ -24,6 +25,7 @@ class SceneOutline:
     radar_id: of the radar; radar_ids: of all radars of its file.
     has_sensors: whether the platform has gyro, log and position sensor.
     stream: of the water over ground, east and north [m/s].
+    ais: the transponders of the scene.
     """
 
     name: str
@@ -38,6 +40,7 @@ class SceneOutline:
     radar_ids: tuple[str, ...] = (FIRST_ID,)
     has_sensors: bool = True
     stream: Stream = NO_STREAM
+    ais: Ais = Ais()
 
     def at_origin(self, origin: Origin) -> "SceneOutline":
         """Returns the outline with another origin of the radar's rotation."""
@@ -50,4 +53,5 @@ def outline_of(scene: "Scene") -> SceneOutline:
     return SceneOutline(
         scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
         scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.stream,
+        scene.ais,
     )  # fmt: skip

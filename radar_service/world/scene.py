@@ -15,6 +15,7 @@ from radar_service.numerics.random import name_key
 from radar_service.numerics.result_cache import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats
 from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horizon, max_rpm
+from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
 from radar_service.world.environment import Environment, Interferer
@@ -54,6 +55,7 @@ class Scene:
     errors: what sensors, antenna and feed of this radar report wrongly; None without any.
     radar_id: of this radar, "0" where the file has a single one without an id.
     radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
+    ais: its transponders, which change no spoke.
     revision: of the motions and presences that commands change; own_revision: of own ship's.
     """
 
@@ -66,6 +68,7 @@ class Scene:
     errors: ErrorSettings | None = None
     radar_id: str = FIRST_ID
     radars: tuple[Installation, ...] = ()
+    ais: Ais = Ais()
     revision: Revision = field(default=STEADY, compare=False)
     own_revision: Revision = field(default=STEADY, compare=False)
 

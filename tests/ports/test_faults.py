@@ -289,7 +289,7 @@ def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) ->
             return cls.fromtimestamp(jumping(), tz)
 
     monkeypatch.setattr("time.time", jumping)
-    monkeypatch.setattr("radar_service.service.codecs.native.messages.datetime", Jumping)
+    monkeypatch.setattr("radar_service.service.spokes.datetime", Jumping)
     only = station(settings=Settings(pace=Pace(factor=20)))
 
     async def test(server: Server) -> None:
@@ -328,7 +328,7 @@ def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
 
 
 def test_pacing_knows_no_wall_clock() -> None:
-    """The time of day, which people and NTP set, is used only in a hello and in log lines."""
+    """The time of day, which people and NTP set, is used only once, as the start of UTC, and in log lines."""
     package = Path(str(radar_service.service.__file__)).parents[1]
     users = {
         file.name
@@ -338,4 +338,4 @@ def test_pacing_knows_no_wall_clock() -> None:
         if isinstance(node, ast.Attribute) and f"{ast.unparse(node.value)}.{node.attr}" in
         ("time.time", "datetime.now", "datetime.utcnow", "time.localtime", "time.time_ns", "datetime.today")
     }  # fmt: skip
-    assert users == {"messages.py"}
+    assert users == {"spokes.py"}

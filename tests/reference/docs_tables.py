@@ -226,6 +226,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "manoeuvre": lambda: section("ManoeuvreModel"),
     "fading": lambda: section("FadingModel"),
     "interference": lambda: section("InterferenceModel"),
+    "transponder": lambda: section("TransponderModel"),
+    "ais": lambda: section("AisModel"),
     "errors": lambda: section("ErrorsModel"),
     "errors-radar": lambda: section("RadarErrorsModel"),
     "errors-platform": lambda: section("PlatformErrorsModel"),

@@ -5,10 +5,9 @@ import math
 from collections.abc import Sequence
 from datetime import timedelta
 
-import numpy as np
 from typing_extensions import override
 
-from radar_service.ports.nmea.own_ship import as_reported, fast_sentences, report, slow_sentences, times_needed
+from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.senders import Sender
 from radar_service.ports.nmea.targets import target_sentences
 from radar_service.ports.port import Port, Service
@@ -49,6 +48,14 @@ class Schedule:
         self._time = -math.inf if self._last < 0 else self._last / TENTHS
 
 
+def station_of(service: Service, radar: str | None) -> Station:
+    """Returns the radar of that id, by default the first one. Raises UsageError where the service has no such radar."""
+    known = list(service.stations)
+    if radar not in (None, *known):
+        raise UsageError(f"--nmea-of: {radar} is not a radar of this service; it has {', '.join(known)}")
+    return service.stations[radar or known[0]]
+
+
 class NmeaPort(Port):
     """Sentences of the ship that carries one radar: of the first one, or of `radar`."""
 
@@ -63,10 +70,7 @@ class NmeaPort(Port):
     @override
     async def start(self, service: Service) -> None:
         """Raises UsageError where the service has no such radar."""
-        known = list(service.stations)
-        if self._radar not in (None, *known):
-            raise UsageError(f"--nmea-of: {self._radar} is not a radar of this service; it has {', '.join(known)}")
-        self._station = service.stations[self._radar or known[0]]
+        self._station = station_of(service, self._radar)
 
     @override
     def tick(self, radar: str, time: float) -> None:
@@ -88,19 +92,11 @@ class NmeaPort(Port):
                 sender.close()
 
     def _sentences(self, station: Station, due: Sequence[tuple[int, bool]]) -> list[bytes]:
-        scene, source = station.epoch.info.scene, station.epoch.spoke_source
+        source = station.epoch.spoke_source
         if not isinstance(source, TellsShips):
             return []
-        times = [instant / TENTHS for instant, _ in due]
-        laws = [station.errors.laws_at(time) for time in times]
-        needed = [times_needed(law, scene.radar, [time]) for law, time in zip(laws, times, strict=True)]
-        earlier_times = np.unique(np.concatenate(needed))
-        (states,) = source.ship_states(times, [None])
-        earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
-        lines: list[bytes] = []
-        for k, (_, is_second) in enumerate(due):
-            readings = as_reported(laws[k], scene.radar, states, k, earlier)
-            own = report(station.start_utc, states, k, scene.origin, scene.stream, readings)
+        times, lines = [instant / TENTHS for instant, _ in due], list[bytes]()
+        for own, (_, is_second) in zip(own_reports(station, times), due, strict=True):
             lines += fast_sentences(own) + (slow_sentences(own) if is_second else [])
         seconds = [time for time, (_, is_second) in zip(times, due, strict=True) if is_second]
         if self._tells_truth and seconds:

@@ -14,6 +14,8 @@ from radar_service.ports.nmea import sentences
 from radar_service.radar.parameters import Radar
 from radar_service.records.reports import Readings
 from radar_service.records.truth import ShipStates
+from radar_service.service.radio.station import Station
+from radar_service.spoke_source import TellsShips
 from radar_service.world.geo import geographic_from_map
 from radar_service.world.stream import Stream
 
@@ -60,15 +62,19 @@ def spoke_before(radar: Radar, time: float) -> Indices:
 
 
 def report(
-    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings
-) -> OwnShipReport:
-    """Returns own ship at instant k. reported: readings (1,) with the errors of her sensors."""
+    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings,
+    antenna: tuple[float, float] = (0.0, 0.0),
+) -> OwnShipReport:  # fmt: skip
+    """Returns own ship at instant k. reported: readings (1,) with the errors of her sensors; antenna: of the position, starboard
+    and forward [m]."""
     true = readings_of(states)
     heading, course = (None if np.isnan(angle[0]) else float(angle[0]) for angle in (reported.heading, reported.course))
     speed, log_error = float(reported.speed[0]), float(reported.speed[0] - true.speed[k])
     position = None
     if origin is not None:
-        latitude, longitude = geographic_from_map(reported.position[0], origin).tolist()
+        cos, sin = math.cos(states.heading[k]), math.sin(states.heading[k])
+        offset = [cos * antenna[0] + sin * antenna[1], cos * antenna[1] - sin * antenna[0]]
+        latitude, longitude = geographic_from_map(reported.position[0] + offset, origin).tolist()
         position = latitude, longitude
     velocity, bow = states.velocity[k, :2], float(states.heading[k])
     water = _ahead_and_aside(velocity - stream, bow, log_error)
@@ -82,6 +88,25 @@ def _ahead_and_aside(velocity: Floats, heading: float, log_error: float) -> tupl
     size = math.hypot(*velocity)
     angle = math.atan2(velocity[0], velocity[1]) - heading if size else 0.0
     return (size + log_error) * math.cos(angle), (size + log_error) * math.sin(angle)
+
+
+def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, float] = (0.0, 0.0)) -> list[OwnShipReport]:
+    """Returns own ship at times [s]. antenna: of the position, starboard and forward of her own [m].
+
+    Raises SpokeSourceFault where the process of the scene fails.
+    """
+    scene, source = station.epoch.info.scene, station.epoch.spoke_source
+    assert isinstance(source, TellsShips)
+    laws = [station.errors.laws_at(time) for time in times]
+    needed = [times_needed(law, scene.radar, [time]) for law, time in zip(laws, times, strict=True)]
+    earlier_times = np.unique(np.concatenate([*needed, np.zeros(0)]))
+    (states,) = source.ship_states(times, [None])
+    earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
+    readings = [as_reported(law, scene.radar, states, k, earlier) for k, law in enumerate(laws)]
+    return [
+        report(station.start_utc, states, k, scene.origin, scene.stream, reported, antenna)
+        for k, reported in enumerate(readings)
+    ]
 
 
 def fast_sentences(own: OwnShipReport) -> list[bytes]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
 from radar_service.scene_file.model.fields import (
     Bearing,
@@ -130,7 +131,11 @@ class BodyModel(NamedSection):
     scattering: ScatteringName | None = Field(None, description="default by material")
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
-    mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
+    mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="she has an AIS transponder; see `ais`")
+    ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
+    draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
+        None, description="that AIS reports; default: how deep her mesh reaches"
+    )
     errors: PlatformErrorsModel | None = Field(None, description="of the sensors of a body that carries a radar, on purpose")
     start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
     end_s: Instant | None = Field(None, description="when it disappears for good; default: never")
@@ -148,6 +153,8 @@ class BodyModel(NamedSection):
     def _check_body(self, info: ValidationInfo) -> Self:
         if self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
+        if self.ais is not None and self.mmsi is None:
+            raise ValueError("ais: a transponder has a number; add mmsi")
         if info.context:
             raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
         self.check_kind()

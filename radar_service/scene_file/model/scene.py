@@ -4,14 +4,15 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import AnyBody
 from radar_service.scene_file.model.environment import MAX_INTERFERERS, EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
-from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Section
+from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Section, Whole
 from radar_service.scene_file.model.moving import MovingSection
 from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
 from radar_service.scene_file.model.radar import RadarModel
@@ -34,11 +35,16 @@ class OwnShipModel(MovingSection):
     )
     position_m: EastNorth = (0.0, 0.0)
     errors: PlatformErrorsModel | None = Field(None, description="of her sensors, on purpose")
+    mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="of own ship that is no body")
+    ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
+    draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(None, description="that AIS reports")
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
         if self.body is not None and (others := sorted(self.model_fields_set - {"body", "errors"})):
             raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
+        if self.ais is not None and self.mmsi is None:
+            raise ValueError("ais: a transponder has a number; add mmsi")
         return self
 
 
@@ -53,15 +59,19 @@ class SceneModel(Section):
     body: tuple[AnyBody, ...] = Field((), max_length=MAX_BODIES)
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
     errors: ErrorsModel | None = None
+    ais: AisModel | None = Field(None, description="what happens to AIS reports, on purpose")
     bench: dict[str, Any] | None = Field(None, description="for the command `bench-tracker` alone")
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:
-        names: set[str] = set()
+        names, numbers = set[str](), {self.own_ship.mmsi}
         for i, body in enumerate(self.body):
             if body.name in names:
                 raise ValueError(f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique: rename one')
             names.add(body.name)
+            if body.mmsi is not None and body.mmsi in numbers:
+                raise ValueError(f"body[{i}].mmsi: {body.mmsi} is taken; numbers are unique: change one")
+            numbers.add(body.mmsi)
             if self.origin is None and body.is_geographic:
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
         can_carry = {body.name: body.can_carry for body in self.body}

@@ -1,0 +1,154 @@
+"""AIS messages of ITU-R M.1371 as bits, and as AIVDM and AIVDO sentences. SI units and radians in, bytes out.
+
+Types 1 (position, class A), 5 (static, class A), 18 (position, class B), 24 (static, class B). Reports carry no communication
+state.
+"""
+
+import math
+from dataclasses import dataclass
+
+from radar_service.numerics.constants import KNOT
+from radar_service.ports.nmea.sentences import sentence
+from radar_service.world.ais import AisShip
+
+MINUTE_PARTS = 10_000  # of the position
+NO_LONGITUDE, NO_LATITUDE, NO_HEADING, NO_TURN = 181.0, 91.0, 511, -128
+FASTEST = 1022  # tenths of a knot: that, or more
+ROT_FACTOR = 4.733  # of the root law: value = 4.733 sqrt(degrees a minute)
+MAX_ROT = 126  # of the root law: 708 degrees a minute, or more
+PAYLOAD = 60  # characters in a sentence: it has 82
+UNDER_WAY, AT_ANCHOR = 0, 1
+GPS = 1  # kind of position sensor
+CHARACTERS = "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_ !\"#$%&'()*+,-./0123456789:;<=>?"
+
+
+@dataclass(frozen=True)
+class Position:
+    """A report of position.
+
+    second: of UTC, 0 to 59. latitude, longitude: [degrees], None: not known. course, heading: [rad]; heading None: not known.
+    speed: over ground [m/s]. turn_rate: to starboard [rad/s].
+    """
+
+    second: int
+    latitude: float | None
+    longitude: float | None
+    course: float | None
+    speed: float
+    heading: float | None
+    turn_rate: float
+
+
+class Bits:
+    """Fields one after the other, the most significant bit first."""
+
+    def __init__(self) -> None:
+        self._bits: list[str] = []
+
+    def add(self, value: int, width: int) -> "Bits":
+        """Adds a whole number; a negative one as its complement."""
+        assert -(1 << width - 1) <= value < 1 << width, f"{value} has no room in {width} bits"
+        self._bits.append(f"{value & (1 << width) - 1:0{width}b}")
+        return self
+
+    def text(self, text: str, length: int) -> "Bits":
+        """Adds characters of six bits, filled up with @; those without a code become ?."""
+        for character in text[:length].ljust(length, "@"):
+            self.add(CHARACTERS.find(character) if character in CHARACTERS else CHARACTERS.index("?"), 6)
+        return self
+
+    def payload(self) -> tuple[str, int]:
+        """Returns the characters of six bits each, and how many bits of the last one are fill."""
+        bits = "".join(self._bits)
+        fill = -len(bits) % 6
+        bits += "0" * fill
+        values = (int(bits[k : k + 6], 2) for k in range(0, len(bits), 6))
+        return "".join(chr(value + 48 if value < 40 else value + 56) for value in values), fill
+
+
+def class_a_position(ship: AisShip, at: Position) -> Bits:
+    """Type 1: scheduled position report of class A."""
+    status = AT_ANCHOR if at.speed == 0.0 else UNDER_WAY
+    bits = _begin(1, ship).add(status, 4).add(rate_of_turn(at.turn_rate), 8)
+    _motion(bits, at)
+    return bits.add(0, 2).add(0, 3).add(0, 1).add(0, 19)
+
+
+def class_b_position(ship: AisShip, at: Position) -> Bits:
+    """Type 18: position report of class B."""
+    bits = _begin(18, ship).add(0, 8)
+    _motion(bits, at)
+    return (
+        bits.add(0, 2)
+        .add(ship.station_class == "B-CS", 1)
+        .add(0, 1)
+        .add(1, 1)
+        .add(1, 1)
+        .add(1, 1)
+        .add(0, 1)
+        .add(0, 1)
+        .add(0, 20)
+    )
+
+
+def class_a_static(ship: AisShip) -> Bits:
+    """Type 5: name, dimensions and voyage of class A; no time of arrival."""
+    bits = _begin(5, ship).add(0, 2).add(ship.imo, 30).text(ship.call_sign, 7).text(ship.name, 20).add(ship.ship_type, 8)
+    _dimensions(bits, ship)
+    bits.add(GPS, 4).add(0, 4).add(0, 5).add(24, 5).add(60, 6)
+    return bits.add(min(round(ship.draught * 10.0), 255), 8).text(ship.destination, 20).add(0, 1).add(0, 1)
+
+
+def class_b_static(ship: AisShip) -> tuple[Bits, Bits]:
+    """Type 24, parts A and B: name and dimensions of class B."""
+    name = _begin(24, ship).add(0, 2).text(ship.name, 20).add(0, 8)
+    rest = _begin(24, ship).add(1, 2).add(ship.ship_type, 8).add(0, 42).text(ship.call_sign, 7)
+    _dimensions(rest, ship)
+    return name, rest.add(GPS, 4).add(0, 2)
+
+
+def position_of(ship: AisShip, at: Position) -> Bits:
+    """The position report of her class."""
+    return class_a_position(ship, at) if ship.station_class == "A" else class_b_position(ship, at)
+
+
+def static_of(ship: AisShip) -> tuple[Bits, ...]:
+    """The static reports of her class."""
+    return (class_a_static(ship),) if ship.station_class == "A" else class_b_static(ship)
+
+
+def rate_of_turn(turn_rate: float) -> int:
+    """The root law of a rate to starboard [rad/s]."""
+    size = ROT_FACTOR * math.sqrt(abs(math.degrees(turn_rate)) * 60.0)
+    return int(math.copysign(min(round(size), MAX_ROT), turn_rate))
+
+
+def ais_sentences(bits: Bits, kind: str, number: int) -> list[bytes]:
+    """Returns the sentences of a message. kind: VDM or VDO; number: of the message, which gives channel and group."""
+    payload, fill = bits.payload()
+    parts = [payload[k : k + PAYLOAD] for k in range(0, len(payload), PAYLOAD)]
+    channel, group = "AB"[number % 2], str(number % 10) if len(parts) > 1 else ""
+    fills = [0] * (len(parts) - 1) + [fill]
+    return [
+        sentence("AI", kind, str(len(parts)), str(k), group, channel, part, str(unused), start="!")
+        for k, (part, unused) in enumerate(zip(parts, fills, strict=True), 1)
+    ]
+
+
+def _begin(kind: int, ship: AisShip) -> Bits:
+    return Bits().add(kind, 6).add(0, 2).add(ship.mmsi, 30)
+
+
+def _motion(bits: Bits, at: Position) -> None:
+    longitude = NO_LONGITUDE if at.longitude is None else math.remainder(at.longitude, 360.0)
+    latitude = NO_LATITUDE if at.latitude is None else at.latitude
+    course = 3600 if at.course is None else round(math.degrees(at.course) * 10.0) % 3600
+    heading = NO_HEADING if at.heading is None else round(math.degrees(at.heading)) % 360
+    bits.add(min(round(at.speed / KNOT * 10.0), FASTEST), 10).add(0, 1)
+    bits.add(round(longitude * 60 * MINUTE_PARTS), 28).add(round(latitude * 60 * MINUTE_PARTS), 27)
+    bits.add(course, 12).add(heading, 9).add(at.second, 6)
+
+
+def _dimensions(bits: Bits, ship: AisShip) -> None:
+    for size, width in ((ship.to_bow, 9), (ship.to_stern, 9), (ship.to_port, 6), (ship.to_starboard, 6)):
+        bits.add(min(round(size), (1 << width) - 1), width)

@@ -1,0 +1,221 @@
+"""The stream of AIS: each report is the truth of the second that it names, to half of its last bit."""
+
+import asyncio
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pyais
+import pytest
+
+from radar_service.commands.command_line import parser
+from radar_service.ports import registry
+from radar_service.ports.ais.ais_port import AisPort
+from radar_service.ports.port import Service
+from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.simulator import Simulator
+from radar_service.terminal.arguments import UsageError
+from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
+from tests.ports.nmea.test_nmea_port import Kept, OneStation, simulator_of
+from tests.ports.nmea.test_senders import free_port
+
+HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
+CIRCLE = {"name": "circle", **HULL, "position_m": [800, 0, -4], "speed_kn": 12, "course_deg": 40, "turn_rate_deg_s": 1.2,
+          "mmsi": 201, "ais": {"antenna_m": [-3.0, 25.0], "ship_type": 70, "call_sign": "abc1"}}  # fmt: skip
+FAST = {
+    "name": "fast",
+    "shape": "point",
+    "rcs_dbsm": 5,
+    "position_m": [0, 900, 2],
+    "speed_kn": 35,
+    "course_deg": 275,
+    "mmsi": 202,
+}
+YACHT = {"name": "yacht", "shape": "point", "rcs_dbsm": 0, "position_m": [500, 900, 2], "speed_kn": 6, "course_deg": 10,
+         "mmsi": 203, "ais": {"class": "B-CS", "length_m": 11, "beam_m": 4}}  # fmt: skip
+ANCHORED = {"name": "anchored", **HULL, "position_m": [-800, 0, -4], "heading_deg": 70, "mmsi": 204}
+UNKNOWN = {"name": "rock", "shape": "point", "rcs_dbsm": 0, "position_m": [50, 90, 2]}
+OWN = {"speed_kn": 15, "course_deg": 200, "mmsi": 200, "turn_rate_deg_s": -1.0, "ais": {"antenna_m": [2.0, -30.0]}}
+
+
+def started(simulator: Any, **more: Any) -> tuple[AisPort, Kept]:
+    kept = Kept()
+    port = AisPort([kept], **more)
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations={"0": OneStation(simulator)}))))
+    return port, kept
+
+
+def run(simulator: Any, until: float = 120.0, step: float = 0.1) -> list[tuple[float, str, Any]]:
+    """When each message came [s], its kind of sentence, and what pyais reads."""
+    port, kept = started(simulator)
+    came: list[tuple[float, str, Any]] = []
+    for time in np.arange(0.0, until + step / 2, step).tolist():
+        port.tick("0", time)
+        came += [(time, *message) for message in messages(kept)]
+        kept.lines.clear()
+    return came
+
+
+def messages(kept: Kept) -> list[tuple[str, Any]]:
+    result, parts = [], list[bytes]()
+    for line in kept.lines:
+        parts.append(line)
+        count, number = line.split(b",")[1:3]
+        if count == number:
+            result.append((line[3:6].decode(), pyais.decode(*parts)))
+            parts = []
+    return result
+
+
+def world(**more: Any) -> Simulator:
+    return simulator_of(OWN, **{"body": [CIRCLE, FAST, YACHT, ANCHORED, UNKNOWN], **more})
+
+
+def antenna_of(simulator: Simulator, second: float, name: str | None, offset: tuple[float, float]) -> Any:
+    """Where the antenna of a ship is, from the truth: latitude and longitude."""
+    from radar_service.world.geo import geographic_from_map
+
+    truth = simulator.truth(second)
+    body = truth.own_ship if name is None else next(each for each in truth.bodies if each.name == name)
+    ahead, aside = (
+        np.array([math.sin(body.heading), math.cos(body.heading)]),
+        np.array([math.cos(body.heading), -math.sin(body.heading)]),
+    )
+    assert simulator.scene.origin is not None
+    return body, geographic_from_map(
+        np.array(body.position[:2]) + offset[1] * ahead + offset[0] * aside, simulator.scene.origin
+    )
+
+
+@pytest.mark.parametrize("origin", [(50.0, -1.0), (-20.0, 180.0), (89.0, 12.0), (0.0, 0.0)])
+def test_each_report_is_the_truth_of_its_second(origin: tuple[float, float]) -> None:
+    simulator = simulator_of(OWN, origin, body=[CIRCLE, FAST, YACHT, ANCHORED, UNKNOWN],
+                             environment={"current_kn": 2, "current_to_deg": 90})  # fmt: skip
+    came = run(simulator, 45.0)
+    names = {200: None, 201: "circle", 202: "fast", 203: "yacht", 204: "anchored"}
+    offsets = {200: (2.0, -30.0), 201: (-3.0, 25.0)}
+    kinds = {"VDM": {201, 202, 203, 204}, "VDO": {200}}
+    checked = set()
+    for time, kind, message in came:
+        mmsi = int(message.mmsi)
+        assert mmsi in kinds[kind]
+        if message.msg_type not in (1, 18):
+            continue
+        second = next(s for s in range(math.floor(time + 1e-6), -1, -1) if (30 + s) % 60 == message.second)
+        assert 0.0 <= time - second < 1.0 or kind == "VDO"
+        body, (latitude, longitude) = antenna_of(simulator, float(second), names[mmsi], offsets.get(mmsi, (0.0, 0.0)))
+        near(parts(message.lat), latitude * PARTS, 1.0)
+        near(parts(message.lon), longitude * PARTS, 1.0, 360.0 * PARTS)
+        near(message.speed, body.speed / KNOT, 0.1)
+        near(message.course, math.degrees(body.course), 0.1, 360.0)
+        near(message.heading, math.degrees(body.heading), 1.0, 360.0)
+        checked.add(mmsi)
+    assert checked >= {200, 201, 202}
+
+
+def test_intervals_and_static_reports() -> None:
+    """Class A that turns at 12 knots reports 36 times in two minutes, one at 35 knots 60 times, a yacht four times."""
+    came = run(world(), 120.0)
+    counts = {
+        mmsi: sum(int(m.mmsi) == mmsi and m.msg_type in (1, 18) for _, kind, m in came if kind == "VDM")
+        for mmsi in range(200, 206)
+    }
+    assert counts[201] in (36, 37) and counts[202] in (60, 61) and counts[203] in (4, 5) and counts[204] in (0, 1)
+    assert counts[200] == counts[205] == 0
+    vdo = [m for _, kind, m in came if kind == "VDO" and m.msg_type == 1]
+    assert len(vdo) == 121 and {m.second for m in vdo} == set(range(60))
+    static = {int(m.mmsi): m for _, _, m in came if m.msg_type == 5}
+    assert set(static) == {200, 201, 202, 204} and [m.msg_type for _, _, m in came].count(24) == 2
+    circle, anchored = static[201], static[204]
+    assert (circle.shipname, circle.callsign, circle.ship_type, circle.draught) == ("CIRCLE", "ABC1", 70, 4.0)
+    assert (circle.to_bow, circle.to_stern, circle.to_port, circle.to_starboard) == (35, 85, 7, 13)
+    assert (anchored.to_bow, anchored.to_stern, anchored.to_port, anchored.to_starboard) == (60, 60, 10, 10)
+    (rest,) = [m for _, _, m in came if m.msg_type == 24 and m.partno == 1]
+    assert (rest.to_bow + rest.to_stern, rest.to_port + rest.to_starboard) == (12, 4)  # two halves of 11 m, rounded
+
+
+def test_latency_and_silence() -> None:
+    silent = {**FAST, "ais": {"off_s": [[10.0, 20.0]], "heading_error_deg": 90.0}}
+    came = run(simulator_of({}, body=[silent], ais={"latency_s": 3.0}), 30.0)
+    reports = [(time, m) for time, _, m in came if m.msg_type == 1]
+    for time, message in reports:
+        assert 3.0 < time - (message.second - 30) % 60 < 4.0 and message.heading == (275 + 90) % 360
+    seconds = [(m.second - 30) % 60 for _, m in reports]
+    assert seconds and not [second for second in seconds if 10 <= second < 20] and max(seconds) > 20 > 10 > min(seconds)
+
+
+def test_losses_and_position_errors_follow_the_seed() -> None:
+    """60 % of some 300 messages, within 4 sigma; the errors have their standard deviation within 4 of its own."""
+    scene = {"body": [FAST], "ais": {"loss_percent": 40.0, "position_error_m": 50.0}}
+    first, again = (run(simulator_of({}, **scene), 600.0, 1.0) for _ in range(2))
+    assert [str(m) for *_, m in first] == [str(m) for *_, m in again]
+    reports = [m for *_, m in first if m.msg_type == 1]
+    assert abs(len(reports) - 180) < 4 * math.sqrt(300 * 0.4 * 0.6)
+    simulator, errors, second = simulator_of({}, **scene), [], -1
+    for message in reports:
+        second = next(s for s in range(second + 1, second + 61) if (s + 30) % 60 == message.second)
+        latitude = simulator.truth(float(second)).bodies[0].latitude_deg
+        assert latitude is not None
+        errors.append((message.lat - latitude) * 111_200)
+    assert np.std(errors) == pytest.approx(50.0, rel=4 / math.sqrt(2 * len(errors)))
+
+
+def test_an_absent_ship_and_a_scene_without_origin() -> None:
+    came = run(simulator_of({}, None, body=[{**FAST, "start_s": 15}]), 30.0)
+    reports = [(time, m) for time, _, m in came if m.msg_type == 1]
+    assert reports and min(time for time, _ in reports) > 15.0
+    assert {(m.lat, m.lon) for _, m in reports} == {(91.0, 181.0)}
+
+
+def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
+    came = run(simulator_of({"body": "fast"}, body=[FAST, CIRCLE]), 20.0)
+    assert {(kind, int(m.mmsi)) for _, kind, m in came} == {("VDO", 202), ("VDM", 201)}
+
+
+def test_a_pause_repeats_own_ship_alone() -> None:
+    port, kept = started(world())
+    for time in (0.0, 1.0):
+        port.tick("0", time)
+    kept.lines.clear()
+    for _ in range(40):
+        port.tick("0", 1.0)
+    assert [(kind, m.msg_type) for kind, m in messages(kept) if m.msg_type == 1] == [("VDO", 1)] * 4
+
+
+def test_another_scene_begins_anew() -> None:
+    port, kept = started(world())
+    port.tick("0", 30.0)
+    kept.lines.clear()
+    for time in np.arange(0.0, 20.0, 0.1).tolist():
+        port.tick("0", time)
+    assert {int(m.mmsi) for _, m in messages(kept)} >= {200, 201, 202}
+
+
+class Replaced:
+    """A simulator whose process fails once."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.info, self._simulator, self.faults = simulator.info, simulator, 1
+
+    def ship_states(self, *arguments: Any) -> Any:
+        self.faults -= 1
+        if self.faults >= 0:
+            raise SpokeSourceFault("gone")
+        return self._simulator.ship_states(*arguments)
+
+
+def test_reports_that_a_replaced_process_missed_come_later() -> None:
+    assert [m.second for _, kind, m in run(Replaced(world()), 3.0) if kind == "VDO" and m.msg_type == 1] == [30, 31, 32, 33]
+
+
+def test_options_open_the_port() -> None:
+    def opened(*words: str) -> Any:
+        return registry.opened(parser().parse_args(["serve", *words]))
+
+    with opened("--ais-tcp", str(free_port()), "--nmea-tcp", str(free_port())) as ports:
+        assert [port.name for port in ports[2:]] == ["nmea", "ais"]
+    with pytest.raises(UsageError, match="--ais-udp: 10.0.0.2 is beyond this machine"), opened("--ais-udp", "10.0.0.2:7"):
+        pass
+    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar"):
+        started(world(), radar="aft")
