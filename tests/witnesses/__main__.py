@@ -1,0 +1,156 @@
+"""Programs of others as witnesses of what a service sends: gpsdecode, and OpenCPN on a screen of its own.
+
+`python -m tests.witnesses FOLDER`, which `.ci/witnesses` calls. Ten ships move; gpsdecode decodes their AIS, which is compared
+with the truth; OpenCPN shows own ship and them on FOLDER/opencpn.png, to be looked at. What is absent is printed.
+"""
+
+import contextlib
+import json
+import math
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from radar_service.scene_file.load import load_scene
+from radar_service.simulator import Simulator
+
+KNOT = 1852.0 / 3600.0
+START, START_SECOND = "2026-12-31T23:59:30", 30
+NMEA, AIS = 10110, 10111
+LISTEN_S = 25.0  # below a minute, in which a second of UTC is unique
+DRAW_S = 70.0  # for the first names, which come within a minute
+PARTS = 600_000  # 1/10000 minutes in a degree
+SCREEN = ":79"
+CONNECTION = "1;0;127.0.0.1;{};0;;4800;1;0;0;;0;;0;0;0;0;1;;0;0;;"
+
+
+def ships() -> list[dict[str, Any]]:
+    """Ten ships around own ship; some turn, some have class B."""
+    places = [
+        (-1900, 2300),
+        (900, 1700),
+        (-700, 600),
+        (-1500, -2000),
+        (300, -900),
+        (1700, 600),
+        (2200, -1800),
+        (-2600, -300),
+    ]
+    return [
+        {
+            "name": f"ship {k}", "shape": "hull", "length_m": 40.0 + 20 * k, "beam_m": 8.0 + 2 * k, "height_m": 12.0,
+            "position_m": [*place, -4], "speed_kn": 3.0 + 3 * k, "course_deg": 36.0 * k, "mmsi": 235_000_200 + k,
+            **({"turn_rate_deg_s": 0.6} if k % 3 == 0 else {}),
+            "ais": {"ship_type": 30 + 5 * k, "class": ["A", "B-SO", "B-CS"][max(0, k - 5)] if k < 8 else "A"},
+        }
+        for k, place in enumerate([*places, (2600, 2500), (-300, -2700)])
+    ]  # fmt: skip
+
+
+SCENE: dict[str, Any] = {
+    "name": "ten ships", "origin": {"latitude_deg": 50.4, "longitude_deg": -1.3}, "radar": {"range_max_m": 6000},
+    "environment": {"current_kn": 2, "current_to_deg": 90}, "body": ships(),
+    "own_ship": {"speed_kn": 12, "course_deg": 30, "mmsi": 235_000_100, "ais": {"length_m": 60, "beam_m": 11}},
+}  # fmt: skip
+
+
+@contextlib.contextmanager
+def served(folder: Path) -> Iterator[None]:
+    """The service with both ports, once they are open."""
+    file = folder / "ten-ships.json"
+    file.write_text(json.dumps(SCENE))
+    command = [
+        sys.executable,
+        "-m",
+        "radar_service",
+        "serve",
+        str(file),
+        "--port",
+        "0",
+        "--fidelity",
+        "fast",
+        "--start-utc",
+        START,
+    ]
+    ports = ["--nmea-tcp", str(NMEA), "--ais-tcp", str(AIS)]
+    with subprocess.Popen([*command, *ports], stdout=subprocess.PIPE, text=True) as service:
+        try:
+            assert service.stdout is not None
+            print(service.stdout.readline().strip())
+            yield
+        finally:
+            service.terminate()
+
+
+def listened(folder: Path) -> bytes:
+    """The AIS of LISTEN_S seconds."""
+    text, until = b"", time.monotonic() + LISTEN_S
+    with served(folder), socket.create_connection(("127.0.0.1", AIS), timeout=10) as connection:
+        while time.monotonic() < until:
+            text += connection.recv(65536)
+    return text
+
+
+def judged(lines: bytes) -> str:
+    """What gpsdecode reads of AIS, against the truth. Raises AssertionError."""
+    output = subprocess.run(["gpsdecode", "-j"], input=lines, capture_output=True, check=True).stdout
+    simulator = Simulator(load_scene(SCENE), fidelity="fast")
+    reports = [json.loads(line) for line in output.splitlines() if b'"class":"AIS"' in line]
+    positions = [report for report in reports if report["type"] in (1, 18)]
+    for report in positions:
+        truth = simulator.truth(float((report["second"] - START_SECOND) % 60))
+        number = report["mmsi"] - 235_000_200
+        body = truth.own_ship if number < 0 else truth.bodies[number]
+        assert body.latitude_deg is not None and body.longitude_deg is not None
+        assert abs(round(report["lat"] * PARTS) - body.latitude_deg * PARTS) <= 0.5 + 1e-6, report
+        assert abs(round(report["lon"] * PARTS) - body.longitude_deg * PARTS) <= 0.5 + 1e-6, report
+        assert abs(report["speed"] - body.speed / KNOT) <= 0.05 + 1e-6, report
+        assert abs(math.remainder(report["course"] - math.degrees(body.course), 360)) <= 0.05 + 1e-6, report
+        assert abs(math.remainder(report["heading"] - math.degrees(body.heading), 360)) <= 0.5 + 1e-6, report
+    assert len({report["mmsi"] for report in positions}) >= 8
+    return f"{len(positions)} positions and {len(reports) - len(positions)} static reports agree with the truth"
+
+
+def drawn(folder: Path) -> str:
+    """OpenCPN's picture: it asks for consent at its first start, which a click gives."""
+    home = folder / "opencpn"
+    (home / ".opencpn").mkdir(parents=True, exist_ok=True)
+    sources = "|".join(CONNECTION.format(port) for port in (NMEA, AIS))
+    (home / ".opencpn" / "opencpn.conf").write_text(
+        "[Settings]\nOpenGL=0\n[Settings/GlobalState]\nVPLatLon=  50.4000,   -1.3000\nVPScale=0.05\n"
+        f"[Settings/NMEADataSource]\nDataConnections={sources}\n[Settings/AIS]\nbShowAISName=1\n"
+    )
+    own = {**os.environ, "HOME": str(home), "DISPLAY": SCREEN}
+    with contextlib.ExitStack() as on_end:
+        for command in (["Xvfb", SCREEN, "-screen", "0", "1280x900x24"], ["opencpn", "--no_opengl"]):
+            program = subprocess.Popen(command, env=own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            on_end.callback(program.wait)
+            on_end.callback(program.kill)
+            time.sleep(8.0)
+        subprocess.run("xdotool search --name Welcome windowraise", shell=True, env=own, check=False)
+        subprocess.run(["xdotool", "mousemove", "817", "628", "click", "1"], env=own, check=True)
+        on_end.enter_context(served(folder))  # after OpenCPN, which then gets the names, of the first minute, too
+        time.sleep(DRAW_S)
+        picture = folder / "opencpn.png"
+        subprocess.run(["import", "-window", "root", "-crop", "896x630+0+0", "+repage", str(picture)], env=own, check=True)
+    return f"look at {picture}: own ship to the north-east, and ten ships with their names"
+
+
+def main(folder: Path) -> None:
+    """Asks each witness that is here."""
+    folder.mkdir(parents=True, exist_ok=True)
+    needed = {"gpsdecode": ("gpsdecode",), "OpenCPN": ("opencpn", "Xvfb", "xdotool", "import")}
+    absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
+    judges: dict[str, Callable[[], str]] = {"gpsdecode": lambda: judged(listened(folder)), "OpenCPN": lambda: drawn(folder)}
+    for name, judge in judges.items():
+        print(f"{name}: {f'not asked, without {absent[name]}' if absent[name] else judge()}", flush=True)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
