@@ -80,7 +80,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(
         world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
-        ais_from_models(model, bodies),
+        ais_from_models(model, bodies), model.own_ship.gnss_offset_m,
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ class SceneOutline:
     radar_id: of the radar; radar_ids: of all radars of its file.
     has_sensors: whether the platform has gyro, log and position sensor.
     stream: of the water over ground, east and north [m/s].
-    ais: the transponders of the scene.
+    ais: the transponders of the scene; gnss_offset: as of Scene.
     """
 
     name: str
@@ -41,6 +41,7 @@ class SceneOutline:
     has_sensors: bool = True
     stream: Stream = NO_STREAM
     ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)
 
     def at_origin(self, origin: Origin) -> "SceneOutline":
         """Returns the outline with another origin of the radar's rotation."""
@@ -54,4 +55,5 @@ def outline_of(scene: "Scene") -> SceneOutline:
         scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
         scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.stream,
         scene.ais,
+        scene.gnss_offset,
     )  # fmt: skip

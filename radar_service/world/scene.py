@@ -56,6 +56,7 @@ class Scene:
     radar_id: of this radar, "0" where the file has a single one without an id.
     radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
     ais: its transponders, which change no spoke.
+    gnss_offset: of own ship's antenna of satellite navigation, starboard and forward of her position [m].
     revision: of the motions and presences that commands change; own_revision: of own ship's.
     """
 
@@ -69,6 +70,7 @@ class Scene:
     radar_id: str = FIRST_ID
     radars: tuple[Installation, ...] = ()
     ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)
     revision: Revision = field(default=STEADY, compare=False)
     own_revision: Revision = field(default=STEADY, compare=False)
 

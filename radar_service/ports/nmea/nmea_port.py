@@ -96,7 +96,7 @@ class NmeaPort(Port):
         if not isinstance(source, TellsShips):
             return []
         times, lines = [instant / TENTHS for instant, _ in due], list[bytes]()
-        for own, (_, is_second) in zip(own_reports(station, times), due, strict=True):
+        for own, (_, is_second) in zip(own_reports(station, times, station.epoch.info.scene.gnss_offset), due, strict=True):
             lines += fast_sentences(own) + (slow_sentences(own) if is_second else [])
         seconds = [time for time, (_, is_second) in zip(times, due, strict=True) if is_second]
         if self._tells_truth and seconds:

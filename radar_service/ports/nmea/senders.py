@@ -4,6 +4,7 @@ import contextlib
 import logging
 import socket
 from collections.abc import Sequence
+from ipaddress import IPv6Address, ip_address
 from typing import Protocol
 
 from radar_service.ports.nmea.addresses import Address
@@ -115,6 +116,9 @@ class TcpSender:
 
     def may_come(self, host: str) -> bool:
         """Whether the machine of that address may connect."""
+        address = ip_address(host.partition("%")[0])
+        mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None  # of a socket of both protocols
+        host = str(mapped or address)
         return self._allowed is None or is_loopback(host) or host in self._allowed
 
 

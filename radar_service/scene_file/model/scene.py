@@ -12,7 +12,7 @@ from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import AnyBody
 from radar_service.scene_file.model.environment import MAX_INTERFERERS, EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
-from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Section, Whole
+from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole
 from radar_service.scene_file.model.moving import MovingSection
 from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
 from radar_service.scene_file.model.radar import RadarModel
@@ -38,10 +38,13 @@ class OwnShipModel(MovingSection):
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="of own ship that is no body")
     ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(None, description="that AIS reports")
+    gnss_offset_m: tuple[Offset, Offset] = Field(
+        (0.0, 0.0), description="of the antenna whose position NMEA 0183 tells: starboard and forward of position_m"
+    )
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
-        if self.body is not None and (others := sorted(self.model_fields_set - {"body", "errors"})):
+        if self.body is not None and (others := sorted(self.model_fields_set - {"body", "errors", "gnss_offset_m"})):
             raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
         if self.ais is not None and self.mmsi is None:
             raise ValueError("ais: a transponder has a number; add mmsi")

@@ -143,6 +143,24 @@ def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
         close(vhw.heading_true, math.degrees(truth.heading), 0.01, 360.0)
 
 
+def test_the_position_is_that_of_an_antenna_that_turns_with_her() -> None:
+    """30 m abaft and 4 m to port of the middle, on a ship that turns; on a body that is own ship, too."""
+    offset = {"gnss_offset_m": [-4.0, -30.0]}
+    ship = {"name": "ship", "shape": "point", "rcs_dbsm": 0, **TURNING}
+    for simulator in (simulator_of(TURNING | offset), simulator_of({"body": "ship"} | offset, body=[ship])):
+        port, kept = started(simulator)
+        for time in (0.0, 8.0, 16.0):
+            port.tick("0", time)
+        messages = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
+        for time in (0.0, 7.0, 8.0, 16.0):
+            truth = simulator.truth(time).own_ship
+            sine, cosine = math.sin(truth.heading), math.cos(truth.heading)
+            antenna = np.array(truth.position[:2]) - 30.0 * np.array([sine, cosine]) - 4.0 * np.array([cosine, -sine])
+            latitude, longitude = geographic_from_map(antenna, (50.0, -1.0))
+            close(messages[time].latitude, latitude, 1e-5 / 60)
+            close(messages[time].longitude, longitude, 1e-5 / 60)
+
+
 def test_a_jump_by_a_command_is_followed_at_its_instant() -> None:
     simulator = simulator_of({"speed_kn": 5, "course_deg": 0, "steerable": {}})
     port, kept = started(simulator)
