@@ -71,6 +71,11 @@ class PortThread:
             self.faults += 1
         log_event("port failed", logging.ERROR, port=self.name, reason=reason)
 
+    def note_dropped(self, count: int) -> None:
+        """Counts what a call of the port could not pass on."""
+        with self._changed:
+            self.dropped += count
+
     def put(self, do: Do, key: Hashable = None) -> None:
         """Has something done; in place of what waits with the same key, where there is one."""
         with self._changed:

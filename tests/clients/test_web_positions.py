@@ -220,3 +220,15 @@ def test_frames_are_counted_and_timed(modules: Page) -> None:
       for (let k = 0; k < 600; k++) meter.frame(k / 60, k / 60 + 0.002);
       return [none, meter.rates(10).rate, meter.rates(10).work];"""
     assert run(modules, "meter", "FrameMeter", script) == [None, pytest.approx(60), pytest.approx(0.002)]
+
+
+def test_vectors_of_the_truth_are_over_ground_or_through_the_water(modules: Page) -> None:
+    """A buoy 1000 m north in a stream of 5 m/s to the east: through the water it goes west, by 300 m in a minute."""
+    script = """const view = new View({rim: {x: 300, y: 200, radius: 150}, range: 3000, up: 0, zoom: 1, centre: {x: 0, y: 0}});
+      const buoy = {name: 'b', visible: true, extent: 0, range: 1000, azimuth: 0, position: [0, 1000, 0], velocity: [0, 0, 0]};
+      const truth = {own_ship: {position: [0, 0, 0]}, bodies: [buoy]}, context = {measureText: () => ({width: 9})};
+      return import('./truth.js').then(({layTruth}) => [[0, 0], [5, 0]].map((drift) => {
+        const {marks} = layTruth(context, view, truth, [], drift);
+        return [marks[0].ahead, view.toScreen(Math.atan2(-300, 1000), Math.hypot(300, 1000))]; }));"""
+    (rest, _), (ahead, expected) = run(modules, "view", "View", script)
+    assert rest is None and ahead == pytest.approx(expected, abs=1e-9)  # rounding, pixels

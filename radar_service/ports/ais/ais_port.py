@@ -1,6 +1,5 @@
 """The port of AIS: what the transponders of a scene report, each at its own times, by TCP and UDP."""
 
-import contextlib
 import heapq
 import itertools
 from collections.abc import Sequence
@@ -14,10 +13,9 @@ from radar_service.numerics.random import generator, name_key
 from radar_service.numerics.types import Floats
 from radar_service.ports.ais.messages import Bits, Position, ais_sentences, position_of, static_of
 from radar_service.ports.ais.reporting import TENTHS, Reporting
-from radar_service.ports.nmea.nmea_port import Schedule, station_of
+from radar_service.ports.nmea.nmea_port import Schedule, SenderPort
 from radar_service.ports.nmea.own_ship import OwnShipReport, own_reports
 from radar_service.ports.nmea.senders import Sender
-from radar_service.ports.port import Port, Service
 from radar_service.records.truth import ShipStates
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
@@ -26,24 +24,18 @@ from radar_service.world.ais import Ais, AisShip
 from radar_service.world.geo import geographic_from_map
 
 
-class AisPort(Port):
+class AisPort(SenderPort):
     """AIVDM of the ships around the one that carries a radar, and her own AIVDO: of the first radar, or of `radar`.
 
     A state is that of a whole second of UTC; its sentence comes in a later slot of that second, or after the latency.
     """
 
-    name, period = "ais", 1.0 / TENTHS
+    name = "ais"
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
-        self.senders, self._radar = senders, radar
-        self._station: Station | None = None
+        super().__init__(senders, radar)
         self._last = -1  # tenth of a second for which was sent
         self._begin(Ais(), 0)
-
-    @override
-    async def start(self, service: Service) -> None:
-        """Raises UsageError where the service has no such radar."""
-        self._station = station_of(service, self._radar)
 
     @override
     def tick(self, radar: str, time: float) -> None:
@@ -61,13 +53,7 @@ class AisPort(Port):
             self._schedule.missed(due[0][0])
             return
         self._last = due[-1][0] if due else self._last
-        self._send(self._last)
-
-    @override
-    def close(self) -> None:
-        for sender in self.senders:
-            with contextlib.suppress(OSError):
-                sender.close()
+        self._send_until(self._last)
 
     def _begin(self, ais: Ais, seed: int) -> None:
         """Begins with the transponders of a scene."""
@@ -78,13 +64,12 @@ class AisPort(Port):
         self._numbers = itertools.count()
         self._sampled = -1
 
-    def _send(self, instant: int) -> None:
+    def _send_until(self, instant: int) -> None:
         """Sends what is due at a tenth of a second."""
         lines: list[bytes] = []
         while self._waiting and self._waiting[0][0] <= instant:
             lines += heapq.heappop(self._waiting)[2]
-        for sender in self.senders:
-            sender.send(lines)
+        self.send(lines)
 
     def _sample(self, station: Station, seconds: Sequence[int]) -> None:
         """Takes the states of whole seconds; of a second that stands, own ship's alone."""

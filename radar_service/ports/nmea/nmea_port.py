@@ -11,6 +11,7 @@ from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_
 from radar_service.ports.nmea.senders import Sender
 from radar_service.ports.nmea.targets import target_sentences
 from radar_service.ports.port import Port, Service
+from radar_service.ports.port_thread import PortThread
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
@@ -56,21 +57,48 @@ def station_of(service: Service, radar: str | None) -> Station:
     return service.stations[radar or known[0]]
 
 
-class NmeaPort(Port):
-    """Sentences of the ship that carries one radar: of the first one, or of `radar`."""
+class SenderPort(Port):
+    """A port that sends sentences about the ship that carries one radar: of the first one, or of `radar`."""
 
-    name, period = "nmea", 1.0 / TENTHS
+    period = 1.0 / TENTHS
 
-    def __init__(self, senders: Sequence[Sender], radar: str | None = None, tells_truth: bool = False) -> None:
-        """tells_truth: whether bodies in sight are sent as targets, too."""
-        self.senders, self._radar, self._tells_truth = senders, radar, tells_truth
-        self._schedule = Schedule()
+    def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
+        self.senders, self._radar = senders, radar
         self._station: Station | None = None
+        self._thread: PortThread | None = None
+        self._lost = 0  # sentences, of which the thread knows
 
     @override
     async def start(self, service: Service) -> None:
         """Raises UsageError where the service has no such radar."""
         self._station = station_of(service, self._radar)
+        self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
+
+    @override
+    def close(self) -> None:
+        for sender in self.senders:
+            with contextlib.suppress(OSError):
+                sender.close()
+
+    def send(self, lines: Sequence[bytes]) -> None:
+        """Sends sentences, and counts those that did not go out as dropped."""
+        for sender in self.senders:
+            sender.send(lines)
+        lost = sum(sender.lost for sender in self.senders)
+        if self._thread is not None and lost > self._lost:
+            self._thread.note_dropped(lost - self._lost)
+        self._lost = lost
+
+
+class NmeaPort(SenderPort):
+    """Sentences of own ship's sensors."""
+
+    name = "nmea"
+
+    def __init__(self, senders: Sequence[Sender], radar: str | None = None, tells_truth: bool = False) -> None:
+        """tells_truth: whether bodies in sight are sent as targets, too."""
+        super().__init__(senders, radar)
+        self._tells_truth, self._schedule = tells_truth, Schedule()
 
     @override
     def tick(self, radar: str, time: float) -> None:
@@ -82,14 +110,7 @@ class NmeaPort(Port):
         except SpokeSourceFault:  # its process is being replaced: the next tick makes up for it
             self._schedule.missed(due[0][0])
             return
-        for sender in self.senders:
-            sender.send(lines)
-
-    @override
-    def close(self) -> None:
-        for sender in self.senders:
-            with contextlib.suppress(OSError):
-                sender.close()
+        self.send(lines)
 
     def _sentences(self, station: Station, due: Sequence[tuple[int, bool]]) -> list[bytes]:
         source = station.epoch.spoke_source

@@ -113,7 +113,7 @@ class PortMetrics(Collector):
         """Yields each family of metrics with its present values."""
         faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
         yield _labelled(faults, [((thread.name,), thread.faults) for thread in self._threads])
-        text = "Spokes and other calls that a port was too slow for"
+        text = "Spokes, sentences and other calls that a port, or its network, was too slow for"
         dropped = CounterMetricFamily("radar_port_dropped", text, labels=["port"])
         yield _labelled(dropped, [((thread.name,), thread.dropped) for thread in self._threads])
 

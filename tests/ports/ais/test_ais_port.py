@@ -42,7 +42,7 @@ OWN = {"speed_kn": 15, "course_deg": 200, "mmsi": 200, "turn_rate_deg_s": -1.0, 
 def started(simulator: Any, **more: Any) -> tuple[AisPort, Kept]:
     kept = Kept()
     port = AisPort([kept], **more)
-    asyncio.run(port.start(cast(Service, SimpleNamespace(stations={"0": OneStation(simulator)}))))
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations={"0": OneStation(simulator)}, threads=()))))
     return port, kept
 
 

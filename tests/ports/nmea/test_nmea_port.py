@@ -66,7 +66,7 @@ class OneStation:
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
     kept = Kept()
     port = NmeaPort([kept], radar, tells_truth)
-    service = SimpleNamespace(stations={"0": OneStation(simulator)})
+    service = SimpleNamespace(stations={"0": OneStation(simulator)}, threads=())
     asyncio.run(port.start(cast(Service, service)))
     return port, kept
 
@@ -332,6 +332,29 @@ def test_scenes_open_no_ports() -> None:
     """A scene is a file, perhaps an upload: none of its keys names a port or an address."""
     text = json.dumps(json_schema())
     assert not re.search(r'"[a-z_]*(nmea|tcp|udp|socket)[a-z_]*":', text)
+
+
+def test_sentences_that_do_not_go_out_are_counted() -> None:
+    """As what the port has dropped, which the metrics have."""
+    kept, counts = Kept(), []
+
+    async def test(server: Any) -> None:
+        while not kept.lines:
+            await asyncio.sleep(0.01)
+        kept.lost = 7
+        while not (dropped := [thread.dropped for thread in host[0] if thread.name == "nmea"])[0]:
+            await asyncio.sleep(0.01)
+        counts.extend(dropped)
+        assert 'radar_port_dropped_total{port="nmea"} 7.0' in (await server.http.get("/metrics")).text
+
+    class Counting(NmeaPort):
+        async def start(self, service: Service) -> None:
+            host.append(service.threads)
+            await super().start(service)
+
+    host: list[Any] = []
+    play(Counting([kept]), test, PAUSED)
+    assert counts == [7]
 
 
 def test_hello_and_sentences_have_one_utc() -> None:
