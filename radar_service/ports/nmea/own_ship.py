@@ -128,8 +128,8 @@ def slow_sentences(own: OwnShipReport) -> list[bytes]:
 
 
 def as_reported(laws: SensorLaws | None, radar: Radar, states: ShipStates, k: int, earlier: ShipStates | None) -> Readings:
-    """Returns the readings (1,) of instant k with the errors of sensors. earlier: of the times that `delayed_times` gives for
-    the latencies of `latencies_of`."""
+    """Returns the readings (1,) of instant k with the errors of sensors. earlier: at the times that `times_needed`
+    gives."""
     true = readings_of(states).part(slice(k, k + 1))
     if laws is None:
         return true
