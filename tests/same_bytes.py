@@ -24,7 +24,7 @@ def _codes(function: Callable[..., Any], seen: set[CodeType]) -> Iterator[CodeTy
         yield code
         for name in code.co_names:
             other = function.__globals__.get(name)
-            if getattr(other, "__module__", "").startswith("tests."):
+            if (getattr(other, "__module__", "") or "").startswith("tests."):
                 yield from _codes(inspect.unwrap(other) if callable(other) else other, seen)
 
 

@@ -15,6 +15,7 @@ PORTS = (
     "radar_service.ports.recorder",
     "radar_service.ports.nmea",
     "radar_service.ports.ais",
+    "radar_service.ports.signalk",
 )
 REPLAY_PORTS = ("radar_service.ports.rest", "radar_service.ports.feed")
 

@@ -30,7 +30,7 @@ from radar_service.service.access import Access, is_loopback
 from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import GRACE, ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
-from radar_service.service.feed_request import View
+from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.radio.station import Station
 from radar_service.world.error_settings import ErrorSettings, FeedErrors
 
@@ -46,7 +46,7 @@ class FeedPort(Port):
 
     @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
-        return (feed_routes(service.stations, service.access, service.refused),)
+        return (feed_routes(service.stations, service.access, service.refused, self.name),)
 
 
 class ConnectionErrors:
@@ -84,8 +84,8 @@ class ConnectionErrors:
         return errors.feed if errors and errors.feed else NO_ERRORS
 
 
-def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callable[[str], None]) -> APIRouter:
-    """Returns one websocket route for each registered codec."""
+def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callable[[str], None], port: str) -> APIRouter:
+    """Returns one websocket route for each registered codec of a port."""
     router = APIRouter()
 
     def add(codec: Codec) -> None:
@@ -96,21 +96,23 @@ def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callab
             await serve(socket, codec, stations.get(radar), may_command, refused)
 
     for codec in CODECS.values():
-        add(codec)
+        if codec.port == port:
+            add(codec)
     return router
 
 
 async def serve(
-    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, refused: Callable[[str], None]
-) -> None:
+    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, refused: Callable[[str], None],
+    request: FeedRequest | None = None,
+) -> None:  # fmt: skip
     """Serves one client until it leaves, is disconnected, or the server stops.
 
     A refusal is a `bye` and a close code from 4400. may_command: whether the client may use `lossless`, which delays the
-    radar for everybody; refused: is called with the kind of a refusal.
+    radar for everybody; refused: is called with the kind of a refusal; request: by default that of the address.
     """
     await socket.accept()
     try:
-        station, client, since = _admit(socket, codec, station, may_command)
+        station, client, since = _admit(socket, codec, station, may_command, request)
         station.join(client, since)
     except _Refusal as error:
         refused(REFUSALS[error.code])
@@ -133,14 +135,14 @@ class _Refusal(Exception):
 
 
 def _admit(
-    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool
+    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, request: FeedRequest | None
 ) -> tuple[Station, ClientQueue, Since]:
     """Returns the station, a queue for the client, and where the client resumes. Raises _Refusal."""
     if station is None:
         raise _Refusal(NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
     is_local = socket.client is None or is_loopback(socket.client.host)
     try:
-        request = codec.request(socket.query_params, is_local)
+        request = request or codec.request(socket.query_params, is_local)
     except ValueError as error:
         raise _Refusal(BAD_REQUEST, str(error)) from None
     if request.truth and not station.allow_truth:

@@ -24,7 +24,7 @@ Refusal = tuple[int, str]
 
 
 class SecurityMiddleware:
-    """Refuses what is not allowed before anything is read, and adds the security headers to every answer.
+    """Refuses what is not allowed before anything is read, and adds the security headers that an answer has not itself.
 
     A browser sends the origin of its page; programs send none and pass. Requests that change nothing pass from any origin:
     this server never sends CORS headers, so a foreign page cannot read the answers.
@@ -100,7 +100,9 @@ def _limited(receive: Receive) -> Receive:
 def _adding_headers(send: Send) -> Send:
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
-            MutableHeaders(scope=message).update(SECURITY_HEADERS)
+            headers = MutableHeaders(scope=message)
+            for name, value in SECURITY_HEADERS.items():
+                headers.setdefault(name, value)
         await send(message)
 
     return send_with_headers

@@ -3,10 +3,10 @@
 The models of the controls are derived from `service.controls.CONTROLS`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from radar_service.scene_file.model.errors import (
     AntennaErrorsModel,
@@ -16,7 +16,7 @@ from radar_service.scene_file.model.errors import (
     PositionErrorsModel,
 )
 from radar_service.scene_file.model.fields import Flag, Number, Whole
-from radar_service.service.controls import CONTROLS, Control
+from radar_service.service.controls import CONTROLS, Control, ControlError
 
 
 def problem_lines(errors: Sequence[Any]) -> list[str]:
@@ -73,6 +73,14 @@ class ControlsChange(_ChangeFields):  # its fields are those of CONTROLS
     """Changes the given controls and no others. Controls of the display (see `control_definitions`) act on u8 only."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"gain": 60, "sea": 25}, {"range_m": 3000}]})
+
+
+def checked_change(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the values of some controls, checked as a PATCH of them. Raises ControlError."""
+    try:
+        return dict(ControlsChange.model_validate(values).model_dump(exclude_none=True))
+    except ValidationError as error:
+        raise ControlError("; ".join(problem_lines(error.errors()))) from None
 
 
 class ControlsState(_StateFields):  # its fields are those of CONTROLS

@@ -5,6 +5,7 @@ from typing import Protocol
 
 from radar_service.records.truth import Truth
 from radar_service.service.codecs.native.messages import NativeCodec
+from radar_service.service.codecs.signalk.codec import SignalKCodec
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 
@@ -13,12 +14,20 @@ class Codec(Protocol):
     """One protocol. Methods return one message as bytes, without I/O and without state, and may run in any thread.
 
     b"" stands for a message that the protocol does not have: it is not sent. To add a protocol, write one file with a
-    codec and add it to `CODECS` below; its feed then has the address `path`, and recorders can use it too.
+    codec and add it to `_CODECS` below; the port `port` serves it at `path`.
     """
 
     @property
     def name(self) -> str:
         """Name in the registry and in `View.codec`."""
+
+    @property
+    def port(self) -> str:
+        """Name of the port whose routes serve it."""
+
+    @property
+    def rising(self) -> bool:
+        """Whether it leaves out spokes whose numbers are not above the last one, as errors on purpose send them."""
 
     @property
     def path(self) -> str:
@@ -52,6 +61,6 @@ class Codec(Protocol):
         """Returns a message of `spokes` cut down to its last `count` spokes."""
 
 
-_CODECS: tuple[Codec, ...] = (NativeCodec(),)
+_CODECS: tuple[Codec, ...] = (NativeCodec(), SignalKCodec())
 
 CODECS: dict[str, Codec] = {codec.name: codec for codec in _CODECS}

@@ -116,6 +116,7 @@ class FeedEncoder:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timings: dict[str, tuple[int, float]] = {}
         self._answered: tuple[View, ...] = ()  # those whose sources the next spokes tell
+        self._last = -1  # the highest number that a spoke of this epoch has had since the start of the simulation
 
     @property
     def timings(self) -> Mapping[str, tuple[int, float]]:
@@ -142,12 +143,16 @@ class FeedEncoder:
         def hello(view: View, mode: Mode) -> bytes:
             return CODECS[view.codec].hello(self._radar_info(radar.epoch), view, mode)
 
+        self._last = -1
         period = radar.epoch.info.radar.spoke_period
         self._call(lambda: self._hub.open_epoch(radar.epoch.name, hello, period))
 
     def send(self, batch: SpokeBatch) -> None:
         """Encodes a batch for each view; returns when it is queued for every client, for lossless ones too."""
-        data = {view: self._encoded(batch, view) for view in self._hub.views if self._is_answered(view)}
+        rises = batch.block.first > self._last
+        self._last = max(self._last, batch.block.first + len(batch) - 1)
+        views = [view for view in self._hub.views if self._is_answered(view) and (rises or not CODECS[view.codec].rising)]
+        data = {view: self._encoded(batch, view) for view in views}
         self._on_loop(self._hub.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data)))
         self._truth.sent(batch.epoch, batch.block.index, batch.block.time)
 

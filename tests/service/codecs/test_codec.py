@@ -55,7 +55,7 @@ def test_a_trimmed_message_is_that_of_the_last_spokes(name: str) -> None:
 class NumbersCodec:
     """Sends the numbers of spokes as text, and has no hello, no truth, no gap and no bye."""
 
-    name, path = "numbers", "/numbers/{radar}"
+    name, port, path, rising = "numbers", "feed", "/numbers/{radar}", False
 
     def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:
         return FeedRequest(View("text", codec=self.name), truth=query.get("truth") == "1")

@@ -177,7 +177,7 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
 class NativeCodec:
     """Packs the messages of the native feed."""
 
-    name = "native"
+    name, port, rising = "native", "feed", False
     path = "/api/radars/{radar}/feed"
 
     def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:

@@ -1,0 +1,119 @@
+"""What a client of the Signal K stream has subscribed to, and when which path is due for it. No I/O.
+
+Of a path that changes again before it was sent the newest value is sent, so that a client that does not read costs no memory.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+SELF = "vessels.self"
+POLICIES = ("instant", "ideal", "fixed")
+MAX_SUBSCRIPTIONS = 100  # of one client
+MAX_PERIOD = 86_400.0  # s
+PERIOD = 1000.0  # ms, of `fixed` and `ideal`, as Signal K has it
+
+
+class SubscriptionError(ValueError):
+    """A subscription that cannot be. The text names the key, the value and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Subscription:
+    """Paths of a context with `*` for any part. period: the shortest time between two values of a path [s].
+
+    repeats: whether values are sent again that have not changed.
+    """
+
+    context: str
+    path: str
+    period: float = 0.0
+    repeats: bool = False
+
+    @classmethod
+    def of(cls, context: Any, row: Any) -> "Subscription":
+        """Returns the subscription of a row of a `subscribe` message. Raises SubscriptionError."""
+        if not isinstance(row, Mapping) or not isinstance(row.get("path"), str) or not isinstance(context, str):
+            raise SubscriptionError('subscribe: each row is an object with a text under "path"; send {"path": "radars.*"}')
+        policy = row.get("policy", "instant")
+        if policy not in POLICIES:
+            raise SubscriptionError(f"policy: {str(policy)[:20]!r} is not one of {', '.join(POLICIES)}; send one of them")
+        key = "minPeriod" if policy == "instant" else "period"
+        milliseconds = row.get(key, 0.0 if policy == "instant" else PERIOD)
+        if isinstance(milliseconds, bool) or not isinstance(milliseconds, int | float):
+            raise SubscriptionError(f"{key}: {str(milliseconds)[:20]!r} is not a number of milliseconds; send one")
+        if not 0.0 <= milliseconds <= 1000.0 * MAX_PERIOD:
+            raise SubscriptionError(
+                f"{key}: {milliseconds:g} ms is not from 0 to {1000.0 * MAX_PERIOD:g}; send one of these"
+            )
+        context = SELF if context == "self" else context
+        return cls(
+            context[:200], row["path"][:200], max(milliseconds / 1000.0, 0.01 * (policy == "fixed")), policy == "fixed"
+        )
+
+    def takes(self, context: str, path: str) -> bool:
+        """Returns whether a path of a context belongs to it."""
+        return _matches(self.context, context) and _matches(self.path, path)
+
+
+def _matches(pattern: str, text: str) -> bool:
+    return re.fullmatch(".*".join(map(re.escape, pattern.split("*"))), text, re.DOTALL) is not None
+
+
+Path = tuple[str, str]  # context, and path in it
+
+
+class Subscriber:
+    """The subscriptions of one client, and which paths are due for it. Times are those of one clock [s]."""
+
+    def __init__(self, *subscriptions: Subscription) -> None:
+        self._subscriptions = [*subscriptions]
+        self._due: dict[Path, float] = {}
+        self._sent: dict[Path, float] = {}
+
+    def subscribe(self, subscriptions: Sequence[Subscription], known: Sequence[Path], now: float) -> None:
+        """Adds subscriptions; what they take of the known paths is due. Raises SubscriptionError where they are too many."""
+        added = [each for each in subscriptions if each not in self._subscriptions]
+        if len(self._subscriptions) + len(added) > MAX_SUBSCRIPTIONS:
+            raise SubscriptionError(f"subscribe: a client has at most {MAX_SUBSCRIPTIONS} subscriptions; unsubscribe some")
+        self._subscriptions += added
+        for path in known:
+            if any(each.takes(*path) for each in subscriptions):
+                self._due[path] = now
+
+    def unsubscribe(self, context: str, path: str) -> None:
+        """Removes the subscriptions that a pattern takes."""
+        self._subscriptions = [
+            each
+            for each in self._subscriptions
+            if not (_matches(context, each.context) and (_matches(path, each.path) or path == each.path))
+        ]
+        self._due = {each: due for each, due in self._due.items() if self._subscription(each)}
+
+    def note(self, path: Path, now: float) -> None:
+        """Notes that the value of a path is another one now."""
+        subscription = self._subscription(path)
+        if subscription:
+            self._due.setdefault(path, max(now, self._sent.get(path, -MAX_PERIOD) + subscription.period))
+
+    def take(self, now: float) -> list[Path]:
+        """Returns the paths that are due, and counts them as sent."""
+        due = [path for path, time in self._due.items() if time <= now]
+        for path in due:
+            del self._due[path]
+            self._sent[path] = now
+            subscription = self._subscription(path)
+            if subscription and subscription.repeats:
+                self._due[path] = now + subscription.period
+        return due
+
+    @property
+    def next_due(self) -> float | None:
+        """When the next path is due; None: none is."""
+        return min(self._due.values(), default=None)
+
+    def _subscription(self, path: Path) -> Subscription | None:
+        """The subscription that sends a path, of several the one with the shortest period."""
+        taking = [each for each in self._subscriptions if each.takes(*path)]
+        return min(taking, key=lambda each: each.period, default=None)

@@ -1,0 +1,1 @@
+"""The spokes of the Signal K Radar API as a codec."""

@@ -1,0 +1,111 @@
+"""Spokes as the Signal K Radar API has them: video of 252 levels, range in whole metres, angles from the bow and from north.
+
+The API has no hello, no gap and no bye: a client sees the angles that it did not get. What it may know of a radar it reads once
+(`RadarShape`); spokes of another shape are not sent under that view.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.display.video import display_video
+from radar_service.numerics.types import Floats
+from radar_service.records.truth import Truth
+from radar_service.service.codecs.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes
+from radar_service.service.feed_request import FeedRequest, Mode, View
+from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.spoke_source import SpokeSourceInfo
+from radar_service.world.geo import geographic_from_map
+
+MAX_SAMPLES = 1024  # of a spoke: what the sets that clients know send
+LEVELS = 252  # of a sample, as Furuno's have; stronger ones, the last dB of the 63, are shown as the highest
+
+
+class RadarShape(NamedTuple):
+    """What clients read once of a radar. samples: of the longest spoke, a multiple of 4, as textures of clients need it."""
+
+    azimuths: int
+    samples: int
+    range_max: int  # m, rounded down
+
+    @classmethod
+    def of(cls, source: SpokeSourceInfo) -> "RadarShape":
+        """Returns the shape of a radar."""
+        samples = min(MAX_SAMPLES, 4 * -(-source.range.size // 4))
+        return cls(source.radar.azimuths, samples, int(source.radar.range_max))
+
+    @property
+    def encoding(self) -> str:
+        """Names the samples of this shape in a view."""
+        return f"u8 {self.azimuths} x {self.samples} to {self.range_max} m"
+
+    @property
+    def request(self) -> FeedRequest:
+        """What a client receives that has read this shape."""
+        return FeedRequest(View(self.encoding, MAX_SAMPLES, codec=SignalKCodec.name))
+
+
+class SignalKCodec:
+    """Writes the messages of a spoke websocket."""
+
+    name, port, rising = "signalk", "signalk", True
+    path = "/signalk/v2/api/vessels/self/radars/{radar}/spokes"
+
+    def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:
+        """Returns what every client gets, of whatever shape the radar is; the API has no parameters."""
+        return FeedRequest(View("u8", MAX_SAMPLES, codec=self.name))
+
+    def hello(self, radar: RadarInfo, view: View, mode: Mode) -> bytes:
+        """Returns no message."""
+        return b""
+
+    def spokes(self, batch: SpokeBatch, view: View) -> bytes:
+        """Returns the spokes of a batch; no message where they are of another shape than that of the view."""
+        if view.encoding not in ("u8", RadarShape.of(batch.epoch.info).encoding):
+            return b""
+        return b"".join(map(spoke_bytes, _spokes(batch, view)))
+
+    def truth(self, epoch: str, state: Truth) -> bytes:
+        """Returns no message."""
+        return b""
+
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        """Returns no message."""
+        return b""
+
+    def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
+        """Returns no message."""
+        return b""
+
+    def bye(self, epoch: str, reason: str) -> bytes:
+        """Returns no message."""
+        return b""
+
+    def trim(self, data: bytes, count: int) -> bytes:
+        """Returns a message cut down to its last `count` spokes."""
+        return last_spokes(data, count)
+
+
+def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
+    block, known, to = batch.block, batch.epoch.info, batch.epoch.layout(view.bins)
+    video = display_video(block.power, to, batch.video, known.noise_power, batch.before, batch.earlier)
+    rows = np.minimum(video, LEVELS - 1)
+    azimuths = known.radar.azimuths
+    lost = np.isnan(block.heading)  # the azimuth then counts from the bow
+    bearing = _in_spokes(block.azimuth, azimuths)
+    angle = np.where(lost, bearing, _in_spokes(block.azimuth - np.where(lost, 0.0, block.heading), azimuths))
+    origin = known.scene.origin
+    positions = None if origin is None else geographic_from_map(block.position, origin)
+    return [
+        SpokeFields(
+            int(angle[k]), None if lost[k] else int(bearing[k]), round(to.range), None,
+            None if positions is None else (float(positions[k, 0]), float(positions[k, 1])), rows[k].tobytes(),
+        )
+        for k in range(len(block))
+    ]  # fmt: skip
+
+
+def _in_spokes(angle: Floats, azimuths: int) -> Floats:
+    """Angles [rad] in spokes of a revolution, from 0 up."""
+    return np.mod(np.rint(angle * (azimuths / (2.0 * np.pi))), azimuths)

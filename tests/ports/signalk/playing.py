@@ -1,0 +1,62 @@
+"""A service with the Signal K port, driven in process."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+from radar_service.ports.app import create_app
+from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.ports.signalk.signalk_port import SignalKPort
+from radar_service.service.access import Access
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.world.scene import Scene
+from tests.ports.asgi import Server, Socket, running
+from tests.service.fake import FakeEngine, factory, scene
+
+BASE = "/signalk/v2/api/vessels/self/radars"
+PAUSED = Settings(pace=Pace("pause"))
+FLAT_OUT = Settings(pace=Pace("run", float("inf")))
+
+
+def play(
+    test: Callable[[Server], Awaitable[None]], *scenes: Scene, settings: Settings = PAUSED, access: Access | None = None,
+    gui: Path | None = None, wait_for: int = 0,
+) -> None:  # fmt: skip
+    """Runs a test against radars of these scenes, by default of the test scene."""
+
+    async def whole() -> None:
+        host = PortHost((RestPort(), FeedPort(), SignalKPort(gui)))
+        stations = [
+            Station(
+                str(number), FakeEngine(of), factory(), settings=settings, sinks=host.sinks(str(number)), wait_for=wait_for
+            )
+            for number, of in enumerate(scenes or (scene(),))
+        ]
+        async with running(create_app(stations, host, access=access)) as server:
+            server.stations = stations
+            await test(server)
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
+
+
+async def heard(socket: Socket) -> dict[str, Any]:
+    """The next message of a stream."""
+    message: dict[str, Any] = json.loads(await socket.text())
+    return message
+
+
+def values_of(delta: dict[str, Any]) -> dict[str, Any]:
+    """The values of a delta by their paths."""
+    return {row["path"]: row["value"] for update in delta["updates"] for row in update["values"]}
+
+
+async def until(socket: Socket, path: str) -> Any:
+    """The next value of a path."""
+    while path not in (values := values_of(await heard(socket))):
+        pass
+    return values[path]

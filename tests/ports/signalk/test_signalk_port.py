@@ -1,0 +1,42 @@
+"""The port: pages of others under /gui/ with a content policy of their own, and its options."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from radar_service.ports import signalk
+from radar_service.ports.signalk.signalk_port import POLICY
+from radar_service.service.access import Access
+from radar_service.terminal.arguments import UsageError
+from tests.ports.asgi import Server
+from tests.ports.signalk.playing import play
+
+
+def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    (folder / "proto").mkdir(parents=True)
+    (folder / "index.html").write_text("the page")
+    (folder / "proto" / "x.proto").write_text("a file")
+    (tmp_path / "secret").write_text("not of the page")
+
+    async def test(server: Server) -> None:
+        answer = await server.http.get("/gui/")
+        assert answer.text == "the page" and answer.headers["content-security-policy"] == POLICY
+        assert (await server.http.get("/gui")).headers["location"].endswith("/gui/")
+        assert (await server.http.get("/gui/proto/x.proto")).text == "a file"
+        assert (await server.http.get("/gui/nothing")).status_code == 404
+        assert (await server.http.get("/gui/..%2fsecret")).status_code == 404
+        own = await server.http.get("/api/radars", headers={"authorization": "Bearer " + "read" * 5})
+        assert own.headers["content-security-policy"] != POLICY  # no other answer has it
+
+    play(test, gui=folder, access=Access("command" * 5, "read" * 5))
+
+
+def test_the_port_is_opened_on_request_alone(tmp_path: Path) -> None:
+    assert signalk.opened(argparse.Namespace(signalk=False, gui=None)) is None
+    assert signalk.opened(argparse.Namespace(signalk=True, gui=tmp_path)) is not None
+    with pytest.raises(UsageError, match="--gui: a page of others reads Signal K"):
+        signalk.opened(argparse.Namespace(signalk=False, gui=tmp_path))
+    with pytest.raises(UsageError, match="is not a folder"):
+        signalk.opened(argparse.Namespace(signalk=True, gui=tmp_path / "nowhere"))

@@ -1,0 +1,110 @@
+"""Subscriptions of the Signal K stream: which paths they take, and when each is due. Times are given, none is measured."""
+
+from typing import Any
+
+import pytest
+
+from radar_service.ports.signalk.subscriptions import MAX_SUBSCRIPTIONS, SELF, Subscriber, Subscription, SubscriptionError
+
+GAIN, RAIN = (SELF, "radars.sim-0.controls.gain"), (SELF, "radars.sim-0.controls.rain")
+OTHER = ("vessels.urn:mrn:imo:mmsi:211000001", "navigation.position")
+
+
+def of(path: str, **row: Any) -> Subscription:
+    return Subscription.of(SELF, {"path": path, **row})
+
+
+@pytest.mark.parametrize(
+    ("pattern", "taken"),
+    [
+        ("radars.*", True), ("radars.*.controls.*", True), ("radars.sim-0.controls.gain", True), ("*", True),
+        ("*gain", True), ("radars.sim-1.*", False), ("radars", False), ("radars.sim.0.controls.gain", False), ("", False),
+    ],
+)  # fmt: skip
+def test_paths_with_stars(pattern: str, taken: bool) -> None:
+    assert of(pattern).takes(*GAIN) is taken
+
+
+def test_contexts_with_stars() -> None:
+    assert Subscription.of("vessels.*", {"path": "*"}).takes(*OTHER) and Subscription.of("*", {"path": "*"}).takes(*GAIN)
+    assert not Subscription.of(SELF, {"path": "*"}).takes(*OTHER)
+
+
+def test_present_values_are_due_at_once_and_changes_as_they_happen() -> None:
+    client = Subscriber()
+    client.subscribe([of("radars.*")], [GAIN, RAIN, OTHER], now=10.0)
+    assert client.take(10.0) == [GAIN, RAIN] and client.next_due is None
+    client.note(RAIN, 10.001)
+    client.note(OTHER, 10.001)
+    assert client.take(10.001) == [RAIN] and client.take(10.001) == []
+
+
+def test_values_come_no_faster_than_their_period() -> None:
+    client = Subscriber(of("radars.*", policy="ideal", period=1000))
+    client.note(GAIN, 5.0)
+    assert client.take(5.0) == [GAIN]
+    client.note(GAIN, 5.2)
+    client.note(GAIN, 5.4)
+    assert client.next_due == 6.0 and client.take(5.99) == [] and client.take(6.0) == [GAIN] and client.next_due is None
+
+
+def test_an_instant_subscription_may_have_a_shortest_period() -> None:
+    client = Subscriber(of("radars.*", policy="instant", minPeriod=200))
+    client.note(GAIN, 5.0)
+    client.take(5.0)
+    client.note(GAIN, 5.1)
+    assert client.next_due == pytest.approx(5.2, abs=1e-12)
+
+
+def test_a_fixed_subscription_repeats_what_has_not_changed() -> None:
+    client = Subscriber()
+    client.subscribe([of("radars.*", policy="fixed", period=500)], [GAIN], now=1.0)
+    assert client.take(1.0) == [GAIN] and client.take(1.4) == [] and client.take(1.5) == [GAIN] and client.next_due == 2.0
+
+
+def test_of_several_subscriptions_the_quickest_counts() -> None:
+    client = Subscriber(of("radars.*", policy="ideal", period=9000), of("*gain"))
+    client.note(GAIN, 1.0)
+    client.take(1.0)
+    client.note(GAIN, 1.1)
+    assert client.next_due == 1.1
+
+
+def test_what_is_unsubscribed_is_due_no_more() -> None:
+    client = Subscriber()
+    client.subscribe([of("*gain"), of("*rain")], [GAIN, RAIN], now=1.0)
+    client.unsubscribe(SELF, "*gain")
+    assert client.take(1.0) == [RAIN]
+    client.unsubscribe("*", "*")
+    client.note(RAIN, 2.0)
+    assert client.next_due is None
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ({}, "path"), ("radars.*", "each row"), ({"path": 5}, "path"), ({"path": "*", "policy": "often"}, "policy: 'often'"),
+        ({"path": "*", "policy": "fixed", "period": "1"}, "period: '1' is not a number"),
+        ({"path": "*", "policy": "ideal", "period": -1}, "period: -1 ms"),
+        ({"path": "*", "minPeriod": 1e12}, "minPeriod: 1e.12 ms"), ({"path": "*", "minPeriod": True}, "minPeriod"),
+    ],
+)  # fmt: skip
+def test_rows_that_are_none_are_refused(row: Any, reason: str) -> None:
+    with pytest.raises(SubscriptionError, match=reason):
+        Subscription.of(SELF, row)
+
+
+def test_subscriptions_of_a_client_are_bounded() -> None:
+    client = Subscriber()
+    for number in range(MAX_SUBSCRIPTIONS):
+        client.subscribe([of(f"radars.{number}")], [], now=0.0)
+    client.subscribe([of("radars.0")], [GAIN], now=0.0)  # the same again is none
+    with pytest.raises(SubscriptionError, match="at most 100"):
+        client.subscribe([of("radars.x")], [], now=0.0)
+
+
+def test_a_fixed_period_of_nothing_does_not_spin() -> None:
+    client = Subscriber()
+    client.subscribe([of("*", policy="fixed", period=0)], [GAIN], now=0.0)
+    client.take(0.0)
+    assert client.next_due == pytest.approx(0.01, abs=1e-15)
