@@ -23,12 +23,17 @@ from radar_service.world.outline import NOT_STEERABLE
 NO_COMMANDS = CommandLog(NOT_STEERABLE)
 
 
+def whole_second() -> datetime:
+    """Returns the present second in UTC."""
+    return datetime.now(UTC).replace(microsecond=0)
+
+
 @dataclass(frozen=True)
 class Epoch:
     """A part of the feed in which sequence numbers count on and the range cells stay the same.
 
     source: of its spokes, another one after a failure; range: of the display [m], None for all cells.
-    commands: all that came so far; scene_request: of the scene, None where there was none.
+    commands: all that came so far; scene_request: of the scene, None where there was none; start_utc: UTC at simulated time 0.
     info: of the source. Another process gets an epoch without its source and the commands.
     """
 
@@ -37,6 +42,7 @@ class Epoch:
     range: float | None
     commands: CommandLog = field(default_factory=lambda: NO_COMMANDS, repr=False, compare=False)
     scene_request: SceneRequest | None = field(default=None, compare=False)
+    start_utc: datetime = field(default_factory=whole_second, compare=False)
     info: SpokeSourceInfo = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -77,16 +83,11 @@ class SpokeBatch:
         return len(self.block)
 
 
-def whole_second() -> datetime:
-    """Returns the present second in UTC."""
-    return datetime.now(UTC).replace(microsecond=0)
-
-
 @dataclass(frozen=True)
 class RadarInfo:
     """The description of the radar in the first message of an epoch.
 
-    simulated: time of the next spoke [s]; controls: their state, as REST gives it; start_utc: UTC at simulated time 0.
+    simulated: time of the next spoke [s]; controls: their state, as REST gives it.
     """
 
     identity: str
@@ -95,12 +96,11 @@ class RadarInfo:
     simulated: float
     controls: Mapping[str, Any]
     truth_allowed: bool
-    start_utc: datetime = field(default_factory=whole_second)
 
     @property
     def utc(self) -> datetime:
         """The time of the next spoke."""
-        return self.start_utc + timedelta(seconds=self.simulated)
+        return self.epoch.start_utc + timedelta(seconds=self.simulated)
 
     @classmethod
     def unnamed(cls, epoch: Epoch) -> "RadarInfo":

@@ -5,9 +5,9 @@ state.
 """
 
 import math
-from dataclasses import dataclass
 
 from radar_service.numerics.constants import KNOT
+from radar_service.ports.ais.transponders import Position
 from radar_service.ports.nmea.sentences import sentence
 from radar_service.world.ais import AisShip
 
@@ -20,23 +20,6 @@ PAYLOAD = 60  # characters in a sentence: it has 82
 UNDER_WAY, AT_ANCHOR = 0, 1
 GPS = 1  # kind of position sensor
 CHARACTERS = "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_ !\"#$%&'()*+,-./0123456789:;<=>?"
-
-
-@dataclass(frozen=True)
-class Position:
-    """A report of position.
-
-    second: of UTC, 0 to 59. latitude, longitude: [degrees], None: not known. course, heading: [rad]; heading None: not known.
-    speed: over ground [m/s]. turn_rate: to starboard [rad/s].
-    """
-
-    second: int
-    latitude: float | None
-    longitude: float | None
-    course: float | None
-    speed: float
-    heading: float | None
-    turn_rate: float
 
 
 class Bits:

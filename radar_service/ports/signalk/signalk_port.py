@@ -11,15 +11,20 @@ from fastapi.responses import RedirectResponse
 from starlette.staticfiles import StaticFiles
 from typing_extensions import override
 
+from radar_service.ports.ais.transponders import Transponders
+from radar_service.ports.nmea.nmea_port import station_of
+from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
 from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.stream import Streams
 from radar_service.ports.signalk.subscriptions import Path as ValuePath
-from radar_service.ports.signalk.values import OwnShipSink
+from radar_service.ports.signalk.values import own_ship_values, vessel_values
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.state_changes import StateChange
-from radar_service.service.spokes import SpokeSink
+from radar_service.service.radio.station import Station
+from radar_service.spoke_source import TellsShips
 
 # Pages of others generate code for protobuf, and style their elements; what they load comes from here all the same.
 POLICY = (
@@ -31,14 +36,15 @@ POLICY = (
 class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
-    name = "signalk"
+    name, period = "signalk", 0.1
 
     def __init__(self, gui: Path | None = None) -> None:
         """gui: folder of a page that is served under /gui/."""
         self._gui = gui
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: Streams | None = None
-        self._own_ship_of: str | None = None  # radar that tells of own ship: the first one
+        self._station: Station | None = None  # the first radar: it tells of own ship
+        self._transponders = Transponders()
 
     @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
@@ -48,15 +54,20 @@ class SignalKPort(Port):
         return [*routers, gui_routes(self._gui)] if self._gui else routers
 
     @override
-    def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        if self._own_ship_of not in (None, radar):
-            return ()
-        self._own_ship_of = radar
-        return (OwnShipSink(self._put),)
+    async def start(self, service: Service) -> None:
+        self._loop, self._station = asyncio.get_running_loop(), station_of(service, None)
 
     @override
-    async def start(self, service: Service) -> None:
-        self._loop = asyncio.get_running_loop()
+    def tick(self, radar: str, time: float) -> None:
+        station = self._station
+        if station is None or radar != station.identity or not isinstance(station.epoch.spoke_source, TellsShips):
+            return
+        with contextlib.suppress(SpokeSourceFault):  # its process is being replaced
+            (own,) = own_reports(station, [time])
+            values = own_ship_values(own)
+            for report in self._transponders.due(station, time):
+                values |= {} if report.is_own else vessel_values(report)
+            self._put(values)
 
     @override
     def changed(self, change: StateChange) -> None:

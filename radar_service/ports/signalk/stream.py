@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import timedelta
 from importlib import metadata
 from typing import Any
 
@@ -41,6 +41,12 @@ class Streams:
         self._service, self.radars = service, radars
         self.values = Values(self._note)
         self._clients: set[_Client] = set()
+
+    def timestamp(self) -> str:
+        """Returns the time of the world of the first radar, as text."""
+        station = next(iter(self._service.stations.values()))
+        utc = station.start_utc + timedelta(seconds=station.transmitter.simulated)
+        return utc.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
     def routes(self) -> APIRouter:
         """Returns the route."""
@@ -113,7 +119,7 @@ class _Client:
 
     async def _send(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; `_take` returns too
-            await self._socket.send_text(json.dumps(hello()))
+            await self._socket.send_text(json.dumps(hello(self._streams.timestamp())))
             while True:
                 await self._wait()
                 while not self._answers.empty():
@@ -139,7 +145,7 @@ class _Client:
 
     def _delta(self, context: str, due: list[Path]) -> dict[str, Any]:
         rows = [{"path": path[1], "value": self._streams.values[path]} for path in due]
-        update = {"$source": SOURCE, "timestamp": _timestamp(), "values": rows}
+        update = {"$source": SOURCE, "timestamp": self._streams.timestamp(), "values": rows}
         meta = [row for path in due if path not in self._described and (row := self._definition(path))]
         self._described.update(due)
         return {"context": context, "updates": [update | ({"meta": meta} if meta else {})]}
@@ -203,14 +209,10 @@ class _Client:
         await changed(station, parts[3], given)
 
 
-def hello() -> dict[str, Any]:
-    """Returns the first message of a stream."""
+def hello(timestamp: str) -> dict[str, Any]:
+    """Returns the first message of a stream. timestamp: of the world, as text."""
     version = metadata.version("radar-service")
-    return {"name": SOURCE, "version": version, "timestamp": _timestamp(), "self": SELF, "roles": ["master", "main"]}
-
-
-def _timestamp() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    return {"name": SOURCE, "version": version, "timestamp": timestamp, "self": SELF, "roles": ["master", "main"]}
 
 
 def _content(message: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -1,21 +1,17 @@
-"""The values of the Signal K stream by their paths: controls of radars, and own ship. Belongs to the event loop."""
+"""The values of the Signal K stream by their paths: controls of radars, own ship, and ships with AIS."""
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from radar_service.ports.ais.transponders import AisReport
+from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.signalk.radars import Radars, control_values
 from radar_service.ports.signalk.subscriptions import SELF, Path
-from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.station import Station
-from radar_service.service.spokes import RadarInfo, SpokeBatch
-from radar_service.world.geo import Origin, geographic_from_map
-
-OWN_SHIP_PERIOD = 0.1  # s of simulation between two states of own ship
 
 
 class Values:
-    """All that can be subscribed to. changed: is called with each path whose value is another one."""
+    """All that can be subscribed to. Belongs to the event loop. changed: is called with each path whose value is another one."""
 
     def __init__(self, changed: Callable[[Path], None]) -> None:
         self._changed = changed
@@ -60,39 +56,26 @@ def radar_values(identity: str, station: Station) -> dict[Path, Any]:
     return {control_path(identity, name): value for name, value in control_values(station).items()}
 
 
-def own_ship_values(block: SpokeBlock, origin: Origin | None) -> dict[Path, Any]:
-    """Returns own ship as she is reported with the last spoke of a block; what is not known is left out."""
-    heading, course, speed = (float(column[-1]) for column in (block.heading, block.course, block.speed))
-    values: dict[Path, Any] = {
-        (SELF, f"navigation.{name}"): value % (2.0 * math.pi) if name != "speedOverGround" else value
-        for name, value in (("headingTrue", heading), ("courseOverGroundTrue", course), ("speedOverGround", speed))
-        if math.isfinite(value)
-    }
-    if origin is not None:
-        latitude, longitude = map(float, geographic_from_map(block.position[-1], origin))
-        values[SELF, "navigation.position"] = {"latitude": latitude, "longitude": longitude}
+def own_ship_values(own: OwnShipReport) -> dict[Path, Any]:
+    """Returns own ship as her sensors report her; what is not known is left out."""
+    known = {"headingTrue": own.heading, "courseOverGroundTrue": own.course, "speedOverGround": own.speed}
+    position = None if own.position is None else dict(zip(("latitude", "longitude"), own.position, strict=True))
+    return _navigation(SELF, known | {"position": position})
+
+
+def vessel_values(report: AisReport) -> dict[Path, Any]:
+    """Returns what a transponder reports of another ship, by paths of a context of her own; what is not known is left out."""
+    context, at = f"vessels.urn:mrn:imo:mmsi:{report.ship.mmsi:09d}", report.position
+    values: dict[Path, Any] = {}
+    if report.static:
+        values[context, ""] = {"name": report.ship.name, "mmsi": f"{report.ship.mmsi:09d}"}
+    if at is not None:
+        known: dict[str, Any] = {"headingTrue": at.heading, "courseOverGroundTrue": at.course, "speedOverGround": at.speed}
+        if at.latitude is not None and at.longitude is not None:
+            known["position"] = {"latitude": at.latitude, "longitude": at.longitude}
+        values |= _navigation(context, known)
     return values
 
 
-class OwnShipSink:
-    """A sink that tells how own ship is reported, each OWN_SHIP_PERIOD of simulated time. tell: takes the values."""
-
-    def __init__(self, tell: Callable[[Mapping[Path, Any]], None]) -> None:
-        self._tell, self._last = tell, -math.inf
-
-    def open_epoch(self, radar: RadarInfo) -> None:
-        """Begins anew."""
-        self._last = -math.inf
-
-    def send(self, batch: SpokeBatch) -> None:
-        """Tells of the last spoke, where its time has come."""
-        time = float(batch.block.time[-1])
-        if time >= self._last + OWN_SHIP_PERIOD:
-            self._last = time
-            self._tell(own_ship_values(batch.block, batch.epoch.info.scene.origin))
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Tells nothing."""
-
-    def close(self, reason: str) -> None:
-        """Tells nothing."""
+def _navigation(context: str, known: Mapping[str, Any]) -> dict[Path, Any]:
+    return {(context, f"navigation.{name}"): value for name, value in known.items() if value is not None}

@@ -29,7 +29,7 @@ from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.radio.worker_supervisor import RESTARTS
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink, whole_second
+from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
 from radar_service.spoke_source import SpokeSourceInfo
 
 NOTHING = SourceRequest()
@@ -50,7 +50,6 @@ class Station:
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
     stopping: whether new clients are refused.
-    start_utc: UTC at simulated time 0.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them.
     """
@@ -64,9 +63,8 @@ class Station:
     ) -> None:  # fmt: skip
         """restarts: of failed spoke sources, see RestartLimiter; sinks: take the spokes too, beside the feed; group: that
         it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
-        recorded: what `sinks` need of the sources of cells; start_utc: as of RadarInfo, by default the present second."""
+        recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
-        self.start_utc = start_utc or whole_second()
         self.failed = failed
         self.stopping = False
         self.group = group or RadarGroup()
@@ -81,7 +79,7 @@ class Station:
             spoke_source, settings or Settings(), sinks, clock, make_spoke_source, restarts=restarts,
             command_worker=self.group.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
-            sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
+            sources=lambda: self.feed.requested() | recorded, describe=self.radar_info, start_utc=start_utc,
         )  # fmt: skip
         self.commands = self.transmitter.commands
         self.preparations = Preparations()
@@ -94,6 +92,11 @@ class Station:
     def epoch(self) -> Epoch:
         """The running one, with what is known of its source of spokes."""
         return self.transmitter.epoch
+
+    @property
+    def start_utc(self) -> datetime:
+        """UTC at simulated time 0."""
+        return self.epoch.start_utc
 
     @property
     def settings(self) -> Settings:
@@ -232,9 +235,7 @@ class Station:
     def radar_info(self, epoch: Epoch) -> RadarInfo:
         """Returns the description of this radar in an epoch."""
         controls = self.controls()
-        return RadarInfo(
-            self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth, self.start_utc
-        )
+        return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
 
     def _log_restart(self, reason: str) -> None:
         log_event("engine restarted", logging.WARNING, radar=self.identity, reason=reason)

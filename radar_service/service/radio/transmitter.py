@@ -15,6 +15,7 @@ When a change acts:
 
 import threading
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from functools import partial
 
 from radar_service.numerics.types import Singles
@@ -32,7 +33,7 @@ from radar_service.service.radio.transmitter_state import Event, State, Transmit
 from radar_service.service.radio.worker_supervisor import RESTARTS, RestartLimiter, WorkerSupervisor
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
+from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name, whole_second
 from radar_service.world.commands import Command
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the run control again
@@ -56,14 +57,16 @@ class Transmitter:
         make_spoke_source: MakeSpokeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
+        start_utc: datetime | None = None,
     ) -> None:  # fmt: skip
         """make_spoke_source: makes another spoke source by the scene request of a failed one, at most `restarts` times
         within RESTART_WINDOW.
 
         command_worker: of its group, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
         transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes;
-        describe: the radar in an epoch that opens.
+        describe: the radar in an epoch that opens; start_utc: at simulated time 0, by default the present second.
         """
+        self._start_utc = start_utc or whole_second()
         self._command_worker = command_worker or CommandWorker(GroupClock())
         self._group_clock = self._command_worker.clock
         self.pacer = Pacer(settings, clock, self._group_clock, held)
@@ -278,7 +281,8 @@ class Transmitter:
     def _epoch(self, name: str, range_max: float | None) -> Epoch:
         """An epoch of the running spoke source, with a display range [m]."""
         worker = self.supervisor.worker
-        return Epoch(name, worker.spoke_source, range_max, worker.commands, worker.spoke_source.scene_request)
+        scene_request = worker.spoke_source.scene_request
+        return Epoch(name, worker.spoke_source, range_max, worker.commands, scene_request, self._start_utc)
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0

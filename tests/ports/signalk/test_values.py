@@ -1,59 +1,48 @@
-"""Values of the stream: own ship from spokes, with what is not known left out, and radars that go."""
+"""Values of the stream: own ship and ships with AIS, with what is not known left out, and values that have not changed."""
 
-import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from datetime import UTC, datetime
 
-import numpy as np
-import pytest
-
-from radar_service.display.video import Controls
+from radar_service.ports.ais.transponders import AisReport, Position
+from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.signalk.subscriptions import SELF, Path
-from radar_service.ports.signalk.values import OwnShipSink, Values, own_ship_values
-from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.service.fake import FakeEngine, scene
+from radar_service.ports.signalk.values import Values, own_ship_values, vessel_values
+from radar_service.world.ais import AisShip
+
+OWN = OwnShipReport(datetime(2026, 1, 1, tzinfo=UTC), (54.0, 8.0), 0.5, 0.6, 7.0, 0.0, (7.0, 0.0), (7.0, 0.0))
+SHIP = AisShip("ferry", 21_100_0001, "A", "FERRY", "DABC", 60, 0, "", (0.0, 0.0), 40.0, 40.0, 8.0, 8.0, 5.0)
+CONTEXT = "vessels.urn:mrn:imo:mmsi:211000001"
 
 
-def test_own_ship_is_that_of_the_last_spoke() -> None:
-    block = replace(
-        FakeEngine(scene()).block(0, 3),
-        heading=np.array([0.0, 0.0, -0.5]), course=np.array([0.0, 0.0, 7.0]), speed=np.array([0.0, 0.0, 5.0]),
-    )  # fmt: skip
-    values = own_ship_values(block, None)
-    assert {path[1]: value for path, value in values.items()} == {
-        "navigation.headingTrue": pytest.approx(2 * math.pi - 0.5, rel=1e-15),
-        "navigation.courseOverGroundTrue": pytest.approx(7.0 - 2 * math.pi, rel=1e-14),
-        "navigation.speedOverGround": 5.0,
+def test_own_ship_as_she_is_reported() -> None:
+    assert own_ship_values(OWN) == {
+        (SELF, "navigation.headingTrue"): 0.5,
+        (SELF, "navigation.courseOverGroundTrue"): 0.6,
+        (SELF, "navigation.speedOverGround"): 7.0,
+        (SELF, "navigation.position"): {"latitude": 54.0, "longitude": 8.0},
     }
 
 
 def test_what_is_not_known_is_left_out() -> None:
-    lost = np.full(2, np.nan)
-    block = replace(FakeEngine(scene()).block(0, 2), heading=lost, course=lost)
-    assert {path[1] for path in own_ship_values(block, None)} == {"navigation.speedOverGround"}
+    lost = own_ship_values(replace(OWN, position=None, heading=None, course=None))
+    assert lost == {(SELF, "navigation.speedOverGround"): 7.0}
 
 
-def test_positions_are_on_the_earth() -> None:
-    """A nautical mile of 1852 m is a minute of latitude: on WGS 84 at 45 degrees one of 1852.2 m."""
-    block = replace(FakeEngine(scene()).block(0, 1), position=np.array([[0.0, 1852.0]]))
-    position = own_ship_values(block, (45.0, -10.0))[SELF, "navigation.position"]
-    assert position["latitude"] == pytest.approx(45.0 + 1 / 60, abs=0.5 / 60 / 1852) and position["longitude"] == -10.0
+def test_a_ship_with_ais_has_a_context_of_her_own() -> None:
+    at = Position(30, 54.1, 8.2, 1.0, 5.0, None, 0.0)
+    assert vessel_values(AisReport(SHIP, False, at)) == {
+        (CONTEXT, "navigation.courseOverGroundTrue"): 1.0,
+        (CONTEXT, "navigation.speedOverGround"): 5.0,
+        (CONTEXT, "navigation.position"): {"latitude": 54.1, "longitude": 8.2},
+    }
+    unknown = vessel_values(AisReport(replace(SHIP, mmsi=99), False, replace(at, latitude=None)))
+    assert {context for context, _ in unknown} == {"vessels.urn:mrn:imo:mmsi:000000099"}
+    assert not any(path.endswith("position") for _, path in unknown)
 
 
-def test_own_ship_is_told_ten_times_a_second() -> None:
-    told: list[Mapping[Path, Any]] = []
-    sink, engine = OwnShipSink(told.append), FakeEngine(scene())
-    epoch = Epoch("e", engine, None)
-    sink.open_epoch(RadarInfo.unnamed(epoch))
-    times = np.arange(0.0, 1.0, 0.03)
-    for number, time in enumerate(times):
-        block = replace(engine.block(number % 24, 1), time=np.array([time]))
-        sink.send(SpokeBatch(epoch, number, block, Controls()))
-    assert 8 <= len(told) <= 10  # spokes come each 0.03 s: each fourth one is 0.1 s after the last that was told
-    sink.open_epoch(RadarInfo.unnamed(epoch))  # another scene begins at time 0
-    sink.send(SpokeBatch(epoch, 0, engine.block(0, 1), Controls()))
-    assert len(told) in (9, 10, 11)
+def test_static_data_come_with_the_static_report() -> None:
+    assert vessel_values(AisReport(SHIP, False, None, (0,))) == {(CONTEXT, ""): {"name": "FERRY", "mmsi": "211000001"}}
+    assert vessel_values(AisReport(SHIP, False, None)) == {}
 
 
 def test_equal_values_are_told_once() -> None:

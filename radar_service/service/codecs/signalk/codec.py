@@ -5,6 +5,7 @@ The API has no hello, no gap and no bye: a client sees the angles that it did no
 """
 
 from collections.abc import Mapping
+from datetime import datetime
 from typing import NamedTuple
 
 import numpy as np
@@ -95,15 +96,22 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     lost = np.isnan(block.heading)  # the azimuth then counts from the bow
     bearing = _in_spokes(block.azimuth, azimuths)
     angle = np.where(lost, bearing, _in_spokes(block.azimuth - np.where(lost, 0.0, block.heading), azimuths))
+    times = _milliseconds(batch.epoch.start_utc, block.time)
     origin = known.scene.origin
     positions = None if origin is None else geographic_from_map(block.position, origin)
     return [
         SpokeFields(
-            int(angle[k]), None if lost[k] else int(bearing[k]), round(to.range), None,
+            int(angle[k]), None if lost[k] else int(bearing[k]), round(to.range), times[k],
             None if positions is None else (float(positions[k, 0]), float(positions[k, 1])), rows[k].tobytes(),
         )
         for k in range(len(block))
     ]  # fmt: skip
+
+
+def _milliseconds(start: datetime, times: Floats) -> list[int]:
+    """Simulated times [s] in milliseconds since 1970. start: UTC at simulated time 0."""
+    counts: list[int] = np.rint(1000.0 * (start.timestamp() + times)).astype(np.int64).tolist()
+    return counts
 
 
 def _in_spokes(angle: Floats, azimuths: int) -> Floats:

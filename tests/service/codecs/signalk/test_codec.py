@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -15,12 +16,13 @@ from tests.service.fake import AZIMUTHS, BINS, RADAR, STEP, FakeEngine, scene
 
 CODEC = SignalKCodec()
 VIEW = CODEC.request({}, True).view
+START = datetime(2026, 12, 31, 23, 59, 59, tzinfo=UTC)
 GAIN = Controls(gain=60.0, gain_auto=False)
 
 
 def batch(engine: FakeEngine, first: int, count: int, display_range: float | None = None, **changes: object) -> SpokeBatch:
     block = replace(engine.block(first, count), **changes)  # type: ignore[arg-type]
-    return SpokeBatch(Epoch("e", engine, display_range), first, block, GAIN)
+    return SpokeBatch(Epoch("e", engine, display_range, start_utc=START), first, block, GAIN)
 
 
 def test_each_bearing_and_each_angle_is_there_once_in_a_revolution() -> None:
@@ -76,6 +78,11 @@ def test_positions_are_those_of_own_ship_as_reported() -> None:
     assert spoke["lon"] == pytest.approx(10.5, abs=1e-9) and spoke.get("lat", 0.0) == pytest.approx(0.0, abs=1e-9)
     (spoke,) = spokes(CODEC.spokes(batch(FakeEngine(scene()), 0, 1), VIEW))
     assert "lat" not in spoke and "lon" not in spoke
+
+
+def test_times_are_those_of_utc_over_the_end_of_a_year() -> None:
+    sent = spokes(CODEC.spokes(batch(FakeEngine(scene()), 0, 2, time=np.array([0.2504, 1.5])), VIEW))
+    assert [each["time"] for each in sent] == [1_798_761_599_250, 1_798_761_600_500]  # 2027 begins at 1 798 761 600
 
 
 def test_the_shape_of_a_radar_is_what_clients_read_once() -> None:
