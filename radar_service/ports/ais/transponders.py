@@ -120,7 +120,8 @@ class Transponders:
         position = _position(station, ship, states, k, error) if moves and received[0] else None
         static = tuple(number for number in range(STATIC_MESSAGES) if is_static and received[moves + number])
         instant = second * TENTHS + reporting.slot + round(settings.latency * TENTHS)
-        self._put(instant, AisReport(ship, False, position, static))
+        if position or static:
+            self._put(instant, AisReport(ship, False, position, static))
 
     def _report_own(self, station: Station, ship: AisShip, seconds: Sequence[int]) -> None:
         """Has own ship's reports sent: her position each second, as her sensors report it."""
