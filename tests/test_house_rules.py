@@ -26,6 +26,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/numerics": "constants kaiser_bessel ragged types",
     "radar_service/plan": "items",
     "radar_service/plots": "picture",
+    "radar_service/ports/ais": "ais_port",
     "radar_service/processes": "stop_signals",
     "radar_service/recording": "error mcap_library",
     "radar_service/scene_file/model": "fields",
