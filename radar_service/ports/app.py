@@ -15,6 +15,7 @@ from radar_service.ports.http.requests import Requests, RequestsMiddleware
 from radar_service.ports.http.security import SecurityMiddleware
 from radar_service.ports.port import Service
 from radar_service.ports.port_host import PortHost
+from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
 from radar_service.ports.rest.answers import add_exception_handlers
 from radar_service.ports.rest.body_limits import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
@@ -91,4 +92,6 @@ def create_app(
     app.add_middleware(
         SecurityMiddleware, access=service.access, tickets=service.tickets, roles=roles, refused=service.refused
     )
+    if ports.refusals:
+        app.add_middleware(RefusalShapesMiddleware, shapes=ports.refusals)
     return app

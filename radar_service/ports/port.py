@@ -5,11 +5,13 @@ To add one, write a class like `Port` in a folder of its own below `radar_servic
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import ClassVar
 
 from fastapi import APIRouter
 
 from radar_service.ports.port_thread import PortThread
+from radar_service.ports.refusal_shapes import Shape
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.access import Access, Tickets
@@ -50,6 +52,7 @@ class Port:
     dropped and counted.
     period: of `tick` [s].
     sources: what its sinks need of the sources of cells.
+    refusals: the shapes of its refusals by the beginning of its paths; without one they are `{"detail": [...]}`.
 
     What a port is handed it shares with others: it copies what it changes.
     """
@@ -58,6 +61,7 @@ class Port:
     delays: ClassVar[bool] = False
     period: float | None = None
     sources: SourceRequest = SourceRequest()
+    refusals: Mapping[str, Shape] = MappingProxyType({})
 
     def routes(self, service: Service) -> Sequence[APIRouter]:
         """Returns its routes, each with its role (`ports.roles.needs`)."""

@@ -14,6 +14,7 @@ from fastapi import APIRouter
 
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread, QueuedSink
+from radar_service.ports.refusal_shapes import Shape
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.logs import log_event
 from radar_service.service.radio.state_changes import Kind, StateChange, StateWatch
@@ -84,6 +85,11 @@ class PortHost:
         for port in self._ports:
             result |= port.sources
         return result
+
+    @property
+    def refusals(self) -> dict[str, Shape]:
+        """The shapes of refusals by the beginning of paths."""
+        return {begin: shape for port in self._ports for begin, shape in port.refusals.items()}
 
     async def start(self, service: Service) -> None:
         """Starts the ports, before the radars. Raises what a port raises."""

@@ -4,6 +4,7 @@ Values are SI. Clients may send numbers as text, names of values in any case, an
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -79,7 +80,10 @@ def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]
         raise ControlError(
             f"{control.identity}: is read-only; PATCH /api/radars/ID/controls changes it where it can be changed"
         )
-    return checked_change(control.change(_as_object(control.identity, given)))
+    values = _as_object(control.identity, given)
+    if values.get("value") is None and "hasAuto" not in control.limits(scene):
+        return {}  # servers in between send `auto` alone
+    return checked_change(control.change(values))
 
 
 class UnknownControlError(KeyError):
@@ -111,6 +115,8 @@ def _number(identity: str, value: Any) -> float:
     try:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError
+        if isinstance(value, str) and not re.fullmatch(r"[-+]?[0-9]{1,9}([.][0-9]{0,9})?", value):
+            raise ValueError
         number = float(value)
         if not math.isfinite(number):
             raise ValueError
@@ -121,7 +127,7 @@ def _number(identity: str, value: Any) -> float:
 
 def _choice(identity: str, value: Any, names: Mapping[str, str]) -> int:
     """The number of a value that is given as number, text or name, among those named."""
-    text = str(int(value)) if isinstance(value, bool | float) and float(value).is_integer() else str(value).strip()
+    text = str(int(value)) if isinstance(value, bool | float) and float(value).is_integer() else str(value)
     for number, name in names.items():
         if text.lower() in (number, name.lower()):
             return int(number)
@@ -135,6 +141,8 @@ def _flag(identity: str, value: Any) -> bool:
 
 
 def _power(values: Values) -> dict[str, Any]:
+    if isinstance(values.get("value"), bool):
+        raise ControlError("power: true and false are no states; send 1 (Standby) or 2 (Transmit)")
     return {"transmit": _choice("power", values.get("value"), {n: POWERS[n] for n in ("1", "2")}) == 2}
 
 

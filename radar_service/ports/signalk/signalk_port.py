@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
@@ -16,6 +17,7 @@ from radar_service.ports.nmea.nmea_port import station_of
 from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
+from radar_service.ports.signalk.answers import refusal
 from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.stream import Streams
@@ -37,6 +39,7 @@ class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
     name, period = "signalk", 0.1
+    refusals = MappingProxyType({"/signalk": refusal})
 
     def __init__(self, gui: Path | None = None) -> None:
         """gui: folder of a page that is served under /gui/."""

@@ -39,7 +39,7 @@ class Streams:
 
     def __init__(self, service: Service, radars: Radars) -> None:
         self._service, self.radars = service, radars
-        self.values = Values(self._note)
+        self.values = Values(self._note, self.timestamp)
         self._clients: set[_Client] = set()
 
     def timestamp(self) -> str:
@@ -144,11 +144,17 @@ class _Client:
         return [self._delta(context, [path for path in due if path[0] == context]) for context in contexts]
 
     def _delta(self, context: str, due: list[Path]) -> dict[str, Any]:
-        rows = [{"path": path[1], "value": self._streams.values[path]} for path in due]
-        update = {"$source": SOURCE, "timestamp": self._streams.timestamp(), "values": rows}
+        values, rows = self._streams.values, dict[str, list[dict[str, Any]]]()
+        for path in due:
+            rows.setdefault(values.time(path), []).append({"path": path[1], "value": values[path]})
+        updates: list[dict[str, Any]] = [
+            {"$source": SOURCE, "timestamp": time, "values": rows[time]} for time in sorted(rows)
+        ]
         meta = [row for path in due if path not in self._described and (row := self._definition(path))]
         self._described.update(due)
-        return {"context": context, "updates": [update | ({"meta": meta} if meta else {})]}
+        if meta:
+            updates[0]["meta"] = meta
+        return {"context": context, "updates": updates}
 
     def _definition(self, path: Path) -> dict[str, Any] | None:
         """The definition of a control, by its path."""
@@ -192,6 +198,8 @@ class _Client:
         change = content.get("put", content)
         if isinstance(change, Mapping) and "path" in change:
             await self._change(change)
+        elif not {"subscribe", "unsubscribe", "desubscribe"} & content.keys():
+            raise SubscriptionError("message: it has nothing to do; send subscribe, unsubscribe, or path and value")
 
     async def _change(self, change: Mapping[str, Any]) -> None:
         """Changes a control: its path, and its value beside it or in an object."""

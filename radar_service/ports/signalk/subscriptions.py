@@ -36,7 +36,7 @@ class Subscription:
         """Returns the subscription of a row of a `subscribe` message. Raises SubscriptionError."""
         if not isinstance(row, Mapping) or not isinstance(row.get("path"), str) or not isinstance(context, str):
             raise SubscriptionError('subscribe: each row is an object with a text under "path"; send {"path": "radars.*"}')
-        policy = row.get("policy", "instant")
+        policy = row.get("policy", "ideal" if "period" in row else "instant")
         if policy not in POLICIES:
             raise SubscriptionError(f"policy: {str(policy)[:20]!r} is not one of {', '.join(POLICIES)}; send one of them")
         key = "minPeriod" if policy == "instant" else "period"
@@ -47,10 +47,12 @@ class Subscription:
             raise SubscriptionError(
                 f"{key}: {milliseconds:g} ms is not from 0 to {1000.0 * MAX_PERIOD:g}; send one of these"
             )
+        path = row["path"][:200]
+        if path.startswith("vessels."):  # of other ships: context and path in one
+            context, path = ".".join(path.split(".", 2)[:2]), ".".join(path.split(".", 2)[2:]) or "*"
         context = SELF if context == "self" else context
-        return cls(
-            context[:200], row["path"][:200], max(milliseconds / 1000.0, 0.01 * (policy == "fixed")), policy == "fixed"
-        )
+        period = max(milliseconds / 1000.0, 0.01 if policy == "fixed" else 0.0)
+        return cls(context[:200], path, period, policy == "fixed")
 
     def takes(self, context: str, path: str) -> bool:
         """Returns whether a path of a context belongs to it."""

@@ -11,11 +11,16 @@ from radar_service.service.radio.station import Station
 
 
 class Values:
-    """All that can be subscribed to. Belongs to the event loop. changed: is called with each path whose value is another one."""
+    """All that can be subscribed to, with the time of each value. Belongs to the event loop.
 
-    def __init__(self, changed: Callable[[Path], None]) -> None:
-        self._changed = changed
+    changed: is called with each path whose value is another one.
+    """
+
+    def __init__(self, changed: Callable[[Path], None], timestamp: Callable[[], str]) -> None:
+        """timestamp: returns the present time of the world, as text."""
+        self._changed, self._timestamp = changed, timestamp
         self._values: dict[Path, Any] = {}
+        self._times: dict[Path, str] = {}
 
     def __getitem__(self, path: Path) -> Any:
         """Returns the value of a path."""
@@ -30,9 +35,15 @@ class Values:
         """All paths, in the order in which they came."""
         return list(self._values)
 
+    def time(self, path: Path) -> str:
+        """Returns when the value of a path was taken."""
+        return self._times[path]
+
     def put(self, values: Mapping[Path, Any]) -> None:
         """Takes the values of some paths."""
+        timestamp = self._timestamp()
         for path, value in values.items():
+            self._times[path] = timestamp
             if path not in self._values or self._values[path] != value:
                 self._values[path] = value
                 self._changed(path)

@@ -75,6 +75,7 @@ def test_values_out() -> None:
         ("interferenceRejection", 1.0, {"interference_rejection": True}),
         ("scanAverageMode", 1, {"scan_correlation": True}),
         ("targetExpansion", 0.6, {"echo_stretch": 0.6}),
+        ("rain", {"auto": True}, {}),
     ],
 )
 def test_changes(control: str, given: Any, changed: dict[str, Any]) -> None:
@@ -87,6 +88,9 @@ def test_changes(control: str, given: Any, changed: dict[str, Any]) -> None:
     [
         ("power", 0, "power: '0' is not one of 1 .Standby., 2 .Transmit."),
         ("power", 3, "is not one of"),
+        ("power", True, "no states"),
+        ("gain", "1_0", "is not a number"),
+        ("gain", "٥", "is not a number"),
         ("power", {}, "neither"),
         ("power", None, "neither"),
         ("gain", 101, "gain: 101.0"),

@@ -111,6 +111,27 @@ def test_changes_need_the_token() -> None:
     play(test, access=Access(TOKEN, READING))
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "headers", "content", "status"),
+    [
+        ("PUT", f"{BASE}/sim-0/controls/gain", {}, b"3", 401),
+        ("PUT", f"{BASE}/sim-0/controls/gain", {"origin": "http://elsewhere"}, b"3", 403),
+        ("GET", BASE, {"host": "elsewhere.example"}, b"", 421),
+        ("PUT", f"{BASE}/sim-0/controls/gain", {"authorization": f"Bearer {TOKEN}"}, b" " * 70_000, 413),
+        ("DELETE", f"{BASE}/sim-0/controls/gain", {"authorization": f"Bearer {TOKEN}"}, b"", 405),
+    ],
+)  # fmt: skip
+def test_what_the_server_refuses_has_the_shape_too(
+    method: str, path: str, headers: dict[str, str], content: bytes, status: int
+) -> None:
+    async def test(server: Server) -> None:
+        assert_failed(await server.http.request(method, path, headers=headers, content=content), status)
+        other = await server.http.request("PUT", "/api/radars/0/scene", content=b"{}", headers={"host": "elsewhere.example"})
+        assert other.json().keys() == {"detail"}  # elsewhere nothing is written anew
+
+    play(test, access=Access(TOKEN, hosts=frozenset(["radar"])))
+
+
 def test_spokes_come_by_websocket() -> None:
     """All bearings of a revolution, in order; a message is of one revolution and of one range."""
 

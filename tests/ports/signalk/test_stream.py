@@ -135,7 +135,7 @@ def test_what_is_unsubscribed_comes_no_more() -> None:
         (f'{{"path": "{GAIN}", "value": 500}}', 400, "gain: 500"), (f'{{"path": "{GAIN}"}}', 400, "neither"),
         ('{"path": "radars.sim-0.controls.volume", "value": 5}', 404, "volume"),
         ('{"path": "radars.sim-0.targets.5", "value": 5}', 404, "path"), ('{"a": 1, "a": 2}', 400, "a"),
-        ("[" * 5000, 400, "JSON"),
+        ("[" * 5000, 400, "JSON"), ("{}", 400, "nothing"), ('{"put": [1]}', 400, "nothing"),
     ],
 )  # fmt: skip
 def test_rubbish_is_answered_and_the_stream_goes_on(message: str, status: int, word: str) -> None:

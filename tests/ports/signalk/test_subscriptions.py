@@ -48,6 +48,16 @@ def test_values_come_no_faster_than_their_period() -> None:
     assert client.next_due == 6.0 and client.take(5.99) == [] and client.take(6.0) == [GAIN] and client.next_due is None
 
 
+def test_a_period_alone_is_the_shortest_one() -> None:
+    """As the plotter OpenCPN subscribes."""
+    assert of("radars.*", period=1000) == of("radars.*", policy="ideal", period=1000) != of("radars.*")
+
+
+@pytest.mark.parametrize("path", ["vessels.*", "vessels.urn:mrn:imo:mmsi:211000001.navigation.*"])
+def test_a_path_may_begin_with_its_context(path: str) -> None:
+    assert of(path).takes(*OTHER) and not of("vessels.self.navigation.*").takes(*OTHER)
+
+
 def test_an_instant_subscription_may_have_a_shortest_period() -> None:
     client = Subscriber(of("radars.*", policy="instant", minPeriod=200))
     client.note(GAIN, 5.0)

@@ -47,8 +47,10 @@ def test_static_data_come_with_the_static_report() -> None:
 
 def test_equal_values_are_told_once() -> None:
     changed: list[Path] = []
-    values = Values(changed.append)
+    times = iter(("first", "second", "third"))
+    values = Values(changed.append, lambda: next(times))
     path = (SELF, "navigation.headingTrue")
     for value in (1.0, 1.0, 2.0):
         values.put({path: value})
     assert changed == [path, path] and values[path] == 2.0 and path in values and values.paths == [path]
+    assert values.time(path) == "third"

@@ -14,6 +14,7 @@ from radar_service import wire
 from radar_service.display.video import Controls
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.truth import Truth
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.feed_encoder import MAX_WAITING, TRUTHS_PER_SCAN, FeedEncoder, FeedTruth
 from radar_service.service.fanout.hub import EncodedBatch, Hub
@@ -57,6 +58,23 @@ def encoder(hub: Hub) -> FeedEncoder:
         lambda epoch: RadarInfo("0", "radar", epoch, 2.5, controls, True),
         lambda: float(next(ticks)),
     )
+
+
+def test_a_protocol_whose_spokes_rise_leaves_out_those_that_come_late_or_again() -> None:
+    """Errors on purpose send them so. In a new epoch the numbers begin anew."""
+    rising = CODECS["signalk"].request({}, True).view
+    hub, engine = Clients(U8, rising), FakeEngine(scene())
+    feed = encoder(hub)
+
+    def calls() -> None:
+        for epoch in (EPOCH, Epoch("f", engine, None)):
+            feed.open_epoch(RadarInfo.unnamed(epoch))
+            for number, (first, count) in enumerate(((0, 2), (4, 1), (3, 1), (4, 1), (5, 2), (6, 1), (7, 1))):
+                feed.send(SpokeBatch(epoch, number, engine.block(first, count), Controls()))
+
+    transmit(feed, calls)
+    assert [U8 in batch.data for batch in hub.batches] == [True] * 14
+    assert [rising in batch.data for batch in hub.batches] == [True, True, False, False, True, False, True] * 2
 
 
 def transmit(feed: FeedEncoder, calls: Callable[[], None]) -> None:

@@ -95,7 +95,8 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     azimuths = known.radar.azimuths
     lost = np.isnan(block.heading)  # the azimuth then counts from the bow
     bearing = _in_spokes(block.azimuth, azimuths)
-    angle = np.where(lost, bearing, _in_spokes(block.azimuth - np.where(lost, 0.0, block.heading), azimuths))
+    # The heading is rounded as such: clients take it from the difference, and each angle comes once in a revolution.
+    angle = np.mod(bearing - _in_spokes(np.where(lost, 0.0, block.heading), azimuths), azimuths)
     times = _milliseconds(batch.epoch.start_utc, block.time)
     origin = known.scene.origin
     positions = None if origin is None else geographic_from_map(block.position, origin)

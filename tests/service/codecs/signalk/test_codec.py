@@ -37,6 +37,20 @@ def test_each_bearing_and_each_angle_is_there_once_in_a_revolution() -> None:
     assert [(each.get("angle", 0) + 2) % AZIMUTHS for each in sent] == bearings
 
 
+def test_each_angle_comes_once_at_a_heading_between_two_spokes() -> None:
+    """Heading 38.1 degrees is 2.54 of 24 spokes; rounded apart from the bearing, angles come twice or not at all."""
+    heading = np.full(AZIMUTHS, math.radians(38.1))
+    drawn = np.arange(AZIMUTHS) * (2.0 * math.pi / AZIMUTHS) + np.tile([0.0, 0.02], AZIMUTHS // 2)  # azimuths are not exact
+    engine = FakeEngine(scene())
+    angles = [
+        spokes(CODEC.spokes(batch(engine, k, 1, heading=heading[k : k + 1], azimuth=drawn[k : k + 1]), VIEW))[0].get(
+            "angle", 0
+        )
+        for k in range(AZIMUTHS)
+    ]
+    assert sorted(angles) == list(range(AZIMUTHS))
+
+
 def test_a_spoke_without_heading_has_the_angle_from_the_bow_and_no_bearing() -> None:
     lost = batch(FakeEngine(scene()), 3, 2, heading=np.array([np.nan, 0.0]))
     first, second = spokes(CODEC.spokes(lost, VIEW))
