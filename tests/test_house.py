@@ -50,7 +50,7 @@ BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upw
 }
 PARTS = {  # of rooms with several, upward; "" are the modules that are not named
     "service": ("", "codecs", "fanout", "radio"),
-    "ports": ("", "http", "feed", "recorder", "rest", "nmea", "ais", "signalk", "app", "running", "registry"),
+    "ports": ("", "http", "feed", "recorder", "rest", "nmea", "nmea_in", "ais", "signalk", "app", "running", "registry"),
     "scene_file": ("model", "readers", "checks", ""),
     "bench": ("scenario", "trackers", "scores", "", "detection", "ladder"),
 }

@@ -14,6 +14,7 @@ PORTS = (
     "radar_service.ports.feed",
     "radar_service.ports.recorder",
     "radar_service.ports.nmea",
+    "radar_service.ports.nmea_in",
     "radar_service.ports.ais",
     "radar_service.ports.signalk",
 )

@@ -64,6 +64,7 @@ COMMAND: dict[str, Any] = {
         "position_m": {"type": "array", "items": {"type": "number"}},
         "present": {"type": "boolean"},
         "at_once": {"type": "boolean"},
+        "by": {"type": "string", "description": "what sent it: rest, poses or nmea"},
     },
     "required": ["spoke", "time"],
 }

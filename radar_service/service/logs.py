@@ -157,8 +157,8 @@ class Refusals:
         self._clock = clock
         self._logged: dict[str, tuple[float, int]] = {}
 
-    def __call__(self, reason: str) -> None:
-        count = self.counts[reason] = self.counts.get(reason, 0) + 1
+    def __call__(self, reason: str, times: int = 1) -> None:
+        count = self.counts[reason] = self.counts.get(reason, 0) + times
         now, (last, before) = self._clock(), self._logged.get(reason, (-QUIET_SECONDS, 0))
         if now - last >= QUIET_SECONDS:
             self._logged[reason] = now, count

@@ -42,6 +42,7 @@ class Command:
     position_m: east, north, at once; the height stays.
     present: whether a body is there at all; own ship always is.
     at_once: the course jumps to course_deg, and turn_rate_deg_s goes on from there.
+    by: what sent it to a service, as "rest", "poses" or "nmea"; None in process. It changes nothing.
     """
 
     spoke: int
@@ -54,6 +55,7 @@ class Command:
     position_m: tuple[float, float] | None = None
     present: bool | None = None
     at_once: bool | None = None
+    by: str | None = None
 
     @property
     def values(self) -> dict[str, Any]:
@@ -66,8 +68,9 @@ class Command:
         return bool(self.values.keys() - {"present", "at_once"})
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as JSON has it: spoke, time, body, and the values that it gives."""
-        return {"spoke": self.spoke, "time": self.time, "body": self.body, **self.values}
+        """Plain data, as JSON has it: spoke, time, body, the values that it gives, and what sent it where that is known."""
+        by = {} if self.by is None else {"by": self.by}
+        return {"spoke": self.spoke, "time": self.time, "body": self.body, **self.values, **by}
 
     def after_change_of_rpm(self, radar: Radar) -> "Command":
         """Returns the same command as a radar has it that goes on at another rate; before that spokes keep their numbers."""
@@ -224,17 +227,17 @@ def _spoke_at(radar: Radar, time: float, spoke: int | None) -> int:
     return first
 
 
-KEYS = tuple(name for name in Command.__dataclass_fields__ if name not in ("spoke", "time", "body"))
+KEYS = tuple(name for name in Command.__dataclass_fields__ if name not in ("spoke", "time", "body", "by"))
 
 
 def command_from(data: Mapping[str, Any]) -> Command:
     """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
     values = dict(data)
-    spoke, time, body = (values.pop(key, None) for key in ("spoke", "time", "body"))
+    spoke, time, body, by = (values.pop(key, None) for key in ("spoke", "time", "body", "by"))
     unknown = [str(key) for key in values if key not in KEYS]
     if unknown:
         raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
-    return Command(spoke, time, body, **values)  # a spoke and a time of any kind are checked later
+    return Command(spoke, time, body, by=by, **values)  # a spoke and a time of any kind are checked later
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:

@@ -114,7 +114,9 @@ class Steering:
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
         checked = [
-            self.steerable.command(each.spoke, self.steerable.name_of(each.body), each.values, each.time)
+            replace(
+                self.steerable.command(each.spoke, self.steerable.name_of(each.body), each.values, each.time), by=each.by
+            )
             for each in commands
         ]
         with self._lock:

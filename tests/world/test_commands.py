@@ -95,6 +95,8 @@ def test_it_is_plain_data() -> None:
     command = Command(7, 0.5, "ferry", speed_kn=3.0, position_m=(1.0, 2.0))
     assert command.as_dict() == {"spoke": 7, "time": 0.5, "body": "ferry", "speed_kn": 3.0, "position_m": (1.0, 2.0)}
     assert Command(7, 0.5, None, course_deg=1.0).as_dict()["body"] is None
+    sent = Command(7, 0.5, None, course_deg=1.0, by="nmea")
+    assert sent.as_dict()["by"] == "nmea" and command_from(sent.as_dict()) == sent and sent.values == {"course_deg": 1.0}
 
 
 def test_a_time_stands_for_the_first_spoke_not_before_it() -> None:

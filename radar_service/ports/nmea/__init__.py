@@ -17,13 +17,13 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds the options of NMEA."""
     where, may = groups["where"], groups["who may"]
     add_senders(where, "nmea", "own ship's sensors as NMEA 0183")
-    where.add_argument("--nmea-of", metavar="RADAR", help="the radar whose ship they tell of (default the first)")
+    where.add_argument("--nmea-of", metavar="RADAR", help="the radar whose ship NMEA and AIS are about (default the first)")
     may.add_argument(
         "--nmea-truth", action="store_true", help="send bodies in sight as TTM and TLL named TRUTH, with --truth alone"
     )
     may.add_argument(
         "--nmea-allow", nargs="+", default=[], type=numeric, metavar="ADDRESS",
-        help="other machines that NMEA and AIS may go to, or that may connect",
+        help="other machines that NMEA and AIS may go to or come from, or that may connect",
     )  # fmt: skip
 
 

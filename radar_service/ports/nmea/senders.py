@@ -4,19 +4,16 @@ import contextlib
 import logging
 import socket
 from collections.abc import Sequence
-from ipaddress import IPv6Address, ip_address
 from typing import Protocol
 
 from radar_service.ports.nmea.addresses import Address
-from radar_service.service.access import is_loopback
+from radar_service.ports.nmea.listeners import TcpListener
 from radar_service.service.logs import log_event
 from radar_service.terminal.arguments import UsageError
 
-MAX_CLIENTS = 32  # of a TCP port
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
-BACKLOG = 16
 
 
 class Sender(Protocol):
@@ -55,31 +52,13 @@ class _Client:
         return count
 
 
-class TcpSender:
-    """A TCP server. allowed: who may connect from other machines; None: everybody."""
+class TcpSender(TcpListener):
+    """A TCP server that sends. lost: as of each sender."""
 
     def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
-        """option: with which messages begin. Raises UsageError where the port is taken, or the address is not this machine's."""
-        self.lost = self.refused = 0
-        self._allowed, self._clients = allowed, list[_Client]()
-        family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-        self._listener = socket.socket(family, socket.SOCK_STREAM)
-        try:
-            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self._listener.bind((where.host, where.port))
-            self._listener.listen(BACKLOG)
-        except OSError as error:
-            self._listener.close()
-            raise UsageError(
-                f"{option}: {where} cannot be opened ({error.strerror}); give another port or address"
-            ) from None
-        self._listener.setblocking(False)
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Where it listens."""
-        host, port, *_ = self._listener.getsockname()
-        return host, port
+        super().__init__(option, where, allowed)
+        self.lost = 0
+        self._clients = list[_Client]()
 
     @property
     def clients(self) -> int:
@@ -103,23 +82,9 @@ class TcpSender:
         self._listener.close()
 
     def _accept(self) -> None:
-        with contextlib.suppress(OSError):  # nobody waits; or he has gone again
-            for _ in range(BACKLOG):
-                connection, (host, *_) = self._listener.accept()
-                if len(self._clients) >= MAX_CLIENTS or not self.may_come(str(host)):
-                    self.refused += 1
-                    connection.close()
-                    continue
-                connection.setblocking(False)
-                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._clients.append(_Client(connection))
-
-    def may_come(self, host: str) -> bool:
-        """Whether the machine of that address may connect."""
-        address = ip_address(host.partition("%")[0])
-        mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None  # of a socket of both protocols
-        host = str(mapped or address)
-        return self._allowed is None or is_loopback(host) or host in self._allowed
+        for connection in self.accepted(len(self._clients)):
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._clients.append(_Client(connection))
 
 
 class UdpSender:

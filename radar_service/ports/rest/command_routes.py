@@ -51,7 +51,8 @@ class CommandChange(Body):
 
 
 class CommandState(BaseModel):
-    """A command as it is carried out. body: null for own ship; spoke: the first one that shows it; time: of that spoke [s]."""
+    """A command as it is carried out. body: null for own ship; spoke: the first one that shows it; time: of that spoke [s];
+    by: what sent it: rest, poses or nmea."""
 
     body: str | None
     spoke: int
@@ -63,6 +64,7 @@ class CommandState(BaseModel):
     position_m: tuple[float, float] | None = None
     present: bool | None = None
     at_once: bool | None = None
+    by: str | None = None
 
 
 class SteerableState(BaseModel):
@@ -120,5 +122,5 @@ def _state(station: Station, body: str | None) -> SteerableState:
 
 async def _commanded(station: Station, body: str | None, change: CommandChange) -> CommandState:
     values = change.model_dump(exclude_none=True)
-    command = await station.commands.command(body, lambda time: values)
+    command = await station.commands.command(body, lambda time: values, by="rest")
     return CommandState.model_validate(command.as_dict())

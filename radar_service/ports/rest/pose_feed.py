@@ -80,7 +80,7 @@ class _Conversation:
             if not self._budget.take(1):
                 raise TooManyCommandsError(f"at most {POSES_PER_SECOND:g} poses a second are taken; send fewer")
             pose = self._poses.read(_content(message), self._station.epoch.info.scene.steerable)
-            command = await self._station.commands.command(pose.body, pose.values_at, supersedes=True)
+            command = await self._station.commands.command(pose.body, pose.values_at, supersedes=True, by="poses")
         except (CommandError, NoRadarError, TooManyCommandsError) as error:
             return {"type": "refused", "detail": [str(error)]}
         return {"type": "pose", **command.as_dict()}

@@ -11,7 +11,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -44,6 +44,7 @@ class WaitingCommand:
     values: of the command, once it is known when it acts.
     supersedes: whether it stands for all that the body is ordered: an earlier one of the same kind is not carried out.
     answers: receive the command, or the reason why it is refused.
+    by: what sent it, as in `Command`.
     number: rises from command to command, whatever the radar.
     """
 
@@ -51,6 +52,7 @@ class WaitingCommand:
     values: Values
     supersedes: bool = False
     answers: list["Future[Command]"] = field(default_factory=list)
+    by: str | None = None
     number: int = field(default_factory=lambda: next(_NUMBERS))
 
     def begin(self) -> bool:
@@ -89,13 +91,13 @@ class CommandQueue:
     def __len__(self) -> int:
         return len(self._waiting)
 
-    async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
+    async def command(self, body: str | None, values: Values, supersedes: bool = False, by: str | None = None) -> Command:
         """Commands own ship (None) or a body, on all radars of the group, from the first spoke that is not sent yet; returns the
         command as this radar has it. For an event loop.
 
-        values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
+        values, supersedes, by: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
         """
-        waiting = self.put(body, values, supersedes)
+        waiting = self.put(body, values, supersedes, by)
         try:
             async with asyncio.timeout(COMMAND_TIMEOUT):
                 return await asyncio.wrap_future(waiting)
@@ -104,7 +106,7 @@ class CommandQueue:
                 f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
             ) from None
 
-    def put(self, body: str | None, values: Values, supersedes: bool = False) -> "Future[Command]":
+    def put(self, body: str | None, values: Values, supersedes: bool = False, by: str | None = None) -> "Future[Command]":
         """Adds a command; arguments as in `WaitingCommand`. Raises TooManyCommandsError and NoRadarError."""
         answer: Future[Command] = Future()
         with self._lock:
@@ -113,7 +115,7 @@ class CommandQueue:
             answers = self._superseded(body) if supersedes else []
             if len(self._waiting) >= MAX_WAITING:
                 raise TooManyCommandsError(f"{MAX_WAITING} commands wait already; send fewer a second")
-            self._waiting.append(WaitingCommand(body, values, supersedes, [*answers, answer]))
+            self._waiting.append(WaitingCommand(body, values, supersedes, [*answers, answer], by))
         self._notify()
         return answer
 
@@ -253,7 +255,7 @@ class CommandWorker:
         time = time_of_commands(list(steered.values()))
         waiting = [(each.number, each, radar) for radar in steered for each in radar.commands.take()]
         return [
-            (each, each.carry_out(time, partial(command_all, steered, radar, time)))
+            (each, each.carry_out(time, partial(command_all, steered, radar, time, each.by)))
             for _, each, radar in sorted(waiting, key=lambda item: item[0])
             if each.begin()
         ]
@@ -269,12 +271,13 @@ def command_all(
     radars: Mapping[CommandedRadar, Steered],
     addressed: CommandedRadar,
     time: float,
+    by: str | None,
     body: str | None,
     values: Mapping[str, Any],
 ) -> Command:
     """Commands all radars that have the body, at a time [s]; returns the command of the one that was addressed.
 
-    body: as that one names it. Raises CommandError, and then nothing changes.
+    by: as in `Command`; body: as that radar names it. Raises CommandError, and then nothing changes.
     """
     if not isinstance(radars[addressed].worker.spoke_source, Commanded):
         raise CommandError("this radar replays a recording; nothing is steered")
@@ -285,7 +288,7 @@ def command_all(
         name = steerable.name_of(body)
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
-    command = radars[addressed].worker.commands.command(None, body, values, time)
+    command = replace(radars[addressed].worker.commands.command(None, body, values, time), by=by)
     for radar, name in names.items():
         worker = radars[radar].worker
         worker.command(command if radar is addressed else worker.spoke_source.info.scene.steerable.seen(command, name))

@@ -11,7 +11,8 @@ import pytest
 
 from radar_service.ports.nmea import senders
 from radar_service.ports.nmea.addresses import Address
-from radar_service.ports.nmea.senders import MAX_CLIENTS, MAX_DATAGRAM, MAX_WAITING, TcpSender, UdpSender, datagrams
+from radar_service.ports.nmea.listeners import MAX_CLIENTS
+from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, TcpSender, UdpSender, datagrams
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"

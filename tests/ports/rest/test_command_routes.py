@@ -42,6 +42,7 @@ def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
             "time": pytest.approx(7 * 2.5 / AZIMUTHS),
             "course_deg": 90.0,
             "speed_kn": 5.0,
+            "by": "rest",
         }
         made = answer.json()
         assert answer.status_code == 200 and {key: value for key, value in made.items() if value is not None} == expected
@@ -196,7 +197,7 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
 
 def test_their_keys_are_those_of_a_command() -> None:
     assert set(CommandChange.model_fields) == set(KEYS)
-    assert set(CommandState.model_fields) == {"body", "spoke", "time", *KEYS}
+    assert set(CommandState.model_fields) == {"body", "spoke", "time", "by", *KEYS}
 
 
 def test_a_command_becomes_its_state() -> None:

@@ -1,0 +1,75 @@
+"""A TCP server that lets only some machines in; nothing here waits."""
+
+import contextlib
+import socket
+from collections.abc import Callable, Sequence
+from ipaddress import IPv6Address, ip_address
+
+from radar_service.ports.nmea.addresses import Address
+from radar_service.service.access import is_loopback
+from radar_service.terminal.arguments import UsageError
+
+MAX_CLIENTS = 32  # of a TCP port
+BACKLOG = 16
+
+
+def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callable[[socket.socket], None]) -> socket.socket:
+    """Returns a socket of this machine that does not wait.
+
+    option: with which messages begin; prepare: is called once the socket is bound.
+    Raises UsageError where the port is taken, or the address is not this machine's.
+    """
+    family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
+    result = socket.socket(family, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        result.bind((where.host, where.port))
+        prepare(result)
+    except OSError as error:
+        result.close()
+        raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
+    result.setblocking(False)
+    return result
+
+
+def may_come(host: str, allowed: Sequence[str] | None) -> bool:
+    """Whether the machine of that address is this one, or allowed. allowed: others; None: everybody."""
+    address = ip_address(host.partition("%")[0])
+    mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None  # of a socket of both protocols
+    host = str(mapped or address)
+    return allowed is None or is_loopback(host) or host in allowed
+
+
+class TcpListener:
+    """Takes connections. refused: how many it did not take."""
+
+    def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
+        """option: with which messages begin; allowed: who may connect from other machines; None: everybody. Raises UsageError."""
+        self.refused = 0
+        self._allowed = allowed
+        self._listener = bound(option, where, socket.SOCK_STREAM, lambda made: made.listen(BACKLOG))
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port, *_ = self._listener.getsockname()
+        return host, port
+
+    def may_come(self, host: str) -> bool:
+        """Whether the machine of that address may connect."""
+        return may_come(host, self._allowed)
+
+    def accepted(self, clients: int) -> list[socket.socket]:
+        """Returns the connections that have come. clients: how many there are; more than MAX_CLIENTS are refused."""
+        result: list[socket.socket] = []
+        with contextlib.suppress(OSError):  # nobody waits; or he has gone again
+            for _ in range(BACKLOG):
+                connection, (host, *_) = self._listener.accept()
+                if clients + len(result) >= MAX_CLIENTS or not self.may_come(str(host)):
+                    self.refused += 1
+                    connection.close()
+                    continue
+                connection.setblocking(False)
+                result.append(connection)
+        return result

@@ -1,0 +1,163 @@
+"""Sockets that take sentences: a TCP server, and UDP. None of them waits, and each keeps little of what comes."""
+
+import contextlib
+import socket
+import sys
+import time
+from collections.abc import Callable, Sequence
+from ipaddress import ip_address
+from typing import NamedTuple, Protocol
+
+from radar_service.ports.nmea.addresses import Address
+from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, bound, may_come
+from radar_service.ports.nmea_in.sentence_reader import Lines
+from radar_service.service.token_bucket import TokenBucket
+
+MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
+MAX_DATAGRAMS = 64  # at once
+RATE, AT_ONCE = 200.0, 100.0  # sentences of one sender a second: as poses
+Count = Callable[[str, int], None]
+
+
+class Received(NamedTuple):
+    """sender: a protocol and an address; lines: that it has sent."""
+
+    sender: str
+    lines: list[bytes]
+
+
+class Receiver(Protocol):
+    """Gives sentences. All but `close` belongs to one thread."""
+
+    @property
+    def sockets(self) -> Sequence[socket.socket]:
+        """What is readable when there is something to receive."""
+
+    def received(self, count: Count) -> list[Received]:
+        """Returns the lines that have come, without waiting. count: is told how many were left out, with a word."""
+
+    def close(self) -> None:
+        """Closes its sockets."""
+
+
+class _Talk:
+    """What one sender says, no more than is read."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._lines, self._budget = Lines(), TokenBucket(RATE, AT_ONCE, clock)
+
+    def heard(self, data: bytes, count: Count) -> list[bytes]:
+        """Returns the lines that end in these bytes."""
+        before, lines = self._lines.too_long, self._lines.of(data)
+        count("form", self._lines.too_long - before)
+        taken = next((n for n in range(len(lines)) if not self._budget.take(1)), len(lines))
+        count("flood", len(lines) - taken)
+        return lines[:taken]
+
+
+class TcpReceiver(TcpListener):
+    """A TCP server that reads."""
+
+    def __init__(
+        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(option, where, allowed)
+        self._clock = clock
+        self._clients: dict[socket.socket, tuple[str, _Talk]] = {}
+
+    @property
+    def sockets(self) -> Sequence[socket.socket]:
+        """The listener, and all connections."""
+        return [self._listener, *self._clients]
+
+    def received(self, count: Count) -> list[Received]:
+        """Takes those who connect, and returns what all have sent."""
+        before = self.refused
+        for connection in self.accepted(len(self._clients)):
+            host, port, *_ = connection.getpeername()
+            self._clients[connection] = f"tcp {host}:{port}", _Talk(self._clock)
+        count("connection", self.refused - before)
+        return [
+            Received(sender, talk.heard(data, count))
+            for connection, (sender, talk) in list(self._clients.items())
+            if (data := self._data(connection))
+        ]
+
+    def close(self) -> None:
+        """Closes all."""
+        for connection in self._clients:
+            connection.close()
+        self._listener.close()
+
+    def _data(self, connection: socket.socket) -> bytes:
+        """What a client has sent; one that has gone is left out from now on."""
+        with contextlib.suppress(BlockingIOError):
+            with contextlib.suppress(ConnectionError, TimeoutError):
+                if data := connection.recv(MAX_READ):
+                    return data
+            del self._clients[connection]
+            connection.close()
+        return b""
+
+
+class UdpReceiver:
+    """Datagrams of whole sentences, also of a multicast group."""
+
+    def __init__(
+        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Arguments as of TcpListener. Raises UsageError."""
+        self._allowed, self._clock = allowed, clock
+        self._talks: dict[str, _Talk] = {}
+        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda made: _join(made, where))
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port, *_ = self._socket.getsockname()
+        return host, port
+
+    @property
+    def sockets(self) -> Sequence[socket.socket]:
+        """The only one."""
+        return [self._socket]
+
+    def received(self, count: Count) -> list[Received]:
+        """Returns what has come, of each datagram by itself."""
+        result: list[Received] = []
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(MAX_DATAGRAMS):
+                data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
+                if may_come(host, self._allowed):
+                    sender = f"udp {host}:{port}"
+                    result.append(Received(sender, self._talk(sender).heard(data + b"\n", count)))
+                else:
+                    count("connection", 1)
+        return result
+
+    def close(self) -> None:
+        """Closes the socket."""
+        self._socket.close()
+
+    def _talk(self, sender: str) -> _Talk:
+        """That of one of the last MAX_CLIENTS senders."""
+        talk = self._talks.pop(sender) if sender in self._talks else _Talk(self._clock)
+        self._talks[sender] = talk
+        if len(self._talks) > MAX_CLIENTS:
+            del self._talks[next(iter(self._talks))]
+        return talk
+
+
+def _join(made: socket.socket, where: Address) -> None:
+    """Joins the group, where the address is one."""
+    with contextlib.suppress(ValueError):  # a name
+        group = ip_address(where.host)
+        if not group.is_multicast:
+            return
+        if group.version == 4:
+            interface = socket.inet_aton(where.interface or "0.0.0.0")
+            made.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + interface)
+        else:
+            index = socket.if_nametoindex(where.interface) if where.interface else 0
+            joined = group.packed + index.to_bytes(4, sys.byteorder)
+            made.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, joined)

@@ -1,0 +1,177 @@
+"""The port of NMEA in: sentences of another simulator become poses of own ship, one command at a time."""
+
+import asyncio
+import contextlib
+import logging
+import math
+import selectors
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from typing import Any
+
+from typing_extensions import override
+
+from radar_service.ports.nmea.nmea_port import station_of
+from radar_service.ports.nmea_in.helm import Helm, Order
+from radar_service.ports.nmea_in.receivers import Receiver
+from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
+from radar_service.ports.port import Port, Service
+from radar_service.ports.port_thread import PortThread, described
+from radar_service.service.logs import Refusals, log_event
+from radar_service.service.poses import CommandedPose
+from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
+from radar_service.service.radio.station import Station
+from radar_service.terminal.arguments import UsageError
+from radar_service.world.commands import Command, CommandError
+from radar_service.world.geo import map_from_geographic
+from radar_service.world.outline import SceneOutline
+
+LOOK = 0.1  # s between two looks at whether the port ends
+ANSWER = 0.01  # s between two looks at whether the last command was carried out
+POSES = 20.0  # a second at most: each costs a block that is computed anew, and a world takes a million
+BETWEEN = 0.005  # s between two readings: so a flood takes a few per cent of a core
+BY = "nmea"
+
+
+class NmeaSteering:
+    """Steers own ship of one radar. One thread calls it.
+
+    station: the radar; refused: counts what is not followed, as `nmea-` and a word.
+    """
+
+    def __init__(self, station: Station, refused: Refusals, clock: Callable[[], float] = time.monotonic) -> None:
+        """clock: of the arrival of sentences [s]."""
+        self._station, self._refused, self._clock = station, refused, clock
+        self._helm = Helm()
+        self._values: dict[str, Any] = {}  # of the next pose
+        self._at = 0.0  # its simulated time
+        self._answer: Future[Command] | None = None  # to the last one
+        self._next = -math.inf  # when the next pose may be sent
+        self._has_failed = False
+        self._unfit: SceneOutline | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether a pose waits for the answer to the one before."""
+        return bool(self._values)
+
+    def count(self, word: str, times: int = 1) -> None:
+        """Counts what was not followed."""
+        if times:
+            self._refused(f"nmea-{word}", times)
+
+    def hear(self, sender: str, lines: Sequence[bytes]) -> None:
+        """Takes lines of a sender, which arrive now."""
+        for line in lines:
+            holder = self._helm.holder
+            try:
+                order = self._helm.hear(sender, read(line), self._clock())
+            except SentenceIgnoredError as reason:
+                self.count(str(reason))
+                continue
+            if self._helm.holder != holder:
+                log_event("own ship steered", radar=self._station.identity, by=f"{BY} {sender}")
+            self._note(order)
+
+    def steer(self) -> None:
+        """Sends the pose that the sentences make, unless the one before was not answered yet, or has only just been sent."""
+        if self._answer is not None:
+            if not self._answer.done():
+                return
+            error, self._answer = self._answer.exception(), None
+            self._tell(error)
+        if self._values and self._clock() >= self._next:
+            pose, self._values = CommandedPose(None, self._at, self._values), {}
+            self._next = self._clock() + 1.0 / POSES
+            try:
+                self._answer = self._station.commands.put(None, pose.values_at, by=BY)
+            except (NoRadarError, TooManyCommandsError) as error:
+                self._tell(error)
+
+    def _note(self, order: Order) -> None:
+        """Adds an order to the next pose, which holds at the time when its position came."""
+        scene = self._station.epoch.info.scene
+        if unfitness(scene):
+            self.count("scene")
+            if self._unfit is not scene:
+                self._unfit = scene
+                log_event("sentences not followed", logging.WARNING, radar=self._station.identity, reason=unfitness(scene))
+            return
+        if order.position is not None and scene.origin is not None:
+            self._values["position_m"] = tuple(map_from_geographic(*order.position, scene.origin).tolist())
+        if order.position is not None or "position_m" not in self._values:
+            self._at = self._station.transmitter.simulated
+        self._values |= order.motion
+
+    def _tell(self, error: BaseException | None) -> None:
+        """Counts a pose that was refused, and logs the first one of several."""
+        if error is not None:
+            self.count("refused")
+        if error is not None and not self._has_failed:
+            log_event("own ship not steered", logging.WARNING, radar=self._station.identity, reason=str(error))
+        self._has_failed = error is not None
+
+
+def unfitness(scene: SceneOutline) -> str:
+    """Why sentences cannot steer own ship of a scene, with the remedy; empty where they can."""
+    try:
+        scene.steerable.limits_of(None)
+    except CommandError as error:
+        return str(error)
+    return "" if scene.origin else "the scene has no origin for positions; add an [origin] table with latitude and longitude"
+
+
+class SteeringPort(Port):
+    """Sockets whose sentences steer own ship: of the first radar, or of `radar`."""
+
+    name = "nmea-in"
+
+    def __init__(self, receivers: Sequence[Receiver], radar: str | None = None) -> None:
+        self._receivers, self._radar = receivers, radar
+        self._ends = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @override
+    async def start(self, service: Service) -> None:
+        """Raises UsageError where the service has no such radar, or sentences cannot steer her."""
+        station = station_of(service, self._radar)
+        if reason := unfitness(station.epoch.info.scene):
+            raise UsageError(f"--nmea-in: {reason}")
+        faults = next((thread for thread in service.threads if thread.name == self.name), None)
+        steering = NmeaSteering(station, service.refused)
+        self._thread = threading.Thread(target=self._run, args=(steering, faults), name="nmea in", daemon=True)
+        self._thread.start()
+
+    @override
+    async def stop(self) -> None:
+        self._ends.set()
+        if self._thread is not None:
+            await asyncio.to_thread(self._thread.join)
+
+    @override
+    def close(self) -> None:
+        for receiver in self._receivers:
+            with contextlib.suppress(OSError):
+                receiver.close()
+
+    def _run(self, steering: NmeaSteering, faults: PortThread | None) -> None:
+        while not self._ends.wait(BETWEEN):
+            try:
+                self._wait(ANSWER if steering.waits else LOOK)
+                for receiver in self._receivers:
+                    for sender, lines in receiver.received(steering.count):
+                        steering.hear(sender, lines)
+                steering.steer()
+            except Exception as error:  # of any kind: the next sentences may be followed
+                if faults is not None:
+                    faults.note_fault(described(error))
+
+    def _wait(self, seconds: float) -> None:
+        """Waits until something can be received, at most so long."""
+        with selectors.DefaultSelector() as selector:
+            for receiver in self._receivers:
+                for each in receiver.sockets:
+                    selector.register(each, selectors.EVENT_READ)
+            selector.select(seconds)

@@ -1,0 +1,402 @@
+"""Own ship steered by sentences: over sockets of this machine, in services that stand, so that truths can be compared."""
+
+import asyncio
+import contextlib
+import json
+import logging
+import math
+import random
+import re
+from collections import Counter
+from collections.abc import AsyncIterator, Awaitable, Callable
+from concurrent.futures import Future
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from radar_service.commands.command_line import parser
+from radar_service.numerics.constants import KNOT
+from radar_service.ports import registry
+from radar_service.ports.app import create_app
+from radar_service.ports.nmea.addresses import Address
+from radar_service.ports.nmea.nmea_port import NmeaPort
+from radar_service.ports.nmea.senders import TcpSender, UdpSender
+from radar_service.ports.nmea_in.receivers import RATE, TcpReceiver, UdpReceiver
+from radar_service.ports.nmea_in.steering_port import POSES, NmeaSteering, SteeringPort, unfitness
+from radar_service.ports.port import Port
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.service.logs import Refusals
+from radar_service.service.radio.station import Station
+from radar_service.service.scene_request import SceneRequest
+from radar_service.service.settings import Settings
+from radar_service.terminal.arguments import UsageError
+from radar_service.world.commands import Command, CommandError
+from radar_service.world.geo import map_from_geographic
+from tests.ports.asgi import Server, running
+from tests.ports.listening import PAUSED
+from tests.ports.nmea.test_senders import HERE, free_port
+from tests.ports.nmea_in.saying import hdt, line, rmc
+from tests.ports.nmea_in.test_receivers import Clock
+from tests.service.in_process import InProcess
+
+ORIGIN = {"latitude_deg": 50.0, "longitude_deg": -1.0}
+RADAR = {"azimuths": 8, "range_max_m": 500, "coarse_azimuths": True, "rpm": 60}
+OWN, TRUTH = "/api/radars/0/own-ship", "/api/radars/0/truth"
+HALF_MINUTE_DIGIT = 0.5e-5  # minutes
+HALF_DIGIT = 0.005  # of degrees and knots
+ROUNDING = 1e-7  # of minutes, degrees, knots and metres: decimal numbers, geodesics
+
+
+def scene(own: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"radar": RADAR, "own_ship": own, "origin": ORIGIN, **more}
+
+
+def station(input_: dict[str, Any], settings: Settings = PAUSED) -> Station:
+    def make(order: SceneRequest, progress: Any) -> InProcess:
+        return InProcess(order, "fast")
+
+    return Station("0", InProcess(SceneRequest(input_), "fast"), make, settings=settings, allow_truth=True)
+
+
+@contextlib.asynccontextmanager
+async def served(of: Station, *ports: Port) -> AsyncIterator[Server]:
+    try:
+        async with running(create_app([of], PortHost((RestPort(), *ports)))) as server:
+            yield server
+    finally:
+        for port in ports:
+            port.close()
+
+
+async def until(holds: Callable[[], Awaitable[bool]]) -> None:
+    async with asyncio.timeout(10):
+        while not await holds():
+            await asyncio.sleep(0.01)
+
+
+async def truth(server: Server, at: float | None = None) -> dict[str, Any]:
+    return dict((await server.http.get(TRUTH, params={} if at is None else {"t": at})).json()["own_ship"])
+
+
+def play(test: Callable[[Server, TcpReceiver], Awaitable[None]], own: dict[str, Any] | None = None) -> None:
+    """A radar that is paused, with a TCP port in."""
+
+    async def whole() -> None:
+        receiver = TcpReceiver("--nmea-in-tcp", Address(HERE, free_port()), [])
+        async with served(station(scene(own or {"steerable": {}})), SteeringPort([receiver])) as server:
+            await test(server, receiver)
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
+
+
+@contextlib.asynccontextmanager
+async def connected(receiver: TcpReceiver) -> AsyncIterator[asyncio.StreamWriter]:
+    _, writer = await asyncio.open_connection(*receiver.address)
+    try:
+        yield writer
+    finally:
+        await closed(writer)
+
+
+async def closed(writer: asyncio.StreamWriter) -> None:
+    writer.close()
+    with contextlib.suppress(ConnectionError):
+        await writer.wait_closed()
+
+
+def say(writer: asyncio.StreamWriter, *sentences: bytes) -> None:
+    writer.write(b"".join(each + b"\r\n" for each in sentences))
+
+
+async def latest(server: Server) -> dict[str, Any]:
+    return dict((await server.http.get(OWN)).json()["latest"] or {})
+
+
+TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [{"time_s": 0.5, "turn_rate_deg_s": 5.0}]}
+
+
+async def piped(start: tuple[str, int], end: tuple[str, int]) -> None:
+    """Hands on what one service serves to the one that listens, as `socat TCP:... TCP:...` does."""
+    (reader, there), (_, writer) = await asyncio.open_connection(*start), await asyncio.open_connection(*end)
+    try:
+        while data := await reader.read(4096):
+            writer.write(data)
+    finally:
+        await closed(there)
+        await closed(writer)
+
+
+@pytest.mark.parametrize("protocol", ["tcp", "udp"])
+def test_one_service_steers_another_one_and_the_truths_agree(protocol: str) -> None:
+    """Both stand at the same instants, through a turn; each number agrees to half of the last digit of its sentence."""
+
+    async def whole() -> None:
+        listening = Address(HERE, free_port())
+        receiver = (
+            TcpReceiver("--nmea-in-tcp", listening, []) if protocol == "tcp" else UdpReceiver("--nmea-in-udp", listening, [])
+        )
+        serving = Address(HERE, free_port())
+        sender = TcpSender("--nmea-tcp", serving, []) if protocol == "tcp" else UdpSender("--nmea-udp", listening)
+        leader, follower = station(scene(TURNING)), station(scene({"steerable": {}, "position_m": [5000, 5000]}))
+        async with served(leader, NmeaPort([sender])) as a, served(follower, SteeringPort([receiver])) as b:
+            pipe = asyncio.create_task(piped(serving[:2], listening[:2])) if protocol == "tcp" else None
+            for _ in range(2):
+                await a.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+                await until(lambda: agree(a, b))
+            assert (await latest(b))["by"] == "nmea"
+            if pipe is not None:
+                pipe.cancel()
+                await asyncio.gather(pipe, return_exceptions=True)
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
+
+
+async def agree(a: Server, b: Server) -> bool:
+    """Whether own ship of b, now, is that of a at the tenth of a second of which its sentences tell in a pause."""
+    simulated = (await a.http.get(TRUTH)).json()["time"]
+    one, other = await truth(a, math.floor(simulated * 10 + 1e-6) / 10), await truth(b)
+
+    def close(key: str, scale: float, half: float, turn: float = 0.0) -> bool:
+        difference = (one[key] - other[key]) * scale
+        return abs(math.remainder(difference, turn) if turn else difference) <= half + ROUNDING
+
+    return (
+        all(close(key, 60.0, HALF_MINUTE_DIGIT) for key in ("latitude_deg", "longitude_deg"))
+        and all(close(key, math.degrees(1.0), HALF_DIGIT, 360.0) for key in ("heading", "course"))
+        and close("speed", 1 / KNOT, HALF_DIGIT)
+    )
+
+
+def test_the_state_says_who_steers_and_the_last_one_wins() -> None:
+    async def test(server: Server, receiver: TcpReceiver) -> None:
+        async with connected(receiver) as writer:
+            say(writer, hdt(33), rmc("120000.00"))
+            await until(lambda: steered_by(server, "nmea"))
+            await server.http.patch(OWN, json={"course_deg": 200})
+            assert (await latest(server))["by"] == "rest"
+            socket_ = await server.open("/api/radars/0/poses")
+            await socket_.say(text='{"speed_kn": 1}')
+            assert json.loads(await socket_.text())["by"] == "poses" == (await latest(server))["by"]
+            say(writer, hdt(34))
+            await until(lambda: steered_by(server, "nmea"))
+            last = await latest(server)
+            assert (last["heading_deg"], last["course_deg"], last["speed_kn"]) == (34.0, 80.0, 6.0)
+            assert last["position_m"] is None  # the fix before the others steered does not come again
+
+    play(test)
+
+
+async def steered_by(server: Server, who: str) -> bool:
+    return (await latest(server)).get("by") == who
+
+
+def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rubbish, floods and silence of others do not keep the one who steers from steering."""
+    monkeypatch.setattr("radar_service.ports.nmea_in.helm.SILENCE", 1e9)  # however slow the machine is
+    counts: dict[str, float] = {}
+
+    async def test(server: Server, receiver: TcpReceiver) -> None:
+        async with connected(receiver) as steers, connected(receiver) as bad, connected(receiver):
+            say(steers, hdt(10))
+            await until(lambda: steered_by(server, "nmea"))
+            say(
+                bad,
+                hdt(99),
+                hdt(98)[:-2] + b"00",
+                line("XXHDT,12,T"),
+                line("GPGSV,1"),
+                line("HEHDT,,T"),
+                line("HEHDT,400,T"),
+            )
+            bad.write(random.Random(1).randbytes(2**20).replace(b"\n", b"") + b"\n")
+            await bad.drain()
+            bad.write(b"".join(hdt(n / 100) + b"\r\n" for n in range(10_000)))
+            await bad.drain()
+            say(steers, hdt(20))
+            await until(lambda: heads(server, 20.0))
+            await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 16}})
+            await until(lambda: is_at(server, 2.0))
+            await until(lambda: read_all(server))
+            assert (await latest(server))["heading_deg"] == 20.0
+
+    async def read_all(server: Server) -> bool:
+        text = (await server.http.get("/metrics")).text
+        found = re.findall(r'radar_refused_total\{reason="nmea-([a-z]+)"\} (\S+)', text)
+        counts.update((word, float(count)) for word, count in found)
+        return sum(counts.get(word, 0.0) for word in ("holder", "flood")) >= 10_001
+
+    play(test)
+    assert {word: counts[word] for word in ("checksum", "talker", "kind", "invalid", "value")} == dict.fromkeys(
+        ("checksum", "talker", "kind", "invalid", "value"), 1.0
+    )
+    assert counts["form"] == 1 and counts["flood"] >= 10_001 - 100 - 30 * RATE
+
+
+async def heads(server: Server, heading_deg: float) -> bool:
+    return (await latest(server)).get("heading_deg") == heading_deg
+
+
+async def is_at(server: Server, time: float) -> bool:
+    return bool((await server.http.get(TRUTH)).json()["time"] == time)
+
+
+class Queue:
+    """What takes commands: keeps them, with an answer that the test gives."""
+
+    def __init__(self) -> None:
+        self.put_: list[tuple[Any, Any, Future[Command]]] = []
+
+    def put(self, body: str | None, values: Any, supersedes: bool = False, by: str | None = None) -> "Future[Command]":
+        self.put_.append((values, by, Future()))
+        return self.put_[-1][2]
+
+
+class FakeStation:
+    """What steering takes of a station."""
+
+    identity = "0"
+
+    def __init__(self, input_: dict[str, Any]) -> None:
+        self.commands, self.transmitter = Queue(), SimpleNamespace(simulated=5.0)
+        self.show(input_)
+
+    def show(self, input_: dict[str, Any]) -> None:
+        self.epoch = SimpleNamespace(info=InProcess(SceneRequest(input_), "fast").info)
+
+
+def steering(input_: dict[str, Any] | None = None) -> tuple[NmeaSteering, FakeStation, Clock, Refusals]:
+    fake, clock, refused = FakeStation(input_ or scene({"steerable": {}})), Clock(), Refusals()
+    return NmeaSteering(cast(Station, fake), refused, clock), fake, clock, refused
+
+
+def test_the_time_of_arrival_counts() -> None:
+    """The pose holds when its position came, and goes on from there until a spoke shows it; sentences meanwhile are added."""
+    made, fake, clock, _ = steering()
+    made.hear("a", [rmc("120000.00", "5000.1000,N,00100.0000,W", 6.0, 90.0)])
+    made.steer()
+    ((first, by, answer),) = fake.commands.put_
+    east, north = map_from_geographic(50.0 + 0.1 / 60.0, -1.0, (50.0, -1.0)).tolist()
+    moved = first(5.5)["position_m"]
+    assert by == "nmea" and moved == pytest.approx((east + 6.0 * KNOT * 0.5, north), abs=ROUNDING)
+    fake.transmitter.simulated, clock.now = 6.0, 1.0
+    made.hear("a", [rmc("120001.00", "5000.2000,N,00100.0000,W", 6.0, 90.0)])
+    fake.transmitter.simulated = 6.2
+    made.hear("a", [hdt(45.0)])
+    made.steer()
+    assert len(fake.commands.put_) == 1 and made.waits  # the one before is not answered
+    answer.set_result(Command(0, 0.0, None))
+    made.steer()
+    second = fake.commands.put_[1][0](6.2)
+    assert second["heading_deg"] == 45.0
+    assert second["position_m"][0] == pytest.approx(
+        6.0 * KNOT * 0.2, abs=ROUNDING
+    )  # of 6.0 s, though the heading came later
+
+
+def test_poses_are_few_however_many_sentences_come() -> None:
+    made, fake, clock, _ = steering()
+    for n in range(100):
+        clock.now = n / 100
+        made.hear("a", [hdt(n)] * 5)
+        made.steer()
+        if not fake.commands.put_[-1][2].done():
+            fake.commands.put_[-1][2].set_result(Command(0, 0.0, None))
+    assert POSES - 3 <= len(fake.commands.put_) <= POSES + 1
+
+
+def test_a_pose_that_is_refused_is_counted_and_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    made, fake, clock, refused = steering()
+    with caplog.at_level(logging.WARNING, logger="radar_service"):
+        for n in range(3):
+            clock.now = float(n)
+            made.hear("a", [hdt(n)])
+            made.steer()
+            fake.commands.put_[-1][2].set_exception(CommandError("speed_kn: 99 is not allowed"))
+        made.steer()
+    assert refused.counts["nmea-refused"] == 3 and [record.message for record in caplog.records] == ["own ship not steered"]
+
+
+UNFIT = {
+    "add steerable": scene({}), "add an \\[origin\\]": {"radar": RADAR, "own_ship": {"steerable": {}}},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", UNFIT)
+def test_a_scene_that_sentences_cannot_steer_ends_the_start(words: str) -> None:
+    async def start() -> None:
+        async with served(station(UNFIT[words]), SteeringPort([])):
+            raise AssertionError
+
+    with pytest.raises(UsageError, match=f"--nmea-in: .*{words}"):
+        asyncio.run(start())
+
+
+@pytest.mark.parametrize("words", UNFIT)
+def test_such_a_scene_that_comes_later_is_logged_once(words: str, caplog: pytest.LogCaptureFixture) -> None:
+    made, fake, _, refused = steering()
+    assert not unfitness(fake.epoch.info.scene)
+    fake.show(UNFIT[words])
+    with caplog.at_level(logging.WARNING, logger="radar_service"):
+        made.hear("a", [hdt(1.0), hdt(2.0)])
+        made.steer()
+    assert refused.counts == {"nmea-scene": 2} and not fake.commands.put_
+    assert [record.message for record in caplog.records] == ["sentences not followed"]
+    fake.show(scene({"steerable": {}}))
+    made.hear("a", [hdt(3.0)])
+    made.steer()
+    assert len(fake.commands.put_) == 1
+
+
+def options(*words: str) -> Any:
+    return parser().parse_args(["serve", *words])
+
+
+def test_options_open_the_port_with_its_sockets() -> None:
+    port = free_port()
+    with registry.opened(options("--nmea-in-tcp", str(port), "--nmea-in-udp", str(port))) as ports:
+        assert [each.name for each in ports] == ["rest", "feed", "nmea-in"]
+        for option in ("--nmea-in-tcp", "--nmea-in-udp"):
+            with (
+                pytest.raises(UsageError, match=f"{option}: .* cannot be opened"),
+                registry.opened(options(option, str(port))),
+            ):
+                pass
+    with registry.opened(options("--nmea-in-tcp", str(port))):  # both were closed
+        pass
+
+
+@pytest.mark.parametrize("option", ["--nmea-in-tcp", "--nmea-in-udp"])
+def test_beyond_this_machine_no_option_opens_it_alone(option: str) -> None:
+    where = f"0.0.0.0:{free_port()}"
+    with (
+        pytest.raises(UsageError, match="0.0.0.0 is beyond this machine.*--nmea-allow"),
+        registry.opened(options(option, where)),
+    ):
+        pass
+    for also in (["--nmea-allow", "10.0.0.2"], ["--insecure"]):
+        with registry.opened(options(option, where, *also)) as ports:
+            assert len(ports) == 3
+
+
+def test_a_fault_in_one_reading_does_not_end_the_port() -> None:
+    """It is counted as a fault of the port, and the next sentences steer."""
+    faults = Counter[str]()
+
+    class Failing(TcpReceiver):
+        def received(self, count: Any) -> Any:
+            faults["calls"] += 1
+            if faults["calls"] == 1:
+                raise ZeroDivisionError
+            return super().received(count)
+
+    async def whole() -> None:
+        receiver = Failing("--nmea-in-tcp", Address(HERE, free_port()), [])
+        async with served(station(scene({"steerable": {}})), SteeringPort([receiver])) as server:
+            async with connected(receiver) as writer:
+                say(writer, hdt(7))
+                await until(lambda: heads(server, 7.0))
+            assert 'radar_port_faults_total{port="nmea-in"} 1.0' in (await server.http.get("/metrics")).text
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
