@@ -48,7 +48,7 @@ class TcpListener:
         """option: with which messages begin; allowed: who may connect from other machines; None: everybody. Raises UsageError."""
         self.refused = 0
         self._allowed = allowed
-        self._listener = bound(option, where, socket.SOCK_STREAM, lambda made: made.listen(BACKLOG))
+        self._listener = bound(option, where, socket.SOCK_STREAM, lambda listener: listener.listen(BACKLOG))
 
     @property
     def address(self) -> tuple[str, int]:
@@ -73,3 +73,7 @@ class TcpListener:
                 connection.setblocking(False)
                 result.append(connection)
         return result
+
+    def close(self) -> None:
+        """Closes what listens."""
+        self._listener.close()

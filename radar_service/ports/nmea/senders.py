@@ -6,6 +6,8 @@ import socket
 from collections.abc import Sequence
 from typing import Protocol
 
+from typing_extensions import override
+
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import TcpListener
 from radar_service.service.logs import log_event
@@ -75,11 +77,12 @@ class TcpSender(TcpListener):
                 self._clients.remove(client)
                 client.connection.close()
 
+    @override
     def close(self) -> None:
         """Closes all."""
         for client in self._clients:
             client.connection.close()
-        self._listener.close()
+        super().close()
 
     def _accept(self) -> None:
         for connection in self.accepted(len(self._clients)):

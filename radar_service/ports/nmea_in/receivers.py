@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from ipaddress import ip_address
 from typing import NamedTuple, Protocol
 
+from typing_extensions import override
+
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, bound, may_come
 from radar_service.ports.nmea_in.sentence_reader import Lines
@@ -46,7 +48,7 @@ class _Talk:
     def __init__(self, clock: Callable[[], float]) -> None:
         self._lines, self._budget = Lines(), TokenBucket(RATE, AT_ONCE, clock)
 
-    def heard(self, data: bytes, count: Count) -> list[bytes]:
+    def lines_of(self, data: bytes, count: Count) -> list[bytes]:
         """Returns the lines that end in these bytes."""
         before, lines = self._lines.too_long, self._lines.of(data)
         count("form", self._lines.too_long - before)
@@ -78,16 +80,17 @@ class TcpReceiver(TcpListener):
             self._clients[connection] = f"tcp {host}:{port}", _Talk(self._clock)
         count("connection", self.refused - before)
         return [
-            Received(sender, talk.heard(data, count))
+            Received(sender, talk.lines_of(data, count))
             for connection, (sender, talk) in list(self._clients.items())
             if (data := self._data(connection))
         ]
 
+    @override
     def close(self) -> None:
         """Closes all."""
         for connection in self._clients:
             connection.close()
-        self._listener.close()
+        super().close()
 
     def _data(self, connection: socket.socket) -> bytes:
         """What a client has sent; one that has gone is left out from now on."""
@@ -109,7 +112,7 @@ class UdpReceiver:
         """Arguments as of TcpListener. Raises UsageError."""
         self._allowed, self._clock = allowed, clock
         self._talks: dict[str, _Talk] = {}
-        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda made: _join(made, where))
+        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: _join(joined, where))
 
     @property
     def address(self) -> tuple[str, int]:
@@ -122,6 +125,11 @@ class UdpReceiver:
         """The only one."""
         return [self._socket]
 
+    @property
+    def remembered(self) -> int:
+        """Of how many senders it knows what they have sent of late."""
+        return len(self._talks)
+
     def received(self, count: Count) -> list[Received]:
         """Returns what has come, of each datagram by itself."""
         result: list[Received] = []
@@ -130,7 +138,7 @@ class UdpReceiver:
                 data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
                 if may_come(host, self._allowed):
                     sender = f"udp {host}:{port}"
-                    result.append(Received(sender, self._talk(sender).heard(data + b"\n", count)))
+                    result.append(Received(sender, self._talk(sender).lines_of(data + b"\n", count)))
                 else:
                     count("connection", 1)
         return result
@@ -148,7 +156,7 @@ class UdpReceiver:
         return talk
 
 
-def _join(made: socket.socket, where: Address) -> None:
+def _join(receiving: socket.socket, where: Address) -> None:
     """Joins the group, where the address is one."""
     with contextlib.suppress(ValueError):  # a name
         group = ip_address(where.host)
@@ -156,8 +164,8 @@ def _join(made: socket.socket, where: Address) -> None:
             return
         if group.version == 4:
             interface = socket.inet_aton(where.interface or "0.0.0.0")
-            made.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + interface)
+            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + interface)
         else:
             index = socket.if_nametoindex(where.interface) if where.interface else 0
-            joined = group.packed + index.to_bytes(4, sys.byteorder)
-            made.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, joined)
+            request = group.packed + index.to_bytes(4, sys.byteorder)
+            receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)

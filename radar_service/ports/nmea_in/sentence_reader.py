@@ -143,21 +143,24 @@ def _degrees(text: str, side: str, sides: str, highest: float) -> float:
 
 
 class Lines:
-    """The lines of one stream. too_long: lines without an end within MAX_LINE bytes, which are left out."""
+    """The lines of one stream.
+
+    too_long: how many had no end within MAX_LINE bytes, and were left out; rest: the one that has no end yet.
+    """
 
     def __init__(self) -> None:
         self.too_long = 0
-        self._rest, self._skips = b"", False
+        self.rest, self._skips = b"", False
 
     def of(self, data: bytes) -> list[bytes]:
         """Returns the lines that end in the bytes which came next; of an unfinished one it keeps at most MAX_LINE bytes."""
-        *whole, self._rest = (self._rest + data).split(b"\n")
-        if whole and self._skips:
-            del whole[0]
+        *complete, self.rest = (self.rest + data).split(b"\n")
+        if complete and self._skips:
+            del complete[0]
             self._skips = False
-        if len(self._rest) > MAX_LINE and not self._skips:
+        if len(self.rest) > MAX_LINE and not self._skips:
             self.too_long += 1
             self._skips = True
         if self._skips:
-            self._rest = b""
-        return [line for each in whole if (line := each.rstrip(b"\r"))]
+            self.rest = b""
+        return [line for each in complete if (line := each.rstrip(b"\r"))]

@@ -27,8 +27,13 @@ class Counts(Counter[str]):
 
 
 @pytest.fixture
-def tcp() -> Iterator[TcpReceiver]:
-    with contextlib.closing(TcpReceiver("--nmea-in-tcp", Address(HERE, free_port()), [], Clock())) as made:
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def tcp(clock: Clock) -> Iterator[TcpReceiver]:
+    with contextlib.closing(TcpReceiver("--nmea-in-tcp", Address(HERE, free_port()), [], clock)) as made:
         yield made
 
 
@@ -60,14 +65,13 @@ def test_each_client_has_its_own_lines(tcp: TcpReceiver) -> None:
         tcp.received(Counts())
 
 
-def test_a_flood_is_cut_and_counted(tcp: TcpReceiver) -> None:
+def test_a_flood_is_cut_and_counted(tcp: TcpReceiver, clock: Clock) -> None:
     client, counts, got = dialled(tcp), Counts(), 0
     client.sendall(b"x\n" * 10_000)
     while got + counts["flood"] < 10_000:
         got += sum(len(each.lines) for each in tcp.received(counts))
     assert got == AT_ONCE  # the clock stands
-    assert isinstance(tcp._clock, Clock)
-    tcp._clock.now = 0.25
+    clock.now = 0.25
     client.sendall(b"x\n" * 1000)
     while got + counts["flood"] < 11_000:
         got += sum(len(each.lines) for each in tcp.received(counts))
@@ -133,7 +137,7 @@ def test_senders_of_datagrams_that_are_remembered_are_few() -> None:
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
                 sender.sendto(b"x", receiver.address)
                 lines(receiver, 1)
-        assert len(receiver._talks) == MAX_CLIENTS
+        assert receiver.remembered == MAX_CLIENTS
 
 
 def test_a_multicast_group_is_joined() -> None:

@@ -114,5 +114,5 @@ def test_lines_come_whole_however_they_are_cut() -> None:
 def test_ten_megabytes_without_an_end_keep_no_memory() -> None:
     lines = Lines()
     for _ in range(640):
-        assert lines.of(b"x" * 2**14) == [] and len(lines._rest) <= MAX_LINE
+        assert lines.of(b"x" * 2**14) == [] and len(lines.rest) <= MAX_LINE
     assert lines.too_long == 1 and lines.of(b"\nnext\n") == [b"next"]

@@ -1,0 +1,42 @@
+"""Who may connect, and how many."""
+
+import contextlib
+import socket
+
+import pytest
+
+from radar_service.ports.nmea.addresses import Address
+from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, bound, may_come
+from radar_service.terminal.arguments import UsageError
+from tests.ports.nmea.test_senders import HERE, free_port
+
+
+def test_another_machine_needs_a_permission() -> None:
+    for allowed, expected in (([], [False, False]), (["10.0.0.2"], [True, False]), (None, [True, True])):
+        assert [may_come(host, allowed) for host in ("10.0.0.2", "10.0.0.3")] == expected
+        assert all(may_come(host, allowed) for host in ("127.0.0.1", "::1", "::ffff:127.0.0.1"))
+    assert may_come("::ffff:10.0.0.2", ["10.0.0.2"]) and not may_come("fe80::1%eth0", ["10.0.0.2"])
+
+
+def test_connections_are_taken_as_far_as_there_is_room() -> None:
+    with contextlib.closing(socket.socket()) as one, contextlib.closing(socket.socket()) as other:
+        listener = TcpListener("--nmea-tcp", Address(HERE, free_port()), [])
+        assert listener.accepted(0) == []
+        for client in (one, other):
+            client.connect(listener.address)
+        taken: list[socket.socket] = []
+        while len(taken) + listener.refused < 2:
+            taken += listener.accepted(MAX_CLIENTS - 1 + len(taken))
+        assert len(taken) == listener.refused == 1
+        for each in (*taken, listener):
+            each.close()
+
+
+def test_what_fails_after_a_socket_is_bound_closes_it() -> None:
+    def prepare(opened: socket.socket) -> None:
+        raise OSError(19, "No such device")
+
+    where = Address(HERE, free_port())
+    with pytest.raises(UsageError, match="--x: .* cannot be opened \\(No such device\\)"):
+        bound("--x", where, socket.SOCK_STREAM, prepare)
+    bound("--x", where, socket.SOCK_STREAM, lambda opened: None).close()
