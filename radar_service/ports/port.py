@@ -71,6 +71,9 @@ class Port:
         """Returns its sinks for the spokes of the radar of that id."""
         return ()
 
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Is called when all radars are there, before `start`. Raises UsageError where the options do not suit them."""
+
     async def start(self, service: Service) -> None:
         """Begins, before the radars do. What it raises ends the service."""
 

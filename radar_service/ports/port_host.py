@@ -91,6 +91,11 @@ class PortHost:
         """The shapes of refusals by the beginning of paths."""
         return {begin: shape for port in self._ports for begin, shape in port.refusals.items()}
 
+    def check(self, stations: Sequence[Station]) -> None:
+        """Raises UsageError where the options of a port do not suit the radars."""
+        for port in self._ports:
+            port.check({station.identity: station for station in stations})
+
     async def start(self, service: Service) -> None:
         """Starts the ports, before the radars. Raises what a port raises."""
         for port in self._ports:

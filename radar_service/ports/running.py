@@ -29,7 +29,8 @@ def run(
     make: MakeSpokeSource, fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
 ) -> int:  # fmt: skip
     """Serves the radars of all scenes until stopped; returns the exit status. Raises OSError where it cannot listen,
-    UndeclaredRoleError for a route of a port, and SceneError where two radars have the same id.
+    UndeclaredRoleError for a route of a port, SceneError where two radars have the same id, and UsageError where the options of
+    a port do not suit the radars.
 
     options: of the command `serve`; scenes: waits for the radars of each scene, which prepare while the application is put
     together; make, fork_server: start further scenes and other processes.
@@ -54,6 +55,7 @@ def run(
             )  # fmt: skip
             stations.append(station)
     _check_identities([station.identity for station in stations])
+    host.check(stations)
     return _run(server, stations, options)
 
 

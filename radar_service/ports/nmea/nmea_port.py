@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 
 from typing_extensions import override
@@ -49,12 +49,12 @@ class Schedule:
         self._time = -math.inf if self._last < 0 else self._last / TENTHS
 
 
-def station_of(service: Service, radar: str | None) -> Station:
+def station_of(stations: Mapping[str, Station], radar: str | None) -> Station:
     """Returns the radar of that id, by default the first one. Raises UsageError where the service has no such radar."""
-    known = list(service.stations)
+    known = list(stations)
     if radar not in (None, *known):
         raise UsageError(f"--nmea-of: {radar} is not a radar of this service; it has {', '.join(known)}")
-    return service.stations[radar or known[0]]
+    return stations[radar or known[0]]
 
 
 class SenderPort(Port):
@@ -69,9 +69,12 @@ class SenderPort(Port):
         self._lost = 0  # sentences, of which the thread knows
 
     @override
+    def check(self, stations: Mapping[str, Station]) -> None:
+        station_of(stations, self._radar)
+
+    @override
     async def start(self, service: Service) -> None:
-        """Raises UsageError where the service has no such radar."""
-        self._station = station_of(service, self._radar)
+        self._station = station_of(service.stations, self._radar)
         self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
 
     @override

@@ -7,7 +7,7 @@ import math
 import selectors
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any
 
@@ -134,11 +134,13 @@ class SteeringPort(Port):
         self._thread: threading.Thread | None = None
 
     @override
-    async def start(self, service: Service) -> None:
-        """Raises UsageError where the service has no such radar, or sentences cannot steer her."""
-        station = station_of(service, self._radar)
-        if reason := unfitness(station.epoch.info.scene):
+    def check(self, stations: Mapping[str, Station]) -> None:
+        if reason := unfitness(station_of(stations, self._radar).epoch.info.scene):
             raise UsageError(f"--nmea-in: {reason}")
+
+    @override
+    async def start(self, service: Service) -> None:
+        station = station_of(service.stations, self._radar)
         faults = next((thread for thread in service.threads if thread.name == self.name), None)
         steering = NmeaSteering(station, service.refused)
         self._thread = threading.Thread(target=self._run, args=(steering, faults), name="nmea in", daemon=True)

@@ -58,7 +58,7 @@ class SignalKPort(Port):
 
     @override
     async def start(self, service: Service) -> None:
-        self._loop, self._station = asyncio.get_running_loop(), station_of(service, None)
+        self._loop, self._station = asyncio.get_running_loop(), station_of(service.stations, None)
 
     @override
     def tick(self, radar: str, time: float) -> None:

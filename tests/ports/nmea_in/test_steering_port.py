@@ -7,9 +7,12 @@ import logging
 import math
 import random
 import re
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import Future
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -325,12 +328,19 @@ UNFIT = {
 
 @pytest.mark.parametrize("words", UNFIT)
 def test_a_scene_that_sentences_cannot_steer_ends_the_start(words: str) -> None:
-    async def start() -> None:
-        async with served(station(UNFIT[words]), SteeringPort([])):
-            raise AssertionError
-
+    host = PortHost([SteeringPort([])])
     with pytest.raises(UsageError, match=f"--nmea-in: .*{words}"):
-        asyncio.run(start())
+        host.check([station(UNFIT[words])])
+    host.check([station(scene({"steerable": {}}))])
+
+
+def test_the_command_says_so_in_a_sentence(tmp_path: Path) -> None:
+    """Of a service as a whole: the status 2, and no trace of the program."""
+    (tmp_path / "s.json").write_text(json.dumps(scene({})))
+    words = ["serve", str(tmp_path / "s.json"), "--port", "0", "--nmea-in-tcp", str(free_port())]
+    result = subprocess.run([sys.executable, "-m", "radar_service", *words], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2 and result.stderr.startswith("--nmea-in: own ship is not steerable in this scene; add")
+    assert len(result.stderr.splitlines()) == 1
 
 
 @pytest.mark.parametrize("words", UNFIT)
