@@ -42,6 +42,9 @@ TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
+MAX_STEADY_ANGLE = (
+    0.05  # rad, half of what a steady body fills: parts of a nearer one have aspects of their own (80 m at 800 m)
+)
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
 
@@ -148,10 +151,10 @@ class BeamPassages:
 
     def _is_steady(self, n: int, spoke: int) -> bool:
         """Whether body n turns so slowly about a spoke that it has nearly the same aspect a scan later: by less than what runs of
-        nodes may turn. Neither it nor the antenna sways."""
+        nodes may turn. Neither it nor the antenna sways, and it is far off."""
         model, local, _ = self._aspects[n]
         sways = self._bodies[n].motion.sway is not None or self._scene.own_ship.sway is not None
-        if self._at_rest or sways or model.trace_step(local) == 0.0 or self._half_angle(n, spoke) >= np.pi:
+        if self._at_rest or sways or model.trace_step(local) == 0.0 or self._half_angle(n, spoke) > MAX_STEADY_ANGLE:
             return False
         turned = self.turned(n, np.array([spoke - 1, spoke + 1]))[-1]
         return bool(turned * self._scene.radar.azimuths / 2.0 < model.trace_step(local))

@@ -42,8 +42,8 @@ def node(made: BeamPassages, scan: int) -> int:
 
 @pytest.mark.parametrize(("keys", "fewest", "most"), [
     ({}, 1, 3), ({"course_deg": 100.0, "speed_kn": 30.0}, 0, 0), (SWAY, 0, 0), ({"fidelity": "reference"}, 0, 0),
-    ({"own_ship": SWAY}, 0, 0),
-], ids=["steady", "turns by 0.7 degrees", "sways", "reference", "own ship sways"])  # fmt: skip
+    ({"own_ship": SWAY}, 0, 0), ({"position_m": [50.0, 600.0, 0.0], "speed_kn": 0.02}, 0, 0),
+], ids=["steady", "turns by 0.7 degrees", "sways", "reference", "own ship sways", "near"])  # fmt: skip
 def test_a_ship_that_turns_little_is_traced_once_in_many_scans(
     keys: dict[str, Any], fewest: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -195,7 +195,8 @@ class PhysicalOptics(AspectModel):
 
     @override
     def rounded_aspect(self, b: int, antenna: Floats, time: float) -> RoundedAspect:
-        return RoundedAspect.of(antenna, pose_at(self.bodies[b], time), 2.0 * self._trace_step)
+        body = self.bodies[b]
+        return RoundedAspect.of(antenna, pose_at(body, time), 2.0 * self._trace_step, body.middle, body.radius)
 
     @override
     def traced_at(self, b: int, aspect: RoundedAspect, instant: Instant) -> Illumination | None:

@@ -5,39 +5,46 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from radar_service.numerics.frames import map_from_body
 from radar_service.numerics.types import Floats
 from radar_service.world.poses import BodyPose
 
-ELEVATION = math.radians(0.05)  # between rounded elevations: what is traced is off by half of it
-PER_OCTAVE = 8  # rounded distances, where elevations would let them be farther apart
+ELEVATION = math.radians(0.05)  # between rounded distances, by which elevation and parts of a body turn: half of it at most
+PER_OCTAVE = 8  # rounded distances, where these would let them be farther apart
 
 
 class RoundedAspect(NamedTuple):
     """An upright body as an antenna has it from a rounded bearing and distance.
 
-    bearing: of the antenna, from the body's heading [rad]. distance: along the earth [m].
+    bearing, distance: of the antenna along the earth, from the middle of the body's plan and its heading [rad, m].
     height, level: of the antenna and of the body's origin above the sea [m].
+    middle: of the plan, aside and ahead in the body's frame [m].
     """
 
     bearing: float
     distance: float
     height: float
     level: float
+    middle: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, antenna: Floats, pose: BodyPose, step: float) -> Self:
-        """The one nearest to that of a body in a pose for an antenna (3,) on the map [m]; step: between bearings [rad]."""
-        east, north, _ = (antenna - pose.position).tolist()
+    def of(cls, antenna: Floats, pose: BodyPose, step: float, middle: Floats, radius: float) -> Self:
+        """The one nearest to that of a body in a pose for an antenna (3,) on the map [m].
+
+        step: between bearings [rad]; middle: of the body's plan in its frame (3,), radius: of the plan about it [m].
+        """
+        east, north, _ = (antenna - map_from_body(middle, pose.position, pose.heading)).tolist()
         bearing = round((math.atan2(east, north) - pose.heading) / step) * step
         height = float(antenna[2])
-        return cls(
-            bearing % (2.0 * math.pi), rounded_distance(math.hypot(east, north), height), height, float(pose.position[2])
-        )
+        distance = rounded_distance(math.hypot(east, north), max(height, radius))
+        aside, ahead, _ = middle.tolist()
+        return cls(bearing % (2.0 * math.pi), distance, height, float(pose.position[2]), (aside, ahead))
 
     @property
     def pose(self) -> BodyPose:
-        """The body at the middle of a map, ahead to the north."""
-        return BodyPose(np.array([0.0, 0.0, self.level]), 0.0)
+        """The body with its plan about the middle of a map, ahead to the north."""
+        aside, ahead = self.middle
+        return BodyPose(np.array([-aside, -ahead, self.level]), 0.0)
 
     @property
     def antenna(self) -> Floats:
@@ -46,10 +53,11 @@ class RoundedAspect(NamedTuple):
         return np.array([self.distance * aside, self.distance * ahead, self.height])
 
 
-def rounded_distance(distance: float, height: float) -> float:
-    """A distance [m] from which an antenna at a height [m] has nearly the same elevation."""
+def rounded_distance(distance: float, lever: float) -> float:
+    """A distance [m] from which what is aside by a lever [m], the height of an antenna or a part of a body, has nearly the same
+    angle."""
     octaves = math.log2(max(distance, 1.0))
-    elevation = height / max(distance, 1.0)
-    if elevation * (2.0 ** (1.0 / PER_OCTAVE) - 1.0) < ELEVATION:
+    angle = lever / max(distance, 1.0)
+    if angle * (2.0 ** (1.0 / PER_OCTAVE) - 1.0) < ELEVATION:
         return float(2.0 ** (round(octaves * PER_OCTAVE) / PER_OCTAVE))
-    return height / (round(elevation / ELEVATION) * ELEVATION)
+    return lever / (round(angle / ELEVATION) * ELEVATION)
