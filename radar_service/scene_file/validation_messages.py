@@ -201,7 +201,7 @@ def _allowed(node: Schema) -> str:
         return f"a {'whole' if kind == 'integer' else 'finite'} number{_range(node)}"
     if kind == "string":
         low, high = node.get("minLength", 0), node.get("maxLength")
-        which = f": {node['description']}" if "pattern" in node else ""
+        which = f": {node['description']}" if "pattern" in node and "description" in node else ""
         return f"text of {low} to {high} characters{which}" if high else "text"
     if kind == "boolean":
         return "true or false"

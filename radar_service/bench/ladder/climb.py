@@ -42,6 +42,8 @@ def climb(
 
 def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
     """Returns the report of the runs of each tracker by rung, as plain data."""
+    for ladder in ladders:
+        _check_metric(ladder, [run for some in runs.values() for rung in ladder.rungs for run in some[rung.name]])
     losses = {ladder.name: {tracker: losses_of(ladder, some) for tracker, some in runs.items()} for ladder in ladders}
     overall = {
         tracker: np.mean([losses[ladder.name][tracker].mean(axis=0) / ladder.worst for ladder in ladders], axis=0)
@@ -51,6 +53,13 @@ def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any
         "schema": SCHEMA, "version": program_version(), "level": LEVEL, "seeds": len(next(iter(overall.values()))),
         **_board(overall), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
     }  # fmt: skip
+
+
+def _check_metric(ladder: Ladder, runs: Sequence[Mapping[str, Any]]) -> None:
+    """Raises ScenarioError where no run of a ladder has its metric."""
+    known = sorted({name for run in runs for name in run["metrics"]})
+    if known and ladder.metric not in known:
+        raise ScenarioError(f"{ladder.name}: metric: {ladder.metric!r} is none of a run; there are {', '.join(known)}")
 
 
 def losses_of(ladder: Ladder, runs: Runs) -> Floats:

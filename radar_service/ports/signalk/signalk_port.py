@@ -35,6 +35,9 @@ POLICY = (
 )
 
 
+REPEAT = 10  # ticks: own ship is told each second, unchanged too, as plotters drop what has grown old
+
+
 class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
@@ -47,7 +50,7 @@ class SignalKPort(Port):
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: Streams | None = None
         self._station: Station | None = None  # the first radar: it tells of own ship
-        self._transponders = Transponders()
+        self._transponders, self._ticks = Transponders(), 0
 
     @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
@@ -70,17 +73,18 @@ class SignalKPort(Port):
             values = own_ship_values(own)
             for report in self._transponders.due(station, time):
                 values |= {} if report.is_own else vessel_values(report)
-            self._put(values)
+            self._ticks += 1
+            self._put(values, self._ticks % REPEAT == 0)
 
     @override
     def changed(self, change: StateChange) -> None:
         if change.kind in ("controls", "scene"):
             self._call(self._take)
 
-    def _put(self, values: Mapping[ValuePath, Any]) -> None:
+    def _put(self, values: Mapping[ValuePath, Any], unchanged_too: bool) -> None:
         if self._streams:
             streams = self._streams
-            self._call(lambda: streams.values.put(values))
+            self._call(lambda: streams.values.put(values, unchanged_too))
 
     def _take(self) -> None:
         if self._streams:

@@ -39,12 +39,12 @@ class Values:
         """Returns when the value of a path was taken."""
         return self._times[path]
 
-    def put(self, values: Mapping[Path, Any]) -> None:
-        """Takes the values of some paths."""
+    def put(self, values: Mapping[Path, Any], unchanged_too: bool = False) -> None:
+        """Takes the values of some paths. unchanged_too: whether those that have not changed are told too."""
         timestamp = self._timestamp()
         for path, value in values.items():
             self._times[path] = timestamp
-            if path not in self._values or self._values[path] != value:
+            if unchanged_too or path not in self._values or self._values[path] != value:
                 self._values[path] = value
                 self._changed(path)
 

@@ -85,8 +85,9 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     (x, inside_x), (y, inside_y), (z, inside_z) = (
         _cells((points[:, axis] - base[axis]) / steps[axis], axis == 2 and bool(np.isfinite(lowest))) for axis in range(3)
     )
-    first = np.array([axis.min(initial=0) for axis in (x, y, z)])
-    extent = np.array([axis.max(initial=0) for axis in (x, y, z)]) - first + 2
+    cells = np.stack([x, y, z]) if len(points) else np.zeros((3, 1), dtype=np.int64)
+    first = cells.min(axis=1)
+    extent = cells.max(axis=1) - first + 2
     column = (x - first[0]) * extent[1] + (y - first[1])
     number = column * extent[2] + (z - first[2])
     strides = (int(extent[1] * extent[2]), int(extent[2]), 1)

@@ -56,6 +56,12 @@ def test_failed_runs_are_counted(tmp_path: Path) -> None:
     assert its["ladders"][0]["leaderboard"][0]["mean"] == pytest.approx((1.0 + 2.0 + 3.0 + 200.0) / 4.0)
 
 
+def test_a_metric_that_no_run_has_is_refused(tmp_path: Path) -> None:
+    named = ladder(tmp_path).model_copy(update={"metric": "foo"})
+    with pytest.raises(ScenarioError, match="metric: 'foo' is none of a run; there are ospa_m"):
+        report([named], {"gnn": runs([[1.0], [2.0]])})
+
+
 def test_two_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="two have the same name"):
         climb([ladder(tmp_path)] * 2, 2, [], tmp_path / "out")

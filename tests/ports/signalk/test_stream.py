@@ -84,6 +84,18 @@ def test_own_ship_is_told_as_she_is_reported() -> None:
     play(test, settings=Settings())
 
 
+def test_own_ship_is_told_again_though_she_lies_still() -> None:
+    """Plotters drop what has grown old."""
+
+    async def test(server: Server) -> None:
+        socket = await server.open(PATH)
+        await heard(socket)
+        for _ in range(3):
+            assert await until(socket, "navigation.headingTrue") == pytest.approx(math.pi / 6, rel=1e-12)
+
+    play(test, settings=FLAT_OUT)
+
+
 @pytest.mark.parametrize(
     "change",
     [

@@ -54,3 +54,12 @@ def test_equal_values_are_told_once() -> None:
         values.put({path: value})
     assert changed == [path, path] and values[path] == 2.0 and path in values and values.paths == [path]
     assert values.time(path) == "third"
+
+
+def test_unchanged_values_are_told_again_on_request() -> None:
+    changed: list[Path] = []
+    values = Values(changed.append, lambda: "now")
+    path = (SELF, "navigation.headingTrue")
+    values.put({path: 1.0})
+    values.put({path: 1.0}, unchanged_too=True)
+    assert changed == [path, path]

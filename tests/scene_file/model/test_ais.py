@@ -16,6 +16,8 @@ from tests.scene_file.scene_sources import point, problems
         ({"own_ship": {"mmsi": 5}, "body": [point("p", mmsi=5)]}, "body[0].mmsi: 5 is taken"),
         ({"body": [point("p", mmsi=5, ais={"off_s": [[3, 3]]})]}, "body[0].ais.off_s[0]: 3 is not after 3"),
         ({"body": [point("p", mmsi=5, ais={"name": "é"})]}, "body[0].ais.name"),
+        ({"body": [point("p", mmsi=5, ais={"call_sign": "12345678"})]}, "body[0].ais.call_sign"),
+        ({"body": [point("p", mmsi=5, ais={"destination": "x" * 21})]}, "body[0].ais.destination"),
         ({"ais": {"loss_percent": 101}}, "ais.loss_percent"),
     ],
 )  # fmt: skip
