@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.kernels.library import Kernels
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.body_columns import BodyColumn, body_columns
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.convex_bodies import Casters, Centres, ConvexFacets, Sights
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
@@ -85,6 +87,7 @@ class OpticalBody:
     rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
     facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
+    convex: of a convex one, by cell, longest edge, height of the sea and number of legs.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
@@ -100,6 +103,7 @@ class OpticalBody:
     rank: Indices
     outside: NDArray[np.int8]
     facets: ResultCache[tuple[int, float, float], BodyFacets]
+    convex: ResultCache[tuple[float, float, float, int], ConvexFacets | None]
     lean: Floats | None = None
 
     @property
@@ -107,6 +111,42 @@ class OpticalBody:
         """Whether parts of it may face each other, so that it has bounces and shadows of its own."""
         rises = self.planes.may_rebounce
         return bool((rises[:, 0] & (self.outside >= 0)).any() or (rises[:, 1] & (self.outside <= 0)).any())
+
+    @property
+    def is_small_and_convex(self) -> bool:
+        """Whether it is closed and convex, and cut by one distance."""
+        return not self.is_concave and len(self.columns) == 1 and bool((self.outside != 0).all())
+
+    def centres_at(
+        self, compiled: Kernels, sights: Sights, casters: Casters, box: Floats, most: int
+    ) -> Centres | None:
+        """The centres of a small convex body at instants; None where they have to be computed one after the other.
+
+        box: (8, 3) around what is above the sea [m]; most: triangles that cast shadows exactly.
+        """
+        water, (column,) = -float(sights.position[0, 2]), self.columns
+        cosine, sine = np.cos(sights.heading), np.sin(sights.heading)
+        east, north = (sights.antenna - sights.position)[:, :2].T
+        away = np.hypot(east * cosine - north * sine - column.centre[0], east * sine + north * cosine - column.centre[1])
+        limits = [self.limits.at(distance) for distance in (away - column.radius).tolist()]
+        parts, instants = [], []
+        for cell, edge in dict.fromkeys(limits):
+            which = np.flatnonzero([each == (cell, edge) for each in limits])
+            key = (cell, edge, water, sights.legs)
+            facets = self.convex.get(key, partial(self._convex_facets, *key, box))
+            part = facets and facets.centres(
+                compiled, sights.chosen(which), casters.chosen(which), self.wave, self.reflectivity, most
+            )
+            if part is None:
+                return None
+            parts.append(part)
+            instants.append(which)
+        return parts[0] if len(parts) == 1 else Centres.joined(parts, instants)
+
+    def _convex_facets(self, cell: float, edge: float, water: float, legs: int, box: Floats) -> ConvexFacets | None:
+        facets = self.facets.get((0, cell, edge), partial(self._cut, 0, cell, edge))
+        triangles = self.mesh.vertices[self.mesh.faces]
+        return ConvexFacets.of(facets, self.mesh.used_vertices, triangles, self.planes, self.outside, water, legs, box)
 
     def leaning(self, lean: Floats) -> "OpticalBody":
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
@@ -325,4 +365,5 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         ranks(patch),
         outward_side(mesh),
         ResultCache(FACET_SETS * len(parts)),
+        ResultCache(FACET_SETS),
     )
