@@ -9,7 +9,7 @@ import numpy as np
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
 from radar_service.numerics.frames import Polar, polar_from_map
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BodyEchoes
 from radar_service.world.poses import PoseArrays
 
@@ -20,12 +20,12 @@ class ObservedEchoes:
 
     echoes: in the bodies' own frames.
     position: (M, 3) on the map [m]; of bodies at rest it holds at any time.
-    fade: (M, K) weight of each echo at each azimuth of a block; None: 1.
+    fade: (M, K) weight of each echo at each azimuth of a block, complex where its phase changes too; None: 1.
     """
 
     echoes: BodyEchoes
     position: Floats
-    fade: Singles | None = None
+    fade: Singles | Profiles | None = None
 
 
 class BlockGeometry(NamedTuple):

@@ -91,9 +91,7 @@ class MovingEchoes:
         if not self._at_rest:
             snapshot, around = self._around(azimuths, middle, half)
             observed_echoes += [(snapshot, around)] if len(around) else []
-        passing = self.passing(azimuths)
-        if passing is not None:
-            observed_echoes.append((passing, np.arange(len(passing.echoes))))
+        observed_echoes += [(passing, np.arange(len(passing.echoes))) for passing in self.passing(azimuths)]
         return self._weighted(azimuths, observed_echoes)
 
     def of_resting(self, azimuths: AzimuthTimes, observed: ObservedEchoes) -> BeamWeightedEchoes:
@@ -124,7 +122,7 @@ class MovingEchoes:
         few = len(around) <= FEW_ECHOES and snapshot.nearest > FAR_STEPS * self.visibility.step
         return len(azimuths.time) if few and not self.passages.passing(azimuths.middle, middle, half) else usual
 
-    def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
+    def passing(self, azimuths: AzimuthTimes) -> list[ObservedEchoes]:
         """Echoes of bodies by aspect that the beam passes at these azimuths."""
         return self.passages.echoes(azimuths, *self._sector(azimuths))
 
@@ -170,8 +168,10 @@ class MovingEchoes:
         exact_gain = self._exact_history(history, sea, observed, which, exact, part, block) if len(exact) else None
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
         self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
-        if observed.fade is not None:
-            weight *= observed.fade[which]
+        fade = None if observed.fade is None else observed.fade[which]
+        turns = fade is not None and np.iscomplexobj(fade)
+        if fade is not None and not turns:
+            weight *= fade
         if block.level is not None:
             relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
@@ -184,6 +184,8 @@ class MovingEchoes:
         if sea is not None:
             distance = sea.add_excess(distance, history.range_migration)
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
+        if turns:
+            amplitude *= fade
         if sea is not None:
             sea.apply(amplitude)
         body = self.visibility.scatterers.key[observed.echoes.body[which]]

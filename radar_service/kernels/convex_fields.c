@@ -212,13 +212,12 @@ static int64_t past_others(Surface *surface, int leg, const Shadows *shadows, co
         }
         which[reached++] = i;
     }
-    int64_t room = 2 * reached + 64, parts = room + 1;
+    int64_t room = 2 * reached + 64, parts = 0;
     int keep = memory->next;
     double *cut = NULL;
     int64_t *origin = NULL;
     uint8_t *bright = NULL;
-    while (parts > room) {
-        if (parts > room + 1) room = parts;
+    for (int again = 0; again < 2; again++) {
         memory->next = keep;
         cut = taken(memory, 9 * room, sizeof(double));
         origin = taken(memory, room, sizeof(int64_t));
@@ -227,6 +226,8 @@ static int64_t past_others(Surface *surface, int leg, const Shadows *shadows, co
         parts = cast_cuts(reached, shadows->edges, shadows->triangles, room, corners, virtual, shadows->edge_plane,
                           shadows->edge_offset, shadows->plane, shadows->offset, cut, origin, bright);
         if (parts < 0) return NO_MEMORY;
+        if (parts <= room) break;
+        room = parts;
     }
     if (!parts) return 0;
     Surface next;
