@@ -21,7 +21,7 @@ import numpy as np
 from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
+from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, sidelobe_envelope, stretches
 from radar_service.echo.passage_tables import PassageTable, joined
 from radar_service.echo.passage_traces import TraceRun, trace_runs
 from radar_service.echo.shadow_nodes import ShadowRates, telling_nodes
@@ -29,7 +29,6 @@ from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices
-from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.predictions import NEAREST
 from radar_service.scattering.scatterer_set import ScattererSet
@@ -38,7 +37,6 @@ from radar_service.world.poses import BodyPoses
 from radar_service.world.scene import Scene
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
-GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
 TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
@@ -88,7 +86,7 @@ class BeamPassages:
         self._own_speed = scene.own_ship.top_speed + mast_speed(scene)
         self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
         self._at_rest, self._moving = at_rest, set(line_of_sight.moving.keys.tolist())
-        self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
+        self._extent, self._envelope = extent, sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
@@ -100,7 +98,9 @@ class BeamPassages:
         self._aspect_traces: ResultCache[tuple[int, Hashable], Any] = ResultCache(2 * count)
         self._schedules: ResultCache[tuple[int, int, bytes], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
         shown = ceil(count * min(2.0, 2.0 * extent / np.pi))  # bodies that the beam covers, and as many
-        self._tables: ResultCache[tuple[int, bytes, bytes], PassageTable | None] = ResultCache(max(MIN_TABLES, shown), scene.revision)
+        self._tables: ResultCache[tuple[int, bytes, bytes], PassageTable | None] = ResultCache(
+            max(MIN_TABLES, shown), scene.revision
+        )
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._alone: ResultCache[int, BodyEchoes] = ResultCache(count)  # at rest, as no mover shades them
@@ -372,7 +372,9 @@ class BeamPassages:
         elif self._is_steady(n, spoke):
             echoes = model.body_echoes(local, antenna, instant, lambda: self._aspect_trace(n, antenna, instant))
         else:
-            at_once = None if self._at_rest else model.passage_echoes(local, antenna[None], np.array([instant.time]), instant)
+            at_once = (
+                None if self._at_rest else model.passage_echoes(local, antenna[None], np.array([instant.time]), instant)
+            )
             echoes = model.body_echoes(local, antenna, instant) if at_once is None else at_once[0]
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
@@ -391,10 +393,3 @@ def _aside(radius: Floats, distance: Floats) -> Floats:
     """Half the angles that bodies of some radii fill at ground distances (N,) [rad]; all round for an antenna near one."""
     angle = np.arcsin(np.minimum(1.0, radius / np.maximum(distance, NEAREST)))
     return np.where(distance <= radius + NEAREST, np.pi, angle)
-
-
-def _sidelobe_envelope(radar: Radar) -> Floats:
-    """The highest one-way gain from each offset on, evenly from 0 to half a circle."""
-    count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
-    gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
-    return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])

@@ -168,10 +168,8 @@ class MovingEchoes:
         exact_gain = self._exact_history(history, sea, observed, which, exact, part, block) if len(exact) else None
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
         self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
-        fade = None if observed.fade is None else observed.fade[which]
-        turns = fade is not None and np.iscomplexobj(fade)
-        if fade is not None and not turns:
-            weight *= fade
+        if observed.fade is not None and observed.fade.dtype == weight.dtype:
+            weight *= observed.fade[which].real
         if block.level is not None:
             relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
@@ -184,8 +182,8 @@ class MovingEchoes:
         if sea is not None:
             distance = sea.add_excess(distance, history.range_migration)
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
-        if turns:
-            amplitude *= fade
+        if observed.fade is not None and observed.fade.dtype == amplitude.dtype:
+            amplitude *= observed.fade[which]
         if sea is not None:
             sea.apply(amplitude)
         body = self.visibility.scatterers.key[observed.echoes.body[which]]

@@ -1,11 +1,11 @@
 """Echoes of a body at all nodes of a passage, where they are those of the same scattering centres: a table of amplitudes.
 
-Nodes share the range histories of their centres. So each centre is computed once at an azimuth, with the amplitude that it has between
-the nodes, however many these are.
+Nodes share the range histories of their centres. So each centre is computed once at an azimuth, with the amplitude that it has
+between the nodes, however many these are.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from radar_service.scattering.model import BodyEchoes
 
 
 class PassageTable(NamedTuple):
-    """Echoes (M,) of one body with amplitude 1, their position (M, 3) on the map at the crossing [m], and amplitudes (M, N) at the
-    nodes (N,) of a part of a passage [m]."""
+    """Echoes (M,) of one body with amplitude 1, their position (M, 3) on the map at the middle node [m], and amplitudes (M, N) at
+    the nodes (N,) of a part of a passage [m]."""
 
     echoes: BodyEchoes
     position: Floats
@@ -40,6 +40,6 @@ def joined(parts: list[ObservedEchoes]) -> list[ObservedEchoes]:
     """The echoes of several parts as one; none of none. Their fades are of one kind."""
     if len(parts) < 2:
         return parts
-    fades = [part.fade for part in parts if part.fade is not None]
+    fades: list[Any] = [part.fade for part in parts if part.fade is not None]
     position = np.concatenate([part.position for part in parts])
     return [ObservedEchoes(BodyEchoes.joined([part.echoes for part in parts]), position, np.concatenate(fades))]

@@ -103,7 +103,7 @@ KERNEL int64_t silhouettes(int64_t count, const double *corners, double *plane, 
     }
     for (int64_t i = 0; i < 3 * count; i++) {
         int64_t other = i % 3 == 2 ? i - 2 : i + 1, a = number[i], b = number[other];
-        Edge edge = {a < b ? a : b, a < b ? b : a, i % 3 == 0 ? i + 2 : i % 3 == 1 ? i + 1 : i - 1};
+        Edge edge = {a < b ? a : b, a < b ? b : a, i % 3 ? i - 1 : i + 2};
         edges[i] = edge;
     }
     qsort(edges, (size_t)(3 * count), sizeof *edges, by_ends);

@@ -178,7 +178,7 @@ class OcclusionScene:
         return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
 
     def motion_of(self, body: int, time: Floats) -> tuple[TriangleClusters, Floats, Floats]:
-        """The triangles of a body with a mesh, and its positions (K, 3) [m] and rotations (K, 3, 3) map_from_body at times (K,)."""
+        """The triangles of a body with a mesh; its positions (K, 3) [m] and rotations (K, 3, 3) map_from_body at times (K,)."""
         pose = self._bodies[body].motion.pose(time)
         turn = map_from_deck(pose.heading, *np.zeros((2, len(time)))) if pose.rotation is None else pose.rotation
         return self._triangles.of(body), pose.position, turn

@@ -258,7 +258,7 @@ class Onlooker(NamedTuple):
         return result
 
     def before(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> Floats:
-        """The triangles (T, 3, 3) of another body, in its frame [m], that may stand before this one; arguments as of `nearest`."""
+        """The triangles (T, 3, 3) of another body, in its frame [m], that may stand before this one; others as of `nearest`."""
         own = self._windows(own_moved)
         return triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
 

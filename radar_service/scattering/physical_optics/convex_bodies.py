@@ -1,7 +1,7 @@
 """Fields of small convex bodies at many instants at once: no part of such a body occludes another, and nothing bounces on it.
 
-A passage of the beam in which shadows of others move over a body needs its fields at nearly every spoke. They are sums on the nodes
-of one lattice, fixed in the body's frame, so they are amplitudes of the same scattering centres.
+A passage of the beam in which shadows of others move over a body needs its fields at nearly every spoke. They are sums on the
+nodes of one lattice, fixed in the body's frame, so they are amplitudes of the same scattering centres.
 """
 
 from collections.abc import Sequence
@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from radar_service.kernels.library import Kernels
 from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.scattering.model import BodyEchoes
 from radar_service.scattering.physical_optics.body_facets import BodyFacets
+from radar_service.scattering.physical_optics.convex_sights import Casters, Sights
 from radar_service.scattering.physical_optics.facet_integral import CURRENT
-from radar_service.scattering.physical_optics.path_fields import Wave
 from radar_service.scattering.physical_optics.lit_facets import Planes
-from radar_service.scattering.physical_optics.sea_field import FLATTEST
+from radar_service.scattering.physical_optics.path_fields import Wave
 from radar_service.scattering.physical_optics.scattering_centres import DROPPED, UPRIGHT
+from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.triangle_cuts import AT_LEVEL, above_water
 
 OVERHANG = 1e-6  # of an outward normal: what faces down by more is lit by the sea, past what the body itself hides
@@ -33,6 +35,16 @@ class Centres(NamedTuple):
     amplitude: Complexes
 
     @classmethod
+    def of(cls, echoes: Sequence[BodyEchoes]) -> Self:
+        """The centres of echoes of one body at each instant, whose lattices are the same."""
+        rows = [np.column_stack([each.position, each.path]) for each in echoes]
+        centre, number = np.unique(np.concatenate(rows), axis=0, return_inverse=True)
+        amplitude = np.zeros((len(centre), len(echoes)), dtype=np.complex128)
+        instant = np.repeat(np.arange(len(echoes)), [len(each) for each in echoes])
+        amplitude[number.reshape(-1), instant] = np.concatenate([each.amplitude for each in echoes])
+        return cls(centre[:, :3], centre[:, 3].astype(np.int64), amplitude)
+
+    @classmethod
     def joined(cls, parts: Sequence[Self], instants: Sequence[Indices]) -> Self:
         """The centres of several parts of the instants, each of some (S',)."""
         count = sum(len(which) for which in instants)
@@ -41,44 +53,22 @@ class Centres(NamedTuple):
         for part, which in zip(parts, instants, strict=True):
             amplitude[first : first + len(part.path), which] = part.amplitude
             first += len(part.path)
-        return cls(np.concatenate([part.position for part in parts]), np.concatenate([part.path for part in parts]), amplitude)
-
-
-class Casters(NamedTuple):
-    """Other bodies (O,) that may cast shadows: begin (O + 1,) of each among triangles (T, 3, 3) in its own frame [m], and turn
-    (S, O, 3, 3) and position (S, O, 3) from there to the map at instants."""
-
-    begin: Indices
-    corners: Floats
-    turn: Floats
-    position: Floats
-
-    def chosen(self, instants: Indices) -> Self:
-        """They at some instants (N,)."""
-        return self._replace(turn=self.turn[instants], position=self.position[instants])
-
-
-class Sights(NamedTuple):
-    """An upright body as the antenna has it at instants (S,): position (S, 3) on the map [m], heading (S,) [rad], antenna (S, 3)
-    [m], earth_radius: effective, inf for flat [m]; legs: 1, or 2 with that by the sea."""
-
-    position: Floats
-    heading: Floats
-    antenna: Floats
-    earth_radius: float
-    legs: int
-
-    def chosen(self, instants: Indices) -> Self:
-        """They at some instants (N,)."""
-        some = self.position[instants], self.heading[instants], self.antenna[instants]
-        return self._replace(position=some[0], heading=some[1], antenna=some[2])
+        return cls(
+            np.concatenate([part.position for part in parts]), np.concatenate([part.path for part in parts]), amplitude
+        )
 
 
 class ConvexFacets(NamedTuple):
-    """The facets of a convex body above the sea, as the kernel takes them: coarse ones, corners (M, 3, 3) [m], triangle (M,) and
-    facet (M,) as of `Surface`; of triangles of the mesh a point (F, 3) [m], normal (F, 3), and outside (F,) as of `outward_side`, 0
-    of those that nothing lights; fine ones as of `BodyFacets`; box (8, 3) around what is dry [m]; longest: edge [m]; of a lattice
-    about all: first cell (3,), extent (3,) in nodes, steps (3,) and base (3,) [m]."""
+    """The facets of a convex body above the sea, as the kernel takes them.
+
+    corners, triangle, facet: of coarse ones (M,), as of `Surface`.
+    point, normal, outside: of triangles (F,) of the mesh, as of `Planes` and `outward_side`; outside is 0 where none is lit.
+    fine_corner, fine_points, first_fine: of fine ones, as of `BodyFacets`.
+    box: (8, 3) around what is dry [m].
+    longest: edge that parts may have [m].
+    first, extent: (3,) the first cell of a lattice about all, and how many nodes it has along each axis.
+    steps, base: (3,) sizes of its cells and a node [m].
+    """
 
     corners: Floats
     triangle: Indices
@@ -110,7 +100,7 @@ class ConvexFacets(NamedTuple):
         if (down & ~wet).any():
             return None
         above, origin = above_water(facets.surface.corners, water)
-        whole = (above == facets.surface.corners[origin]).all((1, 2))
+        uncut = (above == facets.surface.corners[origin]).all((1, 2))
         cell, longest = float(facets.surface.cell[0]), float(facets.surface.longest[0])
         steps = np.array([cell, cell, min(UPRIGHT * cell, FLATTEST if legs > 1 else np.inf)])
         base = np.array([0.0, 0.0, water])
@@ -121,7 +111,7 @@ class ConvexFacets(NamedTuple):
         return cls(
             np.ascontiguousarray(above),
             np.ascontiguousarray(facets.surface.triangle[origin]),
-            np.where(whole, facets.surface.facet[origin], -1),
+            np.where(uncut, facets.surface.facet[origin], -1),
             np.ascontiguousarray(planes.point),
             np.ascontiguousarray(planes.normal),
             np.where(down, 0, outside).astype(np.int8),
@@ -143,7 +133,13 @@ class ConvexFacets(NamedTuple):
         count, paths = len(sights.heading), PATHS if sights.legs > 1 else 1
         amplitude = np.zeros((count, paths, int(np.prod(self.extent))), dtype=np.complex128)
         state = np.zeros(count, dtype=np.int64)
-        sizes = (len(self.triangle), len(self.normal), self.fine_corner.shape[1], len(self.fine_points), len(casters.begin) - 1)
+        sizes = (
+            len(self.triangle),
+            len(self.normal),
+            self.fine_corner.shape[1],
+            len(self.fine_points),
+            len(casters.begin) - 1,
+        )
         poses = (sights.position, np.cos(sights.heading), np.sin(sights.heading), sights.antenna)
         compiled.run(
             "convex_fields", count, sights.legs, wave.polarization == "h", *sizes, most, True, wave.wavenumber,

@@ -4,7 +4,6 @@ Equal bodies share what does not depend on their motion.
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -24,7 +23,8 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, most_triangles
-from radar_service.scattering.physical_optics.convex_bodies import Casters, Sights
+from radar_service.scattering.physical_optics.convex_bodies import Centres
+from radar_service.scattering.physical_optics.convex_sights import casters_over, plain_sights
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
@@ -39,7 +39,7 @@ from radar_service.scattering.physical_optics.optical_body import (
     PathCentres,
     edge_limits,
     facet_enlargement,
-    optical_body,
+    optical_bodies,
 )
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
@@ -50,40 +50,17 @@ from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.occluder import Occluder
-from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
 
 # Facets are added coherently, and equal facets repeat their error of phase, so it forms a beam of its own. With these sags it
 # is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
-FEW_TRIANGLES = 64  # of another body, that are not searched for those that may cast a shadow
-MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
-BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
-
-
-def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
-    """`optical_body` of each body. Those of equal meshes and materials are one object. rays: counts rays."""
-    keys = [_key(body) for body in bodies]
-    result: dict[tuple[bytes, str], OpticalBody] = {}
-    for key, body in zip(keys, bodies, strict=True):
-        if key not in result:
-            result[key] = optical_body(body, radar, bounces, rays)
-    for key, count in Counter(keys).items():
-        for cache in (result[key].facets, result[key].convex):
-            cache.grow(cache.size * min(count, MAX_SHARES))
-    return [result[key] for key in keys]
-
-
-def _key(body: Body) -> tuple[bytes, str]:
-    assert body.mesh is not None
-    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
 class _View(NamedTuple):
@@ -181,69 +158,26 @@ class PhysicalOptics(AspectModel):
     def passage_echoes(
         self, b: int, antenna: Floats, times: Floats, instant: Instant
     ) -> tuple[BodyEchoes, Complexes] | None:
-        compiled, sights = kernels(), self._plain_sights(b, antenna, times, instant)
-        if compiled is None or sights is None:
+        optical = self._optical[b]
+        plain = optical.is_small_and_convex and instant.movers
+        sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
+        if sights is None:
             return None
-        optical, pose = self._optical[b], BodyPose(sights.position[0], float(sights.heading[0]))
-        casters = self._casters_over(b, antenna, times, instant, sights.legs > 1)
-        box = _dry_box(optical, pose)
-        centres = optical.centres_at(compiled, sights, casters, box, most_triangles(len(optical.mesh.faces)))
+        compiled, centres = kernels(), None
+        if compiled:
+            middle = len(times) // 2
+            pose = pose_at(self.bodies[b], float(times[middle]))
+            onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
+            casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
+            centres = optical.centres_at(compiled, sights, casters, most_triangles(len(optical.mesh.faces)))
         if centres is None:
-            return None
+            each = zip(antenna, times.tolist(), strict=True)
+            centres = Centres.of([self.body_echoes(b, at, replace(instant, time=time)) for at, time in each])
         count = len(centres.path)
         path = centres.path if sights.legs > 1 else np.full(count, ALL_PATHS)
-        amplitude = centres.amplitude[:, 0].copy()
-        return BodyEchoes(centres.position, amplitude, np.full(count, b), path, np.zeros(count)), centres.amplitude
-
-    def _plain_sights(self, b: int, antenna: Floats, times: Floats, instant: Instant) -> Sights | None:
-        """Body b at times (S,) [s] as antennas (S, 3) have it, where it is small, convex and upright, all of it is in reach, and
-        rays alone reach it; None elsewhere."""
-        body, pose, heights = self.bodies[b], self.bodies[b].motion.pose(times), antenna[:, 2]
-        level = pose.rotation is None and not np.ptp(pose.position[:, 2]) and instant.movers
-        if not level or not self._optical[b].is_small_and_convex:
-            return None
-        radius, over_sea = instant.line_of_sight.earth_radius, self._environment.multipath and bool((heights > 0.0).all())
-        middles = body.middles_at(times) - antenna
-        distance = np.linalg.norm(middles, axis=1) + body.diagonal
-        low = max(heights.max(), float(pose.position[0, 2] + body.middle[2])) + body.diagonal < self._over_horizon
-        if distance.max() >= instant.max_range or (self._environment.multipath and not over_sea):
-            return None
-        if not low and (distance >= horizon(0.0, np.maximum(heights, 0.0), radius)).any():
-            return None
-        if over_sea and self._environment.diffraction:
-            along = np.maximum(np.hypot(middles[:, 0], middles[:, 1]), 1.0)
-            if (radar_two_rays(self._radar, self._environment, along, np.zeros(len(along)), heights).share < 1.0).any():
-                return None
-        return Sights(pose.position, pose.heading, antenna, radius, 2 if over_sea else 1)
-
-    def _casters_over(self, b: int, antenna: Floats, times: Floats, instant: Instant, by_paths: bool) -> Casters:
-        """The triangles of other bodies that may stand before body b at any of times (S,) [s]; by_paths: as of `_onlooker`."""
-        scene, middle, key = instant.line_of_sight, len(times) // 2, int(self.key[b])
-        time, at = float(times[middle]), antenna[middle]
-        span = float(np.abs(times - time).max())
-        drift = float(np.linalg.norm(antenna - at, axis=1).max())
-        others = scene.other_occluders(key, at, time, True, span, drift / span if span else 0.0)
-        present = scene.present(time)
-        corners, turns, positions = [np.zeros((0, 3, 3))], [], []
-        onlooker = self._onlooker(self._optical[b], pose_at(self.bodies[b], time), at, instant, by_paths)
-        own_moved = self.bodies[b].moved_within(time, span) + drift
-        for other in others:
-            if not present[other]:
-                continue
-            triangles, position, turn = scene.motion_of(other, times)
-            if len(triangles) <= FEW_TRIANGLES:
-                chosen = triangles.corners
-            else:
-                moved = scene.moved_within(other, time, span) + drift
-                pose = BodyPose(position[middle], 0.0, turn[middle])
-                chosen = onlooker.before(triangles, pose, moved, own_moved)
-            corners.append(chosen)
-            turns.append(turn)
-            positions.append(position)
-        begin = np.cumsum([len(each) for each in corners])
-        if not turns:
-            return Casters(begin, corners[0], np.zeros((len(times), 0, 3, 3)), np.zeros((len(times), 0, 3)))
-        return Casters(begin, np.concatenate(corners), np.stack(turns, axis=1), np.stack(positions, axis=1))
+        return BodyEchoes(
+            centres.position, centres.amplitude[:, 0], np.full(count, b), path, np.zeros(count)
+        ), centres.amplitude
 
     @override
     def trace_step(self, b: int) -> float:
@@ -444,14 +378,7 @@ class PhysicalOptics(AspectModel):
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
     """The corners (8, 3) of the box around what of an upright body rises above the sea, on the map [m]."""
-    return map_from_body(_dry_box(optical, pose), pose.position, pose.heading)
-
-
-def _dry_box(optical: OpticalBody, pose: BodyPose) -> Floats:
-    """The same in the body's frame [m]."""
-    low, high = optical.mesh.vertices.min(axis=0), optical.mesh.vertices.max(axis=0)
-    low[2] = max(low[2], min(-pose.position[2], high[2]))
-    return np.where(BOX_CORNERS, high, low)
+    return map_from_body(optical.dry_box(float(pose.position[2])), pose.position, pose.heading)
 
 
 def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:
