@@ -145,8 +145,8 @@ def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
     )
     if tuning.association == "gnn":
         return MultiTargetTracker(initiator, deleter, feed, nearest, updater)
-    probable = PDAHypothesiser(predictor, updater, tuning.clutter, tuning.detection, prob_gate=0.99)
-    return MultiTargetMixtureTracker(initiator, deleter, feed, JPDA(_AtPlotTime(probable)), updater)
+    unit = PDAHypothesiser(predictor, updater, 1.0, tuning.detection, prob_gate=0.99, normalise=False)
+    return MultiTargetMixtureTracker(initiator, deleter, feed, JPDA(_InPolarClutter(unit, tuning.clutter)), updater)
 
 
 def _date_by_its_plot(track: Any) -> None:
@@ -158,19 +158,27 @@ def _date_by_its_plot(track: Any) -> None:
         track.state.timestamp = max(plots, key=lambda hypothesis: hypothesis.probability).measurement.timestamp
 
 
-class _AtPlotTime:
-    """A hypothesiser that lets a plot be missed at the time of the nearest plot.
+class _InPolarClutter:
+    """A hypothesiser of plots that have many times in a scan, among clutter that is even on the map.
 
-    JPDA averages the states of all hypotheses of a track, so they must be of one time, and plots of a scan have many.
+    JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
+    nearest one. Stone Soup compares the likelihood of a plot, a density in bearing and range [1/(rad m)], with that of clutter
+    there: at a range R it is R times the one on the map [1/m^2].
     """
 
-    def __init__(self, inner: Any) -> None:
-        self._inner = inner
+    def __init__(self, unit: Any, clutter: float) -> None:
+        """unit: a PDAHypothesiser with a density of 1 that does not normalise; clutter: false plots per m^2."""
+        self._unit, self._clutter = unit, clutter
 
     def hypothesise(self, track: Any, detections: Any, timestamp: datetime, **options: Any) -> Any:
         nearest = min(detections, key=lambda detection: _distance(track, detection), default=None)
         time = timestamp if nearest is None or _distance(track, nearest) > NEAR else nearest.timestamp
-        return self._inner.hypothesise(track, detections, time, **options)
+        hypotheses = self._unit.hypothesise(track, detections, time, **options)
+        for hypothesis in hypotheses:
+            if hypothesis:
+                hypothesis.probability /= self._clutter * float(hypothesis.measurement.state_vector[1, 0])
+        hypotheses.normalise_probabilities()
+        return hypotheses
 
 
 def _distance(track: Any, detection: Any) -> float:
