@@ -16,6 +16,7 @@ from radar_service.terminal.extras import MissingExtra
 
 EPOCH = datetime(2000, 1, 1)
 NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
+SAME_TURN = 0.5  # s: plots of one target that are farther apart are of two turns of the antenna, of 1.25 s and more
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,8 @@ class _InPolarClutter:
     """A hypothesiser of plots that have many times in a scan, among clutter that is even on the map.
 
     JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
-    nearest one. Stone Soup compares the likelihood of a plot, a density in bearing and range [1/(rad m)], with that of clutter
+    nearest one, and plots of another turn of the antenna are none of this track (a scan may have two plots of a target, as one
+    that waits for the end of a cluster at north comes a scan later). Stone Soup compares the likelihood of a plot, a density in bearing and range [1/(rad m)], with that of clutter
     there: at a range R it is R times the one on the map [1/m^2].
     """
 
@@ -173,7 +175,8 @@ class _InPolarClutter:
     def hypothesise(self, track: Any, detections: Any, timestamp: datetime, **options: Any) -> Any:
         nearest = min(detections, key=lambda detection: _distance(track, detection), default=None)
         time = timestamp if nearest is None or _distance(track, nearest) > NEAR else nearest.timestamp
-        hypotheses = self._unit.hypothesise(track, detections, time, **options)
+        of_turn = {each for each in detections if abs((each.timestamp - time).total_seconds()) < SAME_TURN}
+        hypotheses = self._unit.hypothesise(track, of_turn, time, **options)
         for hypothesis in hypotheses:
             if hypothesis:
                 hypothesis.probability /= self._clutter * float(hypothesis.measurement.state_vector[1, 0])

@@ -72,6 +72,22 @@ def test_a_track_is_confirmed_after_four_plots() -> None:
     assert [len(states) for states in tracked("gnn")[:6]] == [0, 0, 0, 2, 2, 2]
 
 
+@pytest.mark.parametrize("association", ["gnn", "jpda"])
+def test_two_plots_of_one_target_in_a_scan_are_of_two_turns(association: str) -> None:
+    """A strong target west of north, whose cluster ends beyond north in scans 8 and 11: its plot comes a scan later, beside the
+    next one. An average of both, 2.5 s apart, would lie 15 m behind."""
+    east, north, v_east = -700.0, 1900.0, 12.0
+    tracker = StoneSoupTracker(Tuning("jpda" if association == "jpda" else "gnn"))
+    every = [plots_of(scan, [(east, north, v_east, 0.0)]) for scan in range(13)]
+    every[9], every[12] = every[8] + every[9], every[11] + every[12]
+    every[8] = every[11] = ()
+    for scan, plots in enumerate(every):
+        states = tracker.update(given(scan, plots))
+    (state,) = states
+    assert np.hypot(state.east - east - v_east * state.time, state.north - north) < 1.0
+    assert np.hypot(state.velocity_east - v_east, state.velocity_north) < 0.2
+
+
 def pull(distance: float, ahead: float, clutter: float) -> float:
     """How far [m] jpda moves a track of a ship at rest due east, at a distance, to a plot that is `ahead` too far, after five
     plots without errors of 10 m both ways. These confirm it by nearest neighbours."""
