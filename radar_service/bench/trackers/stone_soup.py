@@ -163,9 +163,9 @@ class _InPolarClutter:
     """A hypothesiser of plots that have many times in a scan, among clutter that is even on the map.
 
     JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
-    nearest one, and plots of another turn of the antenna are none of this track (a scan may have two plots of a target, as one
-    that waits for the end of a cluster at north comes a scan later). Stone Soup compares the likelihood of a plot, a density in bearing and range [1/(rad m)], with that of clutter
-    there: at a range R it is R times the one on the map [1/m^2].
+    nearest one, and plots of another turn of the antenna are none of this track. (A scan may have two plots of a target: one
+    whose cluster ends beyond north comes a scan later.) Stone Soup compares the likelihood of a plot, a density in bearing and
+    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2].
     """
 
     def __init__(self, unit: Any, clutter: float) -> None:
