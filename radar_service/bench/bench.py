@@ -15,7 +15,9 @@ from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.verdicts import verdict
 from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
-from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
+from radar_service.bench.trackers.trackers import tracker_for
+from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
@@ -42,18 +44,38 @@ def runs_of(
     executor: Executor | None, progress: Progress, plots: Path | None,
 ) -> Runs:  # fmt: skip
     """Returns the runs of scenarios by name. run: makes one, as `single_run`; others, and what it raises, as in `bench`."""
-    kept, same = KeptRuns(folder / "runs"), same_for_all(tracker)
-    shared = (plots or folder.parent / "bench-plots").absolute()
-    jobs = [
-        Job(
-            f"{scenario.name}, seed {seed}, {tracker}", (scenario, seed, tracker, shared),
-            same | {"digest": scenario.digest},
-        )
+    jobs = jobs_of(scenarios, seeds, tracker, plots_folder(folder, plots))
+
+    def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
+        if count:
+            check_start(tracker, scenarios[0])
+        return _watched(progress(outcomes, count))
+
+    results = iter(run_jobs(run, jobs, executor, KeptRuns(folder / "runs"), watched))
+    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
+
+
+def plots_folder(folder: Path, plots: Path | None) -> Path:
+    """Returns the folder of plots for runs in another one: the given one, or `bench-plots` beside that."""
+    return (plots or folder.parent / "bench-plots").absolute()
+
+
+def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path) -> list[Job]:
+    """Returns the runs that are to be made or read."""
+    same = same_for_all(tracker)
+    return [
+        Job(f"{scenario.name}, seed {seed}, {tracker}", (scenario, seed, tracker, plots), same | {"digest": scenario.digest})
         for scenario in scenarios
         for seed in range(seeds)
-    ]  # fmt: skip
-    results = iter(run_jobs(run, jobs, executor, kept, lambda outcomes, count: _watched(progress(outcomes, count))))
-    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
+    ]
+
+
+def check_start(tracker: str, scenario: Scenario) -> None:
+    """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
+    if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
+        started = tracker_for(tracker, scenario, {"scenario": scenario.name, "seed": 0, "schema": SCHEMA})
+        if isinstance(started, LineTracker):
+            started.close()
 
 
 class KeptRuns(ResultFolder):

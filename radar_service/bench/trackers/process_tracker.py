@@ -11,7 +11,8 @@ from typing import Any
 
 from typing_extensions import override
 
-from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError
+from radar_service.bench.trackers.callable_child import READY
+from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
@@ -108,8 +109,22 @@ class ProcessTracker(LineTracker):
 
 
 class CallableTracker(ProcessTracker):
-    """A tracker in Python, `module:callable`, in a process of its own: it is checked as any program is."""
+    """A tracker in Python, `module:callable`, in a process of its own: it is checked as any program is. Raises TrackerError where
+    the callable makes none."""
 
     @override
     def _words(self, command: str) -> Sequence[str]:
         return [sys.executable, "-m", CHILD, command]
+
+    @override
+    def begin(self, header: Mapping[str, Any]) -> None:
+        try:
+            line = self._answers.get(timeout=self.timeout)
+        except Empty:
+            self._process.kill()
+            self.close()
+            raise TrackerHangs(f"tracker: {self.name!r} made no tracker within {self.timeout:g} s") from None
+        if line.strip() != READY:
+            self.close()
+            raise TrackerError(f"tracker: {self.name!r} made no tracker: {self.last_line or self.end}")
+        super().begin(header)
