@@ -9,7 +9,7 @@ from typing import Any
 from radar_service.bench.run_picture import run_picture
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
-MINUTES = ("_1min", "_3min")  # after which a metric of motion is judged
+JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
 MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed
 MAX_SUMMARY = 3  # events of a scenario in the summary
@@ -147,8 +147,8 @@ def _failure(failure: Mapping[str, Any]) -> str:
 
 
 def unit_of(metric: str) -> str:
-    """Returns the unit of a metric, which its name ends with or has before a time as in `_1min`; empty for a number."""
-    name = metric.rsplit("_", 1)[0] if metric.endswith(MINUTES) else metric
+    """Returns the unit of a metric, which its name ends with or has before what is judged as in `_1min`; empty for a number."""
+    name = metric.rsplit("_", 1)[0] if metric.endswith(JUDGED) else metric
     return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
 
 
