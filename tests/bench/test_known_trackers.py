@@ -57,7 +57,7 @@ TABLE: list[tuple[type[known.Kalman], str, str]] = [
     (dishonest.TwoNames, "crossing-cpa-500", "identity_changes"),
     (dishonest.SwapsLate, "crossing-cpa-500", "identity_changes"),
     (dishonest.NearOnly, "msc192-table3-1", "completeness"),
-    (dishonest.RenamesTheLost, "vanishing", "gone_scans"),
+    (dishonest.RenamesTheLost, "vanishing", "spurious"),
 ]
 QUICK = {"crossing-cpa-500", "missed-scans", "target-manoeuvre"}  # the others are studies: their plots take a second each
 SEEDS = 3  # of a study
