@@ -13,6 +13,7 @@ from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
+from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import verdict
 from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
@@ -21,6 +22,7 @@ from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
+OWED = f"a state is owed from {ACQUISITION:g} s after a target is seen first; give more scans, best for three minutes"
 Runs = Mapping[str, Sequence[Mapping[str, Any]]]  # as plain data, by name of the scenario
 
 
@@ -118,13 +120,26 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool)
     limits = [(limit, judged) for limit in scenario.limits if (judged := _judged(limit, runs))]
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
-        "seeds": [run["seed"] for run in runs], "remark": next((run["remark"] for run in runs if run["remark"]), None),
+        "seeds": [run["seed"] for run in runs], "remark": _remark(scenario, runs),
         "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
         "metrics": {name: _mean(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
         "verdicts": [verdict(limit, judged, smoke).as_dict() for limit, judged in limits],
     }  # fmt: skip
+
+
+def nothing_is_owed(runs: Sequence[Mapping[str, Any]]) -> bool:
+    """Returns whether no run in which the tracker went on to the end owes a state of any target."""
+    ended = [run["metrics"] for run in runs if not run["failure"]]
+    return bool(ended) and all(metrics.get("completeness", 1.0) is None for metrics in ended)
+
+
+def _remark(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> str | None:
+    """What is to be known of the plots, or of a scenario of which nothing can be judged."""
+    short = f"{scenario.scans} scans judge no tracker: {OWED}"
+    is_short = scenario.judges == "tracks" and nothing_is_owed(runs)
+    return short if is_short else next((run["remark"] for run in runs if run["remark"]), None)
 
 
 def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | None]:

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Progress
-from radar_service.bench.bench import KeptRuns, Runs, jobs_of, plots_folder, runs_of
+from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
 from radar_service.bench.ladder.series import Ladder
 from radar_service.bench.scenario import Scenario, ScenarioError
-from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.single_run import scored_run
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.numerics.types import Floats
@@ -60,12 +59,9 @@ def check_length(ladders: Sequence[Ladder], runs: Runs) -> None:
     """Raises ScenarioError for a rung whose runs end before any target is owed a state, so that nothing is to be compared."""
     for ladder in ladders:
         for rung in ladder.rungs:
-            judged = [run["metrics"] for run in runs[rung.name] if not run["failure"]]
-            if judged and all(metrics.get(name) is None for metrics in judged for name in (ladder.metric, "completeness")):
-                raise ScenarioError(
-                    f"{rung.name}: scans: {rung.scans} give no {ladder.metric}: a state is owed from {ACQUISITION:g} s after a "
-                    "target is seen first; give more scans, best for three minutes"
-                )
+            none = all(run["metrics"].get(ladder.metric) is None for run in runs[rung.name])
+            if none and nothing_is_owed(runs[rung.name]):
+                raise ScenarioError(f"{rung.name}: scans: {rung.scans} give no {ladder.metric}: {OWED}")
 
 
 def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
