@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class UnfilteredBetweenExams(known.Unfiltered):
         self.exam = is_exam(scan)
         return super().update(scan)
 
-    def state(self, track: known._Track, end: float) -> TrackState:
+    def state(self, track: Any, end: float) -> TrackState:
         return known.Kalman.state(self, track, end) if self.exam else super().state(track, end)
 
 

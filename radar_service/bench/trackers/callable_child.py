@@ -41,16 +41,16 @@ def callable_of(name: str) -> Callable[[], Tracker]:
     raises as it is imported."""
     module, _, attribute = name.partition(":")
     try:
-        found = importlib.import_module(module)
+        imported = importlib.import_module(module)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise  # the module is there, and one that it imports is not
         sys.exit(f"there is no module {error.name!r}, neither installed nor in {os.getcwd()}")
-    made: Callable[[], Tracker] | None = getattr(found, attribute, None)
-    if not callable(made):
-        there = [key for key, value in vars(found).items() if callable(value) and not key.startswith("_")]
+    maker: Callable[[], Tracker] | None = getattr(imported, attribute, None)
+    if not callable(maker):
+        there = [key for key, value in vars(imported).items() if callable(value) and not key.startswith("_")]
         sys.exit(f"module {module!r} has no callable {attribute!r}; it has {', '.join(there[:10]) or 'none'}")
-    return made
+    return maker
 
 
 def main(name: str) -> None:
