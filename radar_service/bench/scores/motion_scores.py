@@ -43,7 +43,7 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
         for name in QUANTITIES if errors else ():
             metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
     turns = [error for body in run.sightings for error in _courses_after_turns(run, body)]
-    medians = [float(np.median(errors)) for body in run.sightings if (errors := _velocity_errors(run, body))]
+    medians = [float(np.median(each)) for body in run.sightings if (each := _velocity_errors(run, body))]
     return (
         metrics
         | ({"course_after_turn_deg": _worst(turns)} if turns else {})
