@@ -137,9 +137,10 @@ def nothing_is_owed(runs: Sequence[Mapping[str, Any]]) -> bool:
 
 def _remark(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> str | None:
     """What is to be known of the plots, or of a scenario of which nothing can be judged."""
-    short = f"{scenario.scans} scans judge no tracker: {OWED}"
-    is_short = scenario.judges == "tracks" and nothing_is_owed(runs)
-    return short if is_short else next((run["remark"] for run in runs if run["remark"]), None)
+    remarks = [run["remark"] for run in runs if run["remark"]][:1]
+    if scenario.judges == "tracks" and nothing_is_owed(runs):
+        remarks.append(f"{scenario.scans} scans judge no tracker: {OWED}")
+    return "; ".join(remarks) or None
 
 
 def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | None]:

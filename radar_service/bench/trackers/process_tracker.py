@@ -16,6 +16,7 @@ from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, Li
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
+LAST_WORDS = 20.0  # s from the end of its answers to its own: on a busy machine it takes a while to write why
 CHILD = "radar_service.bench.trackers.callable_child"  # the program that a callable runs in
 
 
@@ -31,7 +32,8 @@ class ProcessTracker(LineTracker):
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
         self._last_line = ""
-        Thread(target=self._read, name="tracker's answers", daemon=True).start()
+        self._reading = Thread(target=self._read, name="tracker's answers", daemon=True)
+        self._reading.start()
         self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
         self._noting.start()
         self.begin(header)
@@ -72,7 +74,7 @@ class ProcessTracker(LineTracker):
             if self._process.stdin:
                 self._process.stdin.close()
         try:
-            self._process.wait(1.0)
+            self._process.wait(1.0 if self._reading.is_alive() else LAST_WORDS)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
