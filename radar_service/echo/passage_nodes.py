@@ -37,6 +37,11 @@ class Part(NamedTuple):
         within = (spoke > self.first - 0.5) & (spoke <= self.last + 0.5)
         if len(self.nodes) == 1:
             return within[None].astype(np.float32)
+        before, after = spoke.max() <= self.nodes[0], spoke.min() >= self.nodes[-1]
+        if before or after:  # as of `node_weights`, which takes longer
+            weights = np.zeros((len(self.nodes), len(spoke)), dtype=np.float32)
+            weights[0 if before else -1] = within
+            return weights
         return node_weights(self.nodes, spoke) * within
 
 

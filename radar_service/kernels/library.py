@@ -61,6 +61,7 @@ PROTOTYPES = {
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
     "convex_fields": "nnnnnnnnnnrrrr" + "fiiffb" + "ifif" + "ffff" + "ifff" + "iiff" + "ci",
+    "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),

@@ -1,4 +1,4 @@
-"""Small convex bodies at many instants at once: the kernel against numpy, which evaluates each instant."""
+"""Small convex bodies at many instants at once. Their kernel is compared with numpy in `tests.kernels.test_convex_fields`."""
 
 from typing import Any
 
@@ -11,13 +11,11 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.physical_optics import model
 from radar_service.scattering.physical_optics.convex_bodies import Centres
-from tests.kernels.both import NEEDS_KERNELS, both
 from tests.scenes import scene
 
 HULL = {"shape": "box", "scattering": "optics", "length_m": 9.0, "width_m": 4.0, "height_m": 3.0}
 RADAR = {"range_max_m": 3000, "azimuths": 2048, "height_m": 15}
 TIMES = 2.5 + np.arange(-6, 7, 2) * 2.5 / 2048
-EQUAL = 1e-6  # of the strongest centre: -120 dB
 
 
 def hull(north: float, east: float = 0.0, **more: Any) -> dict[str, Any]:
@@ -42,59 +40,7 @@ def optics_and_sight(ready: Prepared) -> tuple[model.PhysicalOptics, Any]:
     return optics, ready.moving.visibility.line_of_sight
 
 
-def assert_alike(ready: Prepared) -> Complexes:
-    """The kernel has the amplitude of each centre at each instant; returns these amplitudes."""
-    compiled, by_numpy = both(lambda: evaluated(ready))
-    assert compiled is not None and by_numpy is not None
-    tables = [
-        {(*np.round(position, 6), path): row for position, path, row in zip(echoes.position, echoes.path, rows, strict=True)}
-        for echoes, rows in (compiled, by_numpy)
-    ]
-    none = np.zeros(len(TIMES))
-    errors = [np.abs(tables[0].get(key, none) - tables[1].get(key, none)).max() for key in {*tables[0], *tables[1]}]
-    assert max(errors, default=0.0) <= EQUAL * np.abs(by_numpy[1]).max(initial=0.0)
-    return compiled[1]
-
-
-# One that nothing shades; hulls before it, aside and before each other, of odd courses; a wall of many triangles.
 BEFORE = [hull(700.0, 1.0, height_m=2.5, course_deg=160.0), hull(640.0, -2.5, height_m=1.0, course_deg=250.0)]
-FIELDS = {
-    "alone": ([], {}, {}),
-    "shaded": (BEFORE, {}, {}),
-    "upright-polarization": (BEFORE, {}, {"polarization": "v"}),
-    "no-sea-reflection": (BEFORE, {"multipath": False}, {}),
-    "low-antenna": (BEFORE, {"multipath": True}, {"height_m": 4}),
-    "near-a-half-octave": ([hull(60.0, 1.0, height_m=1.0)], {"multipath": True}, {}),
-    "hidden": ([hull(700.0, height_m=40.0, width_m=60.0, length_m=60.0)], {"multipath": True}, {}),
-}
-
-
-@NEEDS_KERNELS
-@pytest.mark.parametrize("kind", FIELDS)
-def test_fields_are_those_of_each_instant(kind: str) -> None:
-    others, environment, radar = FIELDS[kind]
-    first = hull(90.6 if kind == "near-a-half-octave" else 760.0, speed_kn=30.0, course_deg=10.0)
-    amplitude = assert_alike(prepared_for(first, *others, environment=environment, **radar))
-    changed = np.abs(np.diff(amplitude, axis=1)).max(initial=0.0) / np.abs(amplitude).max(initial=1e-30)
-    assert (changed > 0.05) == (kind in ("shaded", "upright-polarization", "no-sea-reflection", "low-antenna")), changed
-
-
-@NEEDS_KERNELS
-def test_a_hull_that_lies_deep_is_cut_at_the_sea() -> None:
-    sunk = hull(760.0)
-    sunk["position_m"] = [0.0, 760.0, -1.2]
-    amplitude = assert_alike(prepared_for(sunk, *BEFORE))
-    assert np.abs(amplitude).max() > 0.1
-
-
-@NEEDS_KERNELS
-def test_shadows_of_more_triangles_than_are_exact_are_sampled_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With room for no triangle at all each instant is computed alone, by either arithmetic."""
-    ready = prepared_for(hull(760.0), *BEFORE)
-    exact = evaluated(ready)
-    monkeypatch.setattr(model, "most_triangles", lambda _: 0)
-    alone = assert_alike(ready)
-    assert exact is not None and alone.shape[1] == exact[1].shape[1]
 
 
 def test_a_hull_that_hangs_over_the_sea_has_its_own_rays() -> None:
