@@ -27,6 +27,8 @@ def test_a_passage_has_the_fields_of_its_nodes(monkeypatch: pytest.MonkeyPatch) 
     made = scene(BODIES, radar={"azimuths": 1024, "range_max_m": 700, "beamwidth_deg": 3}, environment={"multipath": True})
     tables = prepare(made, PRESETS["balanced"], 1)
     assert all(len(tables.moving.passages.nodes(n, tables.moving.passages.crossing(n, 1.0))) > 3 for n in (0, 2))
+    crossing = tables.moving.passages.crossing(0, 1.0)
+    assert (np.diff(tables.moving.passages.nodes(0, crossing)) == 1).all()  # every spoke that the shadow asks for
     azimuths = [tile_azimuths(tables, 1, number * tables.tile) for number in (0, 1)]
     expected = np.concatenate([profiles(tables, each) for each in azimuths])
 
