@@ -71,7 +71,7 @@ class BlockGeometry(NamedTuple):
         poses, count, body = self.poses, len(self.moves), observed.echoes.body
         some = np.flatnonzero(np.bincount(body[which], minlength=count))  # headings of others are undefined
         turn, leans = np.zeros((2, len(instants), count)), np.full(count, -1)
-        heading = poses.heading[np.ix_(instants, some)]
+        heading = poses.heading[instants][:, some]
         turn[0][:, some], turn[1][:, some] = np.cos(heading), np.sin(heading)
         leans[list(poses.rotation)] = np.arange(len(poses.rotation))
         matrices = [rotation[instants] for rotation in poses.rotation.values()]

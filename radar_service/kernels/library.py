@@ -59,6 +59,7 @@ PROTOTYPES = {
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
     "echo_positions": "nnnniffibifffff" + "f",
+    "beam_weights": "nnnrsssssss",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),
