@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.fields import Bearing, EastNorth, Flag, Number, Section, Whole
+from radar_service.scene_file.model.seaway import SeawayModel
 
 
 class EnvironmentModel(Section):
@@ -25,6 +26,7 @@ class EnvironmentModel(Section):
     wind_from_deg: Bearing = 0.0
     current_kn: Number = Field(0.0, ge=0, le=20, description="of the tidal stream, everywhere")
     current_to_deg: Bearing | None = Field(None, description="where the stream flows to; needs `current_kn`")
+    seaway: Flag | SeawayModel = Field(False, description="waves move ships: true, or a table")
     ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
 
     @model_validator(mode="after")
