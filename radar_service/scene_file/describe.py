@@ -192,6 +192,9 @@ def _environment_lines(scene: Scene) -> list[str]:
     enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
     east, north = e.stream
     to = _bearing(math.atan2(east, north))
+    if e.seaway is not None:
+        coming_from = _bearing(e.seaway.towards + math.pi)
+        enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     enabled += [f"stream of {math.hypot(east, north) / KNOT:.3g} kn to {to}"] if any(e.stream) else []
     enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
     extras = ", ".join(enabled) or "no other effects"

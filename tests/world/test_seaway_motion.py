@@ -85,7 +85,7 @@ def test_sway_is_continuous_where_speed_jumps(course: str, stream: bool) -> None
     ends = [(motion.upright(knots + h).heading, motion.sway_state(knots + h).values) for h in (-1e-6, 1e-6)]
     steady = np.abs(np.angle(np.exp(1j * (ends[1][0] - ends[0][0])))) < 1e-5
     assert steady.sum() > (len(knots) - 1) // 2 or stream
-    np.testing.assert_allclose(ends[1][1][steady], ends[0][1][steady], atol=1e-6)
+    np.testing.assert_allclose(ends[1][1][steady], ends[0][1][steady], atol=4e-6)  # rates are below 2
 
 
 def test_she_responds_to_her_new_speed_after_a_while() -> None:
