@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.seaway import Waves
@@ -22,6 +23,10 @@ EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
 LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
 HEADINGS, SPEEDS = 48, 6  # of a ship that turns or changes speed, for her bounds
 MARGIN = 1.2  # of bounds over what these headings and speeds have: those between have up to 1.17 of it, with 2 % of damping
+SWING = (
+    1.5  # of the envelope: nodes of metal by 1.25 of it err by up to 0.05, by 1.5 of it by 0.016 (drawn boxes, 25 degrees/s)
+)
+COURSES = 4  # whose amplitudes are kept: those of threads that are apart
 STEP = 1e-4  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-9 of them
 
 
@@ -162,13 +167,13 @@ class SeawayMotion:
         return SwayState(values, rates)
 
     def rate_envelope(self, time: Floats, path: Path) -> Floats:
-        """Returns the rates (K, 4) [rad/s, m/s] that each swing about a time (K,) [s] reaches: |sum of rotating phasors|."""
+        """Returns the rates (K, 4) [rad/s, m/s] that swings about a time (K,) [s] reach: SWING x |sum of rotating phasors|."""
         upright = path.upright(time)
         amplitude = self._rate_amplitudes(upright, time, self._amplitudes(upright.heading, self._felt(upright, time)))
         phase = self.waves.phases(upright.position, time)
         cosine, sine = np.cos(phase), np.sin(phase)
         envelope = np.zeros((len(time), 4))
-        envelope[:, MOVES] = np.hypot(_real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine))
+        envelope[:, MOVES] = SWING * np.hypot(_real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine))
         return envelope
 
     def excess(self, time: float) -> tuple[float, float]:
@@ -187,9 +192,15 @@ class SeawayMotion:
 
     def _amplitudes(self, heading: Floats, velocity: Floats) -> Complexes:
         """Complex amplitudes (K, 3, N), or (1, 3, N) where all are one, of roll, pitch and heave; velocity: (K, 2)."""
-        if (heading == heading[:1]).all() and (velocity == velocity[:1]).all():
-            heading, velocity = heading[:1], velocity[:1]
+        if len(heading) and (heading == heading[0]).all() and (velocity == velocity[0]).all():
+            key = float(heading[0]), *velocity[0].tolist()
+            return self._kept.get(key, lambda: amplitudes(self.waves, self.form, heading[:1], velocity[:1]))
         return amplitudes(self.waves, self.form, heading, velocity)
+
+    @cached_property
+    def _kept(self) -> ResultCache[tuple[float, ...], Complexes]:
+        """Amplitudes on the courses that she has steered last: a straight one has one row of them."""
+        return ResultCache(COURSES)
 
     def _rate_amplitudes(self, upright: UprightMotion, time: Floats, amplitude: Complexes) -> Complexes:
         """Complex amplitudes (K, 3, N) of the rates; amplitude: of the values."""

@@ -70,9 +70,14 @@ class MotionSegment(NamedTuple):
             excess=(less * east, less * north),
         )  # fmt: skip
 
+    @property
+    def velocity(self) -> Floats:
+        """Velocity (3,) over ground at its start [m/s]."""
+        return self._along(self.course, 0.0, 1.0)
+
     def after(self, before: "MotionSegment") -> "MotionSegment":
         """Returns the segment as it follows `before` from its start: she still responds to the velocity that she had."""
-        lost = before._along(before.course, 0.0, 1.0) - self._along(self.course, 0.0, 1.0)
+        lost = before.velocity - self.velocity
         return self._replace(excess=(before.excess[0] + float(lost[0]), before.excess[1] + float(lost[1])))
 
     def with_heading(self, heading: float, stream: Stream) -> "MotionSegment":

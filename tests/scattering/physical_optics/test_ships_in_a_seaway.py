@@ -63,7 +63,9 @@ def _stand(plain: Any, patch: pytest.MonkeyPatch, waves: Any, table: Table, time
 
 @pytest.mark.sample(3)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.study)], ids=["fewer", "all"])
-@pytest.mark.parametrize("number", [0, 1, 3, 4, 6, 10, 11, 13, 14, 16])
+@pytest.mark.parametrize(
+    "number", [0, 1, 3, 6, *(pytest.param(n, marks=pytest.mark.study) for n in (10, 11, 13, 51, 79)), 14, 64, 16]
+)
 def test_ships_in_a_seaway_are_the_oracles(number: int, every: int, monkeypatch: pytest.MonkeyPatch) -> None:
     judged(in_a_seaway(drawn(number, SEED)), monkeypatch, every)
 
