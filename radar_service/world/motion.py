@@ -112,11 +112,14 @@ class Motion:
     def upright(self, time: Floats) -> UprightMotion:
         """Returns the motion without its sway at each time (K,) [s]."""
         since = time if self.period is None else time % self.period
-        segment = np.searchsorted(self.time[1:], since, side="right")
-        course_rate = (
-            np.zeros(len(time)) if self.arcs is None else np.where(since < self.time[0], 0.0, self.arcs[segment, 2])
-        )
-        return UprightMotion(*self._upright(time), self._upright_turn_rate(time), course_rate)
+        rests = since < self.time[0]
+        position, velocity, heading = self._upright(time)
+        velocity[rests] = 0.0
+        course_rate = np.zeros(len(time))
+        if self.arcs is not None:
+            segment = np.searchsorted(self.time[1:], since, side="right")
+            course_rate = np.where(rests, 0.0, self.arcs[segment, 2])
+        return UprightMotion(position, velocity, heading, self._upright_turn_rate(time), course_rate)
 
     def sway_state(self, time: Floats) -> SwayState:
         """Returns the sway at each time (K,) [s]; 0 without one."""

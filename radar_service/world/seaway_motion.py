@@ -44,23 +44,28 @@ class Easing:
     """By how much the velocity to which a ship responds differs from hers: so much at each knot, and less and less after it.
 
     time: (M,) of the knots [s]. excess: (M, 2) east and north there [m/s]. period: of a closed track [s], or None.
+    before: (2,) of a ship that rests before the first knot: she responds as just after it; None: the excess there.
     """
 
     time: Floats = field(default_factory=lambda: np.zeros(1))
     excess: Floats = field(default_factory=lambda: np.zeros((1, 2)))
     period: float | None = None
+    before: Floats | None = None
 
     @cached_property
     def vanishes(self) -> bool:
         """Whether she always responds to her own velocity."""
-        return not self.excess.any()
+        return not self.excess.any() and self.before is None
 
     def at(self, time: Floats) -> Floats:
-        """Returns the excess (K, 2) [m/s] at each time (K,) [s]; before the first knot, that of the first knot."""
+        """Returns the excess (K, 2) [m/s] at each time (K,) [s]."""
         since = time if self.period is None else time % self.period
         knot = np.maximum(np.searchsorted(self.time, since, side="right") - 1, 0)
         elapsed = np.maximum(since - self.time[knot], 0.0)
-        return np.asarray(self.excess[knot] * np.exp(-elapsed / EASING)[:, None])
+        excess = self.excess[knot] * np.exp(-elapsed / EASING)[:, None]
+        if self.before is not None:
+            excess[since < self.time[0]] = self.before
+        return np.asarray(excess)
 
 
 class HasKnots(Path, Protocol):
@@ -85,7 +90,8 @@ def easing_of(motion: HasKnots) -> Easing:
     if motion.period is not None:  # of a lap among many: as it ends, so it begins
         lap, before = float(np.prod(decay)), _followed(np.zeros(2), decay, jump)[-1]
         excess = _followed(before / (1.0 - lap), decay, jump)
-    return Easing(motion.time, excess, motion.period)
+    rested = begin[0] + excess[0]
+    return Easing(motion.time, excess, motion.period, rested if rested.any() else None)
 
 
 def _followed(first: Floats, decay: Floats, jump: Floats) -> Floats:

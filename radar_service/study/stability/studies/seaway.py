@@ -1,4 +1,4 @@
-"""Ships in a seaway: waves of rising height, under which metal moves ever faster between the instants at which it is evaluated."""
+"""Ships in a seaway: rising waves, in which metal moves ever faster between the instants at which it is evaluated."""
 
 from dataclasses import fields, replace
 
