@@ -66,7 +66,7 @@ def test_rates_are_derivatives(course: str, stream: bool) -> None:
     motion = motion_of(course, stream)
     knots = motion.time
     for start in (1.0, 36_000.0):
-        time = start + np.linspace(0.0, 300.0, 407)
+        time = start + np.linspace(0.0, 300.0, 67)
         lap = time if motion.period is None else time % motion.period
         clear = np.abs(lap[:, None] - np.append(knots, knots[-1] + 1e9)).min(axis=1) > 1e-3
         before, after = (motion.sway_state(time[clear] + h).values for h in (-H, H))
@@ -165,11 +165,11 @@ def test_a_small_boat_floats_on_the_sea() -> None:
 def variance_in_theory(sea: Seaway, form: HullForm, heading: float, speed: float) -> Floats:
     """Integrals of |response|^2 S(w) D(theta) over the bands of which waves are drawn, for roll, pitch and heave."""
     peak = 2.0 * np.pi / sea.period
-    edges = np.geomspace(0.55 * peak, 3.5 * peak, 1501)
+    edges = np.geomspace(0.55 * peak, 3.5 * peak, 401)
     energy = np.diff(energy_below(edges, peak))
     energy *= (sea.height / 4.0) ** 2 / energy.sum()
     frequency = np.sqrt(edges[1:] * edges[:-1])
-    off = (np.arange(360) + 0.5) / 360.0 * np.pi - np.pi / 2.0
+    off = (np.arange(90) + 0.5) / 90.0 * np.pi - np.pi / 2.0
     share = np.cos(off) ** (2.0 * sea.spread)
     share /= share.sum()
     result = np.zeros(3)
@@ -182,17 +182,17 @@ def variance_in_theory(sea: Seaway, form: HullForm, heading: float, speed: float
 
 @pytest.mark.parametrize(("course", "speed"), [(180.0, 6.0), (90.0, 0.0), (40.0, 7.0)])
 def test_variances_of_drawn_motions_are_those_of_the_spectrum(course: float, speed: float) -> None:
-    """Means of 150 seas, which vary by frequency and direction; to 4 of their own standard errors, one of 10,000 by chance."""
+    """Means of 60 seas, which vary by frequency and direction; to 4 of their own standard errors, one of 10,000 by chance."""
     sea = Seaway(2.0, 7.5, 0.0, 1.0, 0, 0.0, 0.0)
     heading = np.deg2rad([-course])
     velocity = speed * np.stack([np.sin(heading), np.cos(heading)], axis=1)
     drawn = []
-    for seed in range(150):
+    for seed in range(60):
         waves = drawn_waves(replace(sea, seed=seed))
         drawn.append((np.abs(amplitudes(waves, COASTER, heading, velocity)[0]) ** 2).sum(axis=-1) / 2.0)
     expected = variance_in_theory(sea, COASTER, float(heading[0]), speed)
     error = np.std(drawn, axis=0) / np.sqrt(len(drawn))
-    assert (error < 0.06 * expected).all()
+    assert (error < 0.1 * expected).all()
     np.testing.assert_array_less(np.abs(np.mean(drawn, axis=0) - expected), 4.0 * error)
 
 
@@ -200,7 +200,7 @@ def test_a_motion_has_the_variance_of_its_amplitudes() -> None:
     """Over ten hours; sums of waves with different frequencies are orthogonal."""
     motion = motion_of("straight", list_deg=1.5, trim_deg=-0.5)
     law = law_of(motion)
-    sway = motion.sway_state(np.linspace(0.0, 36_000.0, 30_001)).values
+    sway = motion.sway_state(np.linspace(0.0, 36_000.0, 12_001)).values
     np.testing.assert_allclose(sway.std(axis=0), law.bounds.deviation, rtol=0.02)
     assert np.rad2deg(sway.mean(axis=0)[:2]) == pytest.approx([1.5, -0.5], abs=0.02)
     envelope = motion.sway_rates(np.linspace(0.0, 3600.0, 1801))
@@ -221,7 +221,7 @@ def test_a_coaster_of_75_m_rolls_in_a_beam_sea_as_such_ships_do(state: int, low:
 def test_bounds_hold(course: str) -> None:
     motion = motion_of(course)
     law = law_of(motion)
-    state = motion.sway_state(np.linspace(0.0, 7200.0, 3001))
+    state = motion.sway_state(np.linspace(0.0, 7200.0, 701))
     assert (np.abs(state.values) <= law.max_values + 1e-12).all()
     assert (np.abs(state.rates) <= law.max_rates + 1e-12).all()
     assert (law.likely_values <= law.max_values).all() and (law.likely_rates <= law.max_rates).all()
@@ -230,13 +230,13 @@ def test_bounds_hold(course: str) -> None:
 
 
 def test_bounds_on_any_course_hold_between_their_headings_and_speeds() -> None:
-    """3900 draws of courses: none exceeds them, and MARGIN is not much more than needed."""
+    """1200 draws of courses: none exceeds them, and MARGIN is not much more than needed."""
     waves = drawn_waves(Seaway(2.0, 6.0, 1.0, 1.0, 9, 0.0, 0.0))
     rng, worst = np.random.default_rng(3), 0.0
     for form in (COASTER, HullForm(12.0, 4.0, 1.5, 0.5, 0.7, 4.5, 0.05), HullForm(160.0, 25.0, 9.0, 0.8, 0.87, 13.0, 0.02)):
         bounds = bounds_on_any_course(waves, form, 10.0, 0.0)
-        heading = rng.uniform(0.0, 2.0 * np.pi, 1300)
-        velocity = rng.uniform(0.0, 10.0, (1300, 1)) * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+        heading = rng.uniform(0.0, 2.0 * np.pi, 400)
+        velocity = rng.uniform(0.0, 10.0, (400, 1)) * np.stack([np.sin(heading), np.cos(heading)], axis=1)
         for part, bound in zip(bounds_of(waves, form, heading, velocity), bounds, strict=True):
             worst = max(worst, float((part[[0, 1, 3]] / bound[[0, 1, 3]]).max()))
     assert 1.0 < worst * MARGIN < MARGIN
@@ -277,7 +277,7 @@ def test_commands_leave_sway_continuous() -> None:
         ends = [motion.past.sway_state(np.array([time + 3.0 + h])).values for h in (-H, H)]
         np.testing.assert_allclose(here, (ends[1] - ends[0]) / (2 * H), atol=2e-6)
     assert np.hypot(*law_of(motion).excess(0.0)) == 0.0
-    state = motion.sway_state(np.linspace(60.0, 4000.0, 3001))
+    state = motion.sway_state(np.linspace(60.0, 4000.0, 401))
     assert (np.abs(state.values) <= law_of(motion).max_values).all() and (
         np.abs(state.rates) <= law_of(motion).max_rates
     ).all()

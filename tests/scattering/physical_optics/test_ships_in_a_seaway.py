@@ -61,7 +61,7 @@ def _stand(plain: Any, patch: pytest.MonkeyPatch, waves: Any, table: Table, time
         return stand_in_seaway(table, time, tracks, waves)
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.study)], ids=["fewer", "all"])
 @pytest.mark.parametrize(
     "number", [0, 1, 3, 6, *(pytest.param(n, marks=pytest.mark.study) for n in (10, 11, 13, 51, 79)), 14, 64, 16]
