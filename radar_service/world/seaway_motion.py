@@ -27,7 +27,7 @@ SWING = (
     1.5  # of the envelope: nodes of metal by 1.25 of it err by up to 0.05, by 1.5 of it by 0.016 (drawn boxes, 25 degrees/s)
 )
 COURSES = 4  # whose amplitudes are kept: those of threads that are apart
-STEP = 1e-4  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-9 of them
+STEP = 1e-6  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-6 of their change
 
 
 class Bounds(NamedTuple):
@@ -219,10 +219,8 @@ class SeawayMotion:
         v_east, v_north = upright.velocity[:, 0], upright.velocity[:, 1]
         change = np.stack([turned * v_north, -turned * v_east], axis=1) - self.easing.at(time) / EASING
         heading, felt = upright.heading, self._felt(upright, time)
-        after, before = (
-            amplitudes(self.waves, self.form, heading + step * turn, felt + step * change) for step in (STEP, -STEP)
-        )
-        return np.asarray(rate + (after - before) / (2.0 * STEP))
+        after = amplitudes(self.waves, self.form, heading + STEP * turn, felt + STEP * change)
+        return np.asarray(rate + (after - amplitude) / STEP)
 
 
 MOVES = [0, 1, 3]  # columns of roll, pitch and heave
