@@ -18,8 +18,8 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
 from radar_service.world.scene import Scene
-from radar_service.world.seaway import WAVES
 from radar_service.world.seaway_motion import SeawayMotion
+from radar_service.world.wave_drawing import WAVES
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)

@@ -13,10 +13,11 @@ from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.hull_response import HullForm
 from radar_service.world.motion import Motion
-from radar_service.world.seaway import Seaway, Waves, drawn_waves
+from radar_service.world.seaway import Seaway, Waves
 from radar_service.world.seaway_motion import Bounds, SeawayMotion, bounds_of, bounds_on_any_course, easing_of
 from radar_service.world.steered_motion import SteeredMotion
 from radar_service.world.stream import Stream
+from radar_service.world.wave_drawing import drawn_waves
 
 DRAUGHT_PER_BEAM = 0.4  # of cargo ships; of boats somewhat less
 STABILITY_PER_BEAM = 0.1  # metacentric height over beam: cargo ships have 0.05 to 0.1, boats 0.1 to 0.2

@@ -3,7 +3,8 @@
 Heave and pitch are those of Jensen, Mansour and Olsen, "Estimation of ship motions using closed-form expressions", Ocean
 Engineering 31 (2004) 61-85: a box with the hull's length, draught and displacement. Roll answers to the mean slope of the sea
 across the hull. Their roll moment, from the damping by Haskind's relation, goes to 0 in long waves, where a boat has the slope
-of the sea; it has a third of this roll at 75 m, and a tenth at 12 m.
+of the sea: in beam seas of sea states 3 and 5 it gives 0.4 and 0.3 of this roll at 75 m (0.9 and 4.2 degrees
+rms), and less at 12 m.
 """
 
 from dataclasses import dataclass
