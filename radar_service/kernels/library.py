@@ -60,6 +60,7 @@ PROTOTYPES = {
     "spread_points": "nnnnnififcs",
     "echo_positions": "nnnniffibifffff" + "f",
     "beam_weights": "nnnrsssssss",
+    "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),
