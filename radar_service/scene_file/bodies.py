@@ -27,12 +27,12 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.world.body import Body, Mesh
+from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
-from radar_service.world.stream import Stream
 
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
@@ -43,10 +43,10 @@ class BodyLoader:
 
     def __init__(
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
-        radars: Sequence[Radar], stream: Stream,
+        radars: Sequence[Radar], currents: Currents,
     ) -> None:  # fmt: skip
         self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
-        self._origin, self._radars, self._stream = origin, radars, stream
+        self._origin, self._radars, self._currents = origin, radars, currents
         self.findings: list[Findings] = []
         self._triangles = 0
         self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
@@ -86,7 +86,7 @@ class BodyLoader:
         return _cached(
             self._motions,
             k,
-            lambda: motion_from_model(model, self._start(model), location, self.read_track, self._stream),
+            lambda: motion_from_model(model, self._start(model), location, self.read_track, self._currents),
         )
 
     def _start(self, model: BodyModel) -> Floats:

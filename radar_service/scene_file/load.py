@@ -15,12 +15,8 @@ from radar_service.scene_file.bodies import BodyLoader
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
-from radar_service.scene_file.convert import (
-    environment_from_model,
-    interferer_from_model,
-    radar_from_model,
-    stream_from_model,
-)
+from radar_service.scene_file.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene_file.currents import currents_from_models
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
@@ -33,6 +29,7 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.world.body import Body
+from radar_service.world.currents import NO_CURRENTS
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.geo import Origin
@@ -96,9 +93,11 @@ class _Loader:
             self.origin = (model.origin.latitude_deg, model.origin.longitude_deg)
         self.entries = radar_entries(model.radar)
         self.radars = [radar_from_model(entry.model) for entry in self.entries]
-        self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
-        self.stream = stream_from_model(model.environment)
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream)
+        make_currents = partial(currents_from_models, model.environment, model.current, self.origin)
+        self.currents = self._collected(make_currents) or NO_CURRENTS
+        make_environment = partial(environment_from_model, model.environment, currents=self.currents)
+        self.environments = [self._collected(partial(make_environment, radar)) for radar in self.radars]
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.currents)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
@@ -129,7 +128,7 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream))
+        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.currents))
 
     def _platform(self, platform: PlatformModel) -> Platform | None:
         if platform.body is not None:

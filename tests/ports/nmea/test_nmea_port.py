@@ -190,7 +190,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
     port, kept = started(simulator)
     port.tick("0", 9.0)
     port.tick("0", 12.0)
-    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, stream=scene.environment.stream)
+    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, currents=scene.environment.currents)
     laws = reporter.laws_at(0)
     assert laws is not None
     rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
