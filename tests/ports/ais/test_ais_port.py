@@ -19,6 +19,7 @@ from radar_service.terminal.arguments import UsageError
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
 from tests.ports.nmea.test_nmea_port import Kept, OneStation, simulator_of
 from tests.ports.nmea.test_senders import free_port
+from tests.reference.true_north import true_deg
 
 HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
 CIRCLE = {"name": "circle", **HULL, "position_m": [800, 0, -4], "speed_kn": 12, "course_deg": 40, "turn_rate_deg_s": 1.2,
@@ -108,8 +109,8 @@ def test_each_report_is_the_truth_of_its_second(origin: tuple[float, float]) -> 
         near(parts(message.lat), latitude * PARTS, 1.0)
         near(parts(message.lon), longitude * PARTS, 1.0, 360.0 * PARTS)
         near(message.speed, body.speed / KNOT, 0.1)
-        near(message.course, math.degrees(body.course), 0.1, 360.0)
-        near(message.heading, math.degrees(body.heading), 1.0, 360.0)
+        near(message.course, true_deg(body.course, body.position, origin), 0.1, 360.0)
+        near(message.heading, true_deg(body.heading, body.position, origin), 1.0, 360.0)
         checked.add(mmsi)
     assert checked >= {200, 201, 202}
 
