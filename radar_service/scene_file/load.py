@@ -28,6 +28,7 @@ from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
+from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.currents import NO_CURRENTS
 from radar_service.world.error import SceneError
@@ -60,7 +61,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     bodies = [body for k in range(len(model.body)) if (body := loader.body(k)) is not None]
     if loader.problems:
         raise error_from_problems(loader.problems)
-    first, *_ = radars = loader.installations()
+    first, *_ = radars = loader.installations(ais_from_models(model, bodies))
     world = World(model.name, loader.origin, first.environment, tuple(bodies))
     loader.warnings.extend(mesh_warnings(loader.bodies.findings))
     if loader.origin is not None:
@@ -77,7 +78,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(
         world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
-        ais_from_models(model, bodies), model.own_ship.gnss_offset_m,
+        first.ais, first.gnss_offset,
     )  # fmt: skip
 
 
@@ -102,14 +103,18 @@ class _Loader:
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
 
-    def installations(self) -> list[Installation]:
-        """Returns the radars of a scene without problems."""
+    def installations(self, ais: Ais) -> list[Installation]:
+        """Returns the radars of a scene without problems. ais: all its transponders."""
         parts = zip(self.entries, self.radars, self.platforms, self.environments, strict=True)
         return [
-            Installation(e.id, radar, carrier, around, self._errors(e), has_sensors(e))
+            Installation(
+                e.id, radar, carrier, around, self._errors(e), has_sensors(e),
+                ais if self._is_own_ship(e) else ais.of_bodies,
+                self.model.own_ship.gnss_offset_m if self._is_own_ship(e) else (0.0, 0.0),
+            )
             for e, radar, carrier, around in parts
             if carrier and around
-        ]
+        ]  # fmt: skip
 
     def body(self, k: int) -> Body | None:
         """Returns body k, or None after collecting its problems."""
@@ -141,10 +146,15 @@ class _Loader:
         own_ship = self.model.own_ship
         body = own_ship.body if entry.platform is None else entry.platform.body
         of_platform = [entry.errors for entry in self.model.body if entry.name == body]
-        if entry.platform is None or (body is not None and body == own_ship.body):
+        if self._is_own_ship(entry):
             of_platform.append(own_ship.errors)
         models = (self.model.errors, *of_platform, entry.model.errors)
         return settings_from_models(*models, has_sensors=has_sensors(entry))
+
+    def _is_own_ship(self, entry: RadarEntry) -> bool:
+        """Whether own ship carries a radar."""
+        body = None if entry.platform is None else entry.platform.body
+        return entry.platform is None or (body is not None and body == self.model.own_ship.body)
 
     def _carrier(self, name: str) -> Platform:
         """Returns the body of that name as a platform."""

@@ -19,12 +19,11 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
     option: with which messages begin; prepare: is called once the socket is bound.
     Raises UsageError where the port is taken, or the address is not this machine's.
     """
-    family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-    result = socket.socket(family, kind)
+    result = socket.socket(where.family, kind)
     try:
         if kind == socket.SOCK_STREAM:
             result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        result.bind((where.host, where.port))
+        result.bind(where.for_sockets)
         prepare(result)
     except OSError as error:
         result.close()

@@ -97,10 +97,9 @@ class UdpSender:
         """option: with which messages begin. Raises UsageError where no way leads there."""
         self.lost = 0
         self._option, self._where, self._has_failed = option, where, False
-        family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._socket = socket.socket(where.family, socket.SOCK_DGRAM)
         try:
-            self._prepare(family)
+            self._prepare()
         except OSError as error:
             self._socket.close()
             raise UsageError(
@@ -131,20 +130,19 @@ class UdpSender:
         """Closes the socket."""
         self._socket.close()
 
-    def _prepare(self, family: int) -> None:
+    def _prepare(self) -> None:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        if family == socket.AF_INET6:
+        if self._where.family == socket.AF_INET6:
             self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
             self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
             if self._where.interface:
-                index = socket.if_nametoindex(self._where.interface)
-                self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, index)
+                self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, self._where.interface_index)
         else:
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
             if self._where.interface:
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._where.interface))
-        self._socket.connect((self._where.host, self._where.port))
+                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self._where.interface_address)
+        self._socket.connect(self._where.for_sockets)
 
 
 def datagrams(sentences: Sequence[bytes]) -> list[tuple[int, bytes]]:

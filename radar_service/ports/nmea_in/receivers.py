@@ -163,9 +163,7 @@ def _join(receiving: socket.socket, where: Address) -> None:
         if not group.is_multicast:
             return
         if group.version == 4:
-            interface = socket.inet_aton(where.interface or "0.0.0.0")
-            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + interface)
+            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + where.interface_address)
         else:
-            index = socket.if_nametoindex(where.interface) if where.interface else 0
-            request = group.packed + index.to_bytes(4, sys.byteorder)
+            request = group.packed + where.interface_index.to_bytes(4, sys.byteorder)
             receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)

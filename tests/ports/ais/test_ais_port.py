@@ -17,7 +17,7 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
-from tests.ports.nmea.test_nmea_port import Kept, OneStation, simulator_of
+from tests.ports.nmea.test_nmea_port import SITES, Kept, OneStation, simulator_of, stations_of
 from tests.ports.nmea.test_senders import free_port
 from tests.reference.true_north import true_deg
 
@@ -172,6 +172,21 @@ def test_an_absent_ship_and_a_scene_without_origin() -> None:
 def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
     came = run(simulator_of({"body": "fast"}, body=[FAST, CIRCLE]), 20.0)
     assert {(kind, int(m.mmsi)) for _, kind, m in came} == {("VDO", 202), ("VDM", 201)}
+
+
+@pytest.mark.parametrize(
+    ("radar", "expected"), [("bow", {("VDO", 201), ("VDM", 202)}), ("pier", {("VDM", 202)}), ("ferry", {("VDO", 202)})]
+)
+def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
+    radar: str, expected: set[tuple[str, int]]
+) -> None:
+    """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""
+    kept = Kept()
+    port = AisPort([kept], radar)
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), threads=()))))
+    for time in np.arange(0.0, 30.0, 0.5).tolist():
+        port.tick(radar, time)
+    assert {(kind, int(m.mmsi)) for kind, m in messages(kept)} == expected
 
 
 def test_a_pause_repeats_own_ship_alone() -> None:

@@ -66,6 +66,52 @@ class OneStation:
         self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
 
 
+SITES = {
+    "origin": {"latitude_deg": 50.0, "longitude_deg": -1.0}, "environment": STREAM,
+    "radar": [{**RADAR, "id": "bow"}, {**RADAR, "id": "pier", "platform": {"position_m": [60e3, -2000], "heading_deg": 77}},
+              {**RADAR, "id": "ferry", "platform": {"body": "ferry"}}],
+    "own_ship": {**TURNING, "mmsi": 201, "gnss_offset_m": [0.0, 50.0]},
+    "body": [{"name": "ferry", "shape": "point", "rcs_dbsm": 60, "position_m": [60200, -1900, 5], "speed_kn": 5, "course_deg": 10,
+              "mmsi": 202}],
+}  # fmt: skip
+
+
+def stations_of(scene: dict[str, Any]) -> dict[str, OneStation]:
+    """The stations of a scene with several radars."""
+    loaded, result = load_scene(scene), {}
+    for radar in loaded.radar_ids:
+        result[radar] = OneStation(Simulator(loaded, fidelity="fast", radar=radar))
+        result[radar].identity = radar
+    return result
+
+
+def test_a_fixed_site_has_a_stream_of_its_own() -> None:
+    """`--nmea-of` a site: its place, not that of own ship; the stream passes it. And of a body, without own ship's antenna."""
+    stations, kept = stations_of(SITES), {name: Kept() for name in ("pier", "ferry")}
+    for name, sender in kept.items():
+        port = NmeaPort([sender], name, tells_truth=True)
+        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, threads=()))))
+        port.tick("bow", 5.0)
+        assert not sender.lines
+        port.tick(name, 5.0)
+    pier, ferry = (parsed(kept[name].lines, "RMC")[5] for name in kept)
+    latitude, longitude = geographic_from_map(np.array([60e3, -2000.0]), (50.0, -1.0))
+    for message in (pier, parsed(kept["pier"].lines, "GGA")[5]):
+        close(message.latitude, latitude, 1e-5 / 60)
+        close(message.longitude, longitude, 1e-5 / 60)
+    north = true_deg(0.0, [60e3, -2000.0], (50.0, -1.0))
+    assert {str(message.heading) for message in parsed(kept["pier"].lines, "HDT")} == {f"{77.0 + north:.2f}"}
+    assert {message.spd_over_grnd for message in parsed(kept["pier"].lines, "RMC")} == {0.0}
+    vbw = parsed(kept["pier"].lines, "VBW")[0]
+    close(vbw.lon_water_spd, -2.5 * math.cos(math.radians(70 - 77)), 0.01)
+    assert {float(message.rate_of_turn) for message in parsed(kept["pier"].lines, "ROT")} == {0.0}
+    assert [message.name for message in parsed(kept["pier"].lines, "TTM")] == ["TRUTH ferry"]
+    truth = stations["ferry"].epoch.spoke_source.truth(5.0).own_ship  # of the ferry, without own ship's antenna
+    close(ferry.latitude, truth.latitude_deg, 1e-5 / 60)
+    close(ferry.longitude, truth.longitude_deg, 1e-5 / 60)
+    close(ferry.spd_over_grnd, 5.0, 0.01)
+
+
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
     kept = Kept()
     port = NmeaPort([kept], radar, tells_truth)
