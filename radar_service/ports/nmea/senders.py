@@ -3,7 +3,8 @@
 import contextlib
 import logging
 import socket
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from typing_extensions import override
@@ -15,6 +16,7 @@ from radar_service.terminal.arguments import UsageError
 
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
+STALLED = 30.0  # s without taking anything, after which another client takes the place of one
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
 
 
@@ -31,17 +33,23 @@ class Sender(Protocol):
 
 
 class _Client:
-    """A TCP client, with what it has not taken yet."""
+    """A TCP client, with what it has not taken yet.
 
-    def __init__(self, connection: socket.socket) -> None:
+    has_ended: whether it says nothing any more: it may have gone, or only read, as `ncat --recv-only` does.
+    took: when it has last taken all there was [s].
+    """
+
+    def __init__(self, connection: socket.socket, now: float) -> None:
         self.connection, self.waiting = connection, bytearray()
+        self.has_ended, self.took = False, now
 
-    def send(self, sentences: Sequence[bytes]) -> int:
+    def send(self, sentences: Sequence[bytes], now: float) -> int:
         """Hands on what it takes; returns how many sentences were left out. Raises OSError where it has gone."""
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_READ // 4096):
-                if not self.connection.recv(4096):
-                    raise ConnectionResetError
+                if self.has_ended:
+                    break
+                self.has_ended = not self.connection.recv(4096)
         count = 0
         for each in sentences:
             if len(self.waiting) + len(each) > MAX_WAITING:
@@ -51,15 +59,20 @@ class _Client:
         with contextlib.suppress(BlockingIOError):
             while self.waiting:
                 del self.waiting[: self.connection.send(self.waiting)]
+                self.took = now
+        if not self.waiting:
+            self.took = now
         return count
 
 
 class TcpSender(TcpListener):
     """A TCP server that sends. lost: as of each sender."""
 
-    def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
+    def __init__(
+        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__(option, where, allowed)
-        self.lost = 0
+        self.lost, self._clock = 0, clock
         self._clients = list[_Client]()
 
     @property
@@ -72,10 +85,9 @@ class TcpSender(TcpListener):
         self._accept()
         for client in list(self._clients):
             try:
-                self.lost += client.send(sentences)
+                self.lost += client.send(sentences, self._clock())
             except OSError:
-                self._clients.remove(client)
-                client.connection.close()
+                self._drop(client)
 
     @override
     def close(self) -> None:
@@ -85,9 +97,22 @@ class TcpSender(TcpListener):
         super().close()
 
     def _accept(self) -> None:
-        for connection in self.accepted(len(self._clients)):
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients.append(_Client(connection))
+        for connection, *_ in self.accepted(len(self._clients), self._make_room):
+            with contextlib.suppress(OSError):  # he has gone again
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._clients.append(_Client(connection, self._clock()))
+
+    def _make_room(self) -> bool:
+        """Drops a client that has gone, perhaps, or else the one that has taken nothing for the longest time."""
+        client = min(self._clients, key=lambda each: (not each.has_ended, each.took), default=None)
+        if client is None or not (client.has_ended or self._clock() - client.took >= STALLED):
+            return False
+        self._drop(client)
+        return True
+
+    def _drop(self, client: _Client) -> None:
+        self._clients.remove(client)
+        client.connection.close()
 
 
 class UdpSender:

@@ -116,19 +116,21 @@ class NmeaSteering:
         origin, angles = self._station.epoch.info.scene.origin, [key for key in ANGLES if key in values]
         if origin is None or not angles:
             return dict(values)
-        if "position_m" in values:
-            self._place, self._placed = values["position_m"], self._clock()
-        elif self._clock() - self._placed > FRESH:
-            self._look_up_place()
-        bearings = map_bearing(np.deg2rad([values[key] for key in angles]), np.array(self._place), origin)
+        place = values.get("position_m")  # of this pose alone: it may be refused
+        if place is None:
+            place = self._own_place()
+        bearings = map_bearing(np.deg2rad([values[key] for key in angles]), np.array(place), origin)
         return {**values, **dict(zip(angles, np.rad2deg(bearings).tolist(), strict=True))}
 
-    def _look_up_place(self) -> None:
+    def _own_place(self) -> tuple[float, float]:
+        """Where own ship is [m], no longer than FRESH ago."""
         source = self._station.epoch.spoke_source
-        with contextlib.suppress(SpokeSourceFault):  # its process is being replaced: the last one will do
-            if isinstance(source, TellsShips):
+        if self._clock() - self._placed > FRESH and isinstance(source, TellsShips):
+            with contextlib.suppress(SpokeSourceFault):  # its process is being replaced: the last one will do
                 (states,) = source.ship_states([self._station.transmitter.simulated], [None])
-                self._place, self._placed = tuple(states.position[0, :2].tolist()), self._clock()
+                east, north, _ = states.position[0].tolist()
+                self._place, self._placed = (east, north), self._clock()
+        return self._place
 
     def _tell(self, error: BaseException | None) -> None:
         """Counts a pose that was refused, and logs the first one of several."""

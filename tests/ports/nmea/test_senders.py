@@ -12,7 +12,7 @@ import pytest
 from radar_service.ports.nmea import senders
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS
-from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, TcpSender, UdpSender, datagrams
+from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, STALLED, TcpSender, UdpSender, datagrams
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
@@ -87,6 +87,46 @@ def test_clients_are_limited(sender: TcpSender) -> None:
     assert sender.clients == MAX_CLIENTS and sender.refused == 1 and clients[-1].recv(10) == b""
     for client in clients:
         client.close()
+
+
+def test_one_that_only_reads_gets_all_and_gives_way_when_there_is_no_room(sender: TcpSender) -> None:
+    """`ncat --recv-only` ends what it says at once, as one does that has gone."""
+    clients = [dialled(sender) for _ in range(MAX_CLIENTS)]
+    clients[7].shutdown(socket.SHUT_WR)
+    for _ in range(3):
+        sender.send([LINE])
+    assert sender.clients == MAX_CLIENTS and clients[7].recv(1000)[: len(LINE)] == LINE
+    clients.append(dialled(sender))
+    sender.send([LINE])
+    assert sender.clients == MAX_CLIENTS and sender.refused == 0 and clients[-1].recv(1000) == LINE
+    while clients[7].recv(1000):
+        pass
+    for client in clients:
+        client.close()
+
+
+def test_who_takes_nothing_for_long_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One whose line is full, not those to whom nothing was sent."""
+    now = [0.0]
+    sender = TcpSender("--nmea-tcp", Address(HERE, free_port()), [], lambda: now[0])
+    slow, *clients = (dialled(sender) for _ in range(MAX_CLIENTS))
+    while not sender.lost:
+        sender.send([LINE] * 500)
+        for client in clients:
+            client.recv(2**20)
+    for later, refused in ((STALLED - 1.0, 1), (STALLED, 1)):
+        now[0] = later
+        for client in clients:
+            client.setblocking(False)
+            with contextlib.suppress(BlockingIOError):
+                while client.recv(2**20):
+                    pass
+        sender.send([])
+        clients.append(dialled(sender))
+        assert (sender.clients, sender.refused) == (MAX_CLIENTS, refused)
+    for client in (slow, *clients):
+        client.close()
+    sender.close()
 
 
 def test_a_port_that_is_taken_ends_the_start(sender: TcpSender) -> None:

@@ -326,6 +326,18 @@ def test_a_pose_that_is_refused_is_counted_and_logged_once(caplog: pytest.LogCap
     assert refused.counts["nmea-refused"] == 3 and [record.message for record in caplog.records] == ["own ship not steered"]
 
 
+def test_a_position_that_is_refused_turns_no_heading() -> None:
+    """One beyond the map, where true north is another: the next heading counts from north at own ship."""
+    made, fake, clock, _ = steering()
+    made.hear("a", [rmc("120000.00", "8959.0000,N,17000.0000,E", 6.0, 90.0), hdt(10.0)])
+    made.steer()
+    fake.commands.put_[-1][2].set_exception(CommandError("position_m"))
+    clock.now = 1.0
+    made.hear("a", [hdt(20.0)])
+    made.steer()
+    assert fake.commands.put_[-1][0](5.0)["heading_deg"] == pytest.approx(20.0, abs=1e-9)
+
+
 UNFIT = {
     "add steerable": scene({}), "add an \\[origin\\]": {"radar": RADAR, "own_ship": {"steerable": {}}},
 }  # fmt: skip
