@@ -16,6 +16,7 @@ from radar_service.terminal.arguments import UsageError
 
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
+REOPEN = 1.0  # s between two sockets to a network that is away
 STALLED = 30.0  # s without taking anything, after which another client takes the place of one
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
 
@@ -118,19 +119,17 @@ class TcpSender(TcpListener):
 class UdpSender:
     """Datagrams to one address, also of multicast or broadcast; they stay in the network of this machine (TTL 1)."""
 
-    def __init__(self, option: str, where: Address) -> None:
+    def __init__(self, option: str, where: Address, clock: Callable[[], float] = time.monotonic) -> None:
         """option: with which messages begin. Raises UsageError where no way leads there."""
         self.lost = 0
         self._option, self._where, self._has_failed = option, where, False
-        self._socket = socket.socket(where.family, socket.SOCK_DGRAM)
+        self._clock, self._opened = clock, clock()
         try:
-            self._prepare()
+            self._socket = _prepared(where)
         except OSError as error:
-            self._socket.close()
             raise UsageError(
                 f"{option}: {where} cannot be reached ({error.strerror}); give another address or interface"
             ) from None
-        self._socket.setblocking(False)
 
     def send(self, sentences: Sequence[bytes]) -> None:
         """Sends whole sentences, as many in a datagram as fit."""
@@ -146,6 +145,7 @@ class UdpSender:
                         "network lost", logging.WARNING, option=self._option, to=str(self._where), reason=str(error.strerror)
                     )
                 self._has_failed = True
+                self._open_again()
             else:
                 if self._has_failed:
                     log_event("network back", option=self._option, to=str(self._where), lost=self.lost)
@@ -155,19 +155,38 @@ class UdpSender:
         """Closes the socket."""
         self._socket.close()
 
-    def _prepare(self) -> None:
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        if self._where.family == socket.AF_INET6:
-            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
-            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
-            if self._where.interface:
-                self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, self._where.interface_index)
+    def _open_again(self) -> None:
+        """Opens another socket, once a second: an interface that was away may have come back as another one."""
+        if self._clock() - self._opened < REOPEN:
+            return
+        self._opened = self._clock()
+        with contextlib.suppress(OSError):
+            fresh = _prepared(self._where)
+            self._socket.close()
+            self._socket = fresh
+
+
+def _prepared(where: Address) -> socket.socket:
+    """Returns a socket for datagrams to an address, which does not wait. Raises OSError."""
+    result = socket.socket(where.family, socket.SOCK_DGRAM)
+    try:
+        result.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        if where.family == socket.AF_INET6:
+            result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
+            result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
+            if where.interface:
+                result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, where.interface_index)
         else:
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
-            if self._where.interface:
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self._where.interface_address)
-        self._socket.connect(self._where.for_sockets)
+            result.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
+            result.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+            if where.interface:
+                result.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, where.interface_address)
+        result.connect(where.for_sockets)
+        result.setblocking(False)
+    except OSError:
+        result.close()
+        raise
+    return result
 
 
 def datagrams(sentences: Sequence[bytes]) -> list[tuple[int, bytes]]:

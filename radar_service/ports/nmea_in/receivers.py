@@ -18,6 +18,7 @@ from radar_service.service.token_bucket import TokenBucket
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
 MAX_DATAGRAMS = 64  # at once
 RATE, AT_ONCE = 200.0, 100.0  # sentences of one sender a second: as poses
+REJOIN = 5.0  # s: an interface that was away and came back is in no group
 IDLE = 10.0  # s without a line, after which another client takes the place of one
 Count = Callable[[str, int], None]
 
@@ -123,7 +124,7 @@ class UdpReceiver:
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Arguments as of TcpListener. Raises UsageError."""
-        self._allowed, self._clock = allowed, clock
+        self._allowed, self._clock, self._where, self._joined = allowed, clock, where, clock()
         self._talks: dict[str, _Talk] = {}
         self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: _join(joined, where))
 
@@ -146,6 +147,10 @@ class UdpReceiver:
     def received(self, count: Count) -> list[Received]:
         """Returns what has come, of each datagram by itself."""
         result: list[Received] = []
+        if self._clock() - self._joined >= REJOIN:
+            self._joined = self._clock()
+            with contextlib.suppress(OSError):  # as a rule it is in the group
+                _join(self._socket, self._where)
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_DATAGRAMS):
                 data, (host, port, *_) = self._socket.recvfrom(MAX_READ)

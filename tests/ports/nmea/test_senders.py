@@ -177,6 +177,30 @@ def test_a_network_that_goes_away_is_told_once_and_tried_again(
     assert [record.message for record in caplog.records] == ["network lost", "network back"] * 2
 
 
+def test_an_interface_that_came_back_as_another_one_gets_another_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first socket fails for ever; another one is opened after a second, and not before."""
+    now, opened = [0.0], list[socket.socket]()
+
+    class Gone(Unplugged):
+        def __init__(self, *words: Any) -> None:
+            super().__init__(*words)
+            opened.append(self)
+
+        def send(self, *_: Any) -> int:
+            if self is opened[0]:
+                raise OSError(errno.ENODEV, "no device")
+            return 1
+
+    monkeypatch.setattr(senders.socket, "socket", Gone)
+    sender = UdpSender("--nmea-udp", Address(HERE, 9), lambda: now[0])
+    for later, lost in ((0.5, 1), (0.9, 2), (1.0, 3), (1.1, 3)):
+        now[0] = later
+        sender.send([LINE])
+        assert sender.lost == lost
+    assert len(opened) == 2 and opened[0].fileno() == -1
+    sender.close()
+
+
 def test_an_address_where_nobody_listens_yet_is_no_fault(caplog: pytest.LogCaptureFixture) -> None:
     """The system then refuses each second datagram."""
     sender = UdpSender("--nmea-udp", Address(HERE, free_port()))

@@ -16,6 +16,7 @@ from radar_service.ports.nmea_in.receivers import (
     MAX_CLIENTS,
     MAX_READ,
     RATE,
+    REJOIN,
     Receiver,
     TcpReceiver,
     UdpReceiver,
@@ -180,6 +181,24 @@ def test_senders_of_datagrams_that_are_remembered_are_few() -> None:
                 sender.sendto(b"x", receiver.address)
                 lines(receiver, 1)
         assert receiver.remembered == MAX_CLIENTS
+
+
+def test_a_group_is_joined_again_that_was_left(clock: Clock) -> None:
+    """As the system leaves it with an interface that goes away."""
+    where = Address("239.255.77.8", free_port(), HERE)
+    with (
+        contextlib.closing(UdpReceiver("--nmea-in-udp", where, None, clock)) as receiver,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(HERE))
+        (joined,) = receiver.sockets
+        joined.setsockopt(
+            socket.IPPROTO_IP, socket.IP_DROP_MEMBERSHIP, socket.inet_aton(where.host) + socket.inet_aton(HERE)
+        )
+        clock.now = REJOIN
+        receiver.received(Counts())
+        sender.sendto(b"again", (where.host, where.port))
+        assert lines(receiver, 1) == [b"again"]
 
 
 def test_a_multicast_group_is_joined() -> None:
