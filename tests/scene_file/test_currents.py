@@ -11,6 +11,7 @@ from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.describe import describe
 from radar_service.scene_file.load import load_scene
 from radar_service.world.geo import geographic_from_map
+from tests.world.test_currents import HORSESHOE
 
 STREAM: dict[str, Any] = {"current_kn": 2.0, "current_to_deg": 90.0}
 ORIGIN = {"latitude_deg": 50.0, "longitude_deg": -1.0}
@@ -37,6 +38,12 @@ def test_latitude_and_longitude_are_the_same_places() -> None:
     polygon, circle = loaded({"corners_deg": corners}, {**centre, "radius_m": 300}, origin=ORIGIN).environment.areas
     assert np.array(polygon.corners) == pytest.approx(np.array(CORNERS), abs=1e-6)
     assert circle.corners[0] == pytest.approx(CORNERS[2], abs=1e-6)
+
+
+def test_a_bay_in_an_area_is_no_crossing() -> None:
+    """Lines through edges cross there, edges do not."""
+    (area,) = loaded({"corners_m": HORSESHOE, "border_m": 50}).environment.areas
+    assert area.corners == HORSESHOE
 
 
 def test_check_prints_them() -> None:

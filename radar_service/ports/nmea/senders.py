@@ -17,7 +17,7 @@ from radar_service.terminal.arguments import UsageError
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
 REOPEN = 1.0  # s between two sockets to a network that is away
-STALLED = 30.0  # s without taking anything, after which another client takes the place of one
+STALLED = 30.0  # s in which a client was behind all the time; then another one takes its place
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
 
 
@@ -60,7 +60,6 @@ class _Client:
         with contextlib.suppress(BlockingIOError):
             while self.waiting:
                 del self.waiting[: self.connection.send(self.waiting)]
-                self.took = now
         if not self.waiting:
             self.took = now
         return count
@@ -104,7 +103,7 @@ class TcpSender(TcpListener):
             self._clients.append(_Client(connection, self._clock()))
 
     def _make_room(self) -> bool:
-        """Drops a client that has gone, perhaps, or else the one that has taken nothing for the longest time."""
+        """Drops a client that has gone, perhaps, or else the one that is behind for the longest time."""
         client = min(self._clients, key=lambda each: (not each.has_ended, each.took), default=None)
         if client is None or not (client.has_ended or self._clock() - client.took >= STALLED):
             return False

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from radar_service.ports.nmea import senders
+from radar_service.ports.nmea import listeners, senders
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS
 from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, STALLED, TcpSender, UdpSender, datagrams
@@ -105,26 +105,30 @@ def test_one_that_only_reads_gets_all_and_gives_way_when_there_is_no_room(sender
         client.close()
 
 
-def test_who_takes_nothing_for_long_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One whose line is full, not those to whom nothing was sent."""
+def test_who_is_behind_for_long_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One whose line is full, not the one that has taken all."""
+    monkeypatch.setattr(listeners, "MAX_CLIENTS", 2)
     now = [0.0]
     sender = TcpSender("--nmea-tcp", Address(HERE, free_port()), [], lambda: now[0])
-    slow, *clients = (dialled(sender) for _ in range(MAX_CLIENTS))
+    slow, quick = dialled(sender), dialled(sender)
+    quick.setblocking(False)
+
+    def send(lines: list[bytes]) -> None:
+        sender.send(lines)
+        with contextlib.suppress(BlockingIOError):
+            while quick.recv(2**20):
+                pass
+
     while not sender.lost:
-        sender.send([LINE] * 500)
-        for client in clients:
-            client.recv(2**20)
-    for later, refused in ((STALLED - 1.0, 1), (STALLED, 1)):
-        now[0] = later
-        for client in clients:
-            client.setblocking(False)
-            with contextlib.suppress(BlockingIOError):
-                while client.recv(2**20):
-                    pass
-        sender.send([])
-        clients.append(dialled(sender))
-        assert (sender.clients, sender.refused) == (MAX_CLIENTS, refused)
-    for client in (slow, *clients):
+        send([LINE] * 500)
+    late = []
+    for now[0], refused in ((STALLED - 1.0, 1), (STALLED, 1)):
+        send([])
+        late.append(dialled(sender))
+        assert (sender.clients, sender.refused) == (2, refused)
+    sender.send([LINE])
+    assert late[1].recv(1000) == LINE == quick.recv(1000)
+    for client in (slow, quick, *late):
         client.close()
     sender.close()
 
