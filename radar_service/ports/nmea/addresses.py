@@ -35,7 +35,7 @@ class Address(NamedTuple):
 
     @property
     def for_sockets(self) -> tuple[str, int] | tuple[str, int, int, int]:
-        """As `bind` and `connect` take it. Raises OSError for an interface that is absent."""
+        """The tuple that `bind` and `connect` take. Raises OSError for an interface that is absent."""
         if self.family == socket.AF_INET6:
             if not self.interface and LINK_LOCAL.match(self.host):
                 raise OSError(errno.EINVAL, f"a link-local address needs an interface, as [{self.host}]:{self.port}%eth0")
