@@ -17,10 +17,14 @@ from radar_service.world.stream import NO_STREAM, Stream
 
 def currents_from_models(environment: EnvironmentModel, areas: Sequence[CurrentModel], origin: Origin | None) -> Currents:
     """Returns all streams of a scene. Raises SceneError where an area is not one, or is narrower than its border."""
-    everywhere = NO_STREAM
-    if environment.current_to_deg is not None:
-        everywhere = _stream(environment.current_kn, environment.current_to_deg)
-    return Currents(everywhere, tuple(_area(model, f"current[{k}]", origin) for k, model in enumerate(areas)))
+    return Currents(
+        stream_from_model(environment), tuple(_area(model, f"current[{k}]", origin) for k, model in enumerate(areas))
+    )
+
+
+def stream_from_model(model: EnvironmentModel) -> Stream:
+    """Returns the velocity of the water over ground that is the same everywhere, east and north [m/s]."""
+    return NO_STREAM if model.current_to_deg is None else _stream(model.current_kn, model.current_to_deg)
 
 
 def _stream(speed_kn: float, to_deg: float) -> Stream:

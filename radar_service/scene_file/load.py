@@ -15,7 +15,11 @@ from radar_service.scene_file.bodies import BodyLoader
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
-from radar_service.scene_file.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene_file.convert import (
+    environment_from_model,
+    interferer_from_model,
+    radar_from_model,
+)
 from radar_service.scene_file.currents import currents_from_models
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
@@ -24,8 +28,10 @@ from radar_service.scene_file.installations import at_location, distance_warning
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
+from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.world.ais import Ais
@@ -98,7 +104,8 @@ class _Loader:
         self.currents = self._collected(make_currents) or NO_CURRENTS
         make_environment = partial(environment_from_model, model.environment, currents=self.currents)
         self.environments = [self._collected(partial(make_environment, radar)) for radar in self.radars]
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.currents)
+        self.seaway = self._collected(partial(builder_from_model, model.environment))
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.currents, self.seaway)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
@@ -133,7 +140,13 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.currents))
+        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.currents)
+        if self.seaway is not None and self.seaway.moves(own_ship, is_vessel=True):
+            hull = own_ship.hull or HullModel()
+            motion = self.seaway.moved(
+                motion, own_ship, hull_from_model(hull, OWN_SHIP, own_ship.draught_m, "own_ship"), "own ship"
+            )
+        return Platform(motion)
 
     def _platform(self, platform: PlatformModel) -> Platform | None:
         if platform.body is not None:

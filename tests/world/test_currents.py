@@ -130,6 +130,22 @@ def test_the_heading_is_the_course_through_the_water_of_the_place(kind: str, tmp
     assert motion.pose(time).position.tolist() == without.pose(time).position.tolist()
 
 
+def test_a_ship_in_a_seaway_follows_the_water_of_the_place_beside_her_yaw(tmp_path: Path) -> None:
+    """Upright she heads as without waves; the bounds of her sway hold on any heading, as those of a steered ship."""
+    waves = {"environment": {**CURRENTS["environment"], "sea_state": 4, "seaway": True}}
+    own = {**MOVING["straight"], "position_m": [100, 300]}
+    motion, currents = motions(tmp_path, own, **waves)
+    without, _ = motions(tmp_path, own)
+    time = np.linspace(0.0, 120.0, 25)
+    upright = motion.upright(time)
+    assert upright.heading.tolist() == without.upright(time).heading.tolist()
+    assert upright.turn_rate == pytest.approx(without.turn_rate(time), abs=0.0)
+    assert np.ptp(upright.heading) > 0.1 and motion.sway is not None
+    assert motion.pose(time).heading == pytest.approx(upright.heading % (2 * np.pi), abs=0.2)
+    on_one_course, _ = motions(tmp_path, own, **waves, current=[])
+    assert on_one_course.sway is not None and motion.sway.max_tilt > on_one_course.sway.max_tilt
+
+
 @pytest.mark.parametrize("kind", MOVING)
 def test_an_area_around_all_is_a_stream_everywhere(kind: str, tmp_path: Path) -> None:
     stream = {"current_kn": 3.0, "current_to_deg": 60.0}
