@@ -61,6 +61,8 @@ PROTOTYPES = {
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
     "convex_fields": "nnnnnnnnnnrrrr" + "fiiffb" + "ifif" + "ffff" + "ifff" + "iiff" + "ci",
+    "echo_positions": "nnnniffibifffff" + "f",
+    "beam_weights": "nnnrsssssss",
     "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {

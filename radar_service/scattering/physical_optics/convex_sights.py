@@ -41,6 +41,13 @@ class Sights(NamedTuple):
     earth_radius: float
     legs: int
 
+    @property
+    def antenna_in_frame(self) -> Floats:
+        """The antenna (S, 3) in the body's frame [m]."""
+        east, north, up = (self.antenna - self.position).T
+        cosine, sine = np.cos(self.heading), np.sin(self.heading)
+        return np.stack([east * cosine - north * sine, east * sine + north * cosine, up], axis=1)
+
     def chosen(self, instants: Indices) -> Self:
         """They at some instants (N,)."""
         some = self.position[instants], self.heading[instants], self.antenna[instants]

@@ -93,6 +93,7 @@ class OpticalBody:
     outside: (F,) as from `outward_side`.
     facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
     convex: of a convex one, by cell, longest edge, height of the sea and number of legs.
+    joined: the same of all columns, by the keys of each.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
@@ -109,6 +110,7 @@ class OpticalBody:
     outside: NDArray[np.int8]
     facets: ResultCache[tuple[int, float, float], BodyFacets]
     convex: ResultCache[tuple[float, float, float, int], ConvexFacets | None]
+    joined: ResultCache[tuple[tuple[int, float, float], ...], BodyFacets]
     lean: Floats | None = None
 
     @property
@@ -134,10 +136,7 @@ class OpticalBody:
         most: triangles that cast shadows exactly.
         """
         water, (column,) = -float(sights.position[0, 2]), self.columns
-        cosine, sine = np.cos(sights.heading), np.sin(sights.heading)
-        east, north = (sights.antenna - sights.position)[:, :2].T
-        away = np.hypot(east * cosine - north * sine - column.centre[0], east * sine + north * cosine - column.centre[1])
-        limits = [self.limits.at(distance) for distance in (away - column.radius).tolist()]
+        limits = [self.limits.at(column.distance(antenna)) for antenna in sights.antenna_in_frame]
         parts, instants = [], []
         for cell, edge in dict.fromkeys(limits):
             which = np.flatnonzero([each == (cell, edge) for each in limits])
@@ -293,8 +292,10 @@ class OpticalBody:
         longest: edge that no facet exceeds [m].
         """
         limits = [self.limits.at(column.distance(antenna)) for column in self.columns]
-        keys = [(number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits)]
-        facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        keys = tuple((number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits))
+        facets = self.joined.get(
+            keys, lambda: BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        )
         return facets if self.lean is None else facets.rotated(self.lean)
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
@@ -377,6 +378,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         outward_side(mesh),
         ResultCache(FACET_SETS * len(parts)),
         ResultCache(FACET_SETS),
+        ResultCache(1),
     )
 
 
@@ -388,7 +390,7 @@ def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: Ray
         if key not in result:
             result[key] = optical_body(body, radar, bounces, rays)
     for key, count in Counter(keys).items():
-        for cache in (result[key].facets, result[key].convex):
+        for cache in (result[key].facets, result[key].joined, result[key].convex):
             cache.grow(cache.size * min(count, MAX_SHARES))
     return [result[key] for key in keys]
 

@@ -69,3 +69,9 @@ def test_instants_are_chosen_together() -> None:
     assert some.turn[0, 0, 0, 0] == 18.0 and some.position[0, 0, 0] == 6.0
     each = Sights(np.arange(6.0).reshape(2, 3), np.array([0.1, 0.2]), np.zeros((2, 3)), np.inf, 2).chosen(np.array([1]))
     assert each.position.tolist() == [[3.0, 4.0, 5.0]] and each.heading.tolist() == [0.2] and each.legs == 2
+
+
+def test_the_antenna_lies_in_the_frame_of_the_body() -> None:
+    """From a body that heads east an antenna 5 m north of it lies 5 m to port."""
+    sight = Sights(np.array([[3.0, 1.0, 0.0]]), np.array([np.pi / 2]), np.array([[3.0, 6.0, 2.0]]), np.inf, 1)
+    np.testing.assert_allclose(sight.antenna_in_frame, [[-5.0, 0.0, 2.0]], atol=1e-15)

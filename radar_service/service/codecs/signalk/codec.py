@@ -17,7 +17,7 @@ from radar_service.service.codecs.signalk.radar_message import SpokeFields, last
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map, true_bearing
 
 MAX_SAMPLES = 1024  # of a spoke: what the sets that clients know send
 LEVELS = 252  # of a sample, as Furuno's have; stronger ones, the last dB of the 63, are shown as the highest
@@ -100,9 +100,11 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     times = _milliseconds(batch.epoch.start_utc, block.time)
     origin = known.scene.origin
     positions = None if origin is None else geographic_from_map(block.position, origin)
+    north = np.zeros(len(block)) if origin is None else true_bearing(0.0, block.position, origin)
+    true = np.mod(bearing + _in_spokes(north, azimuths), azimuths)  # each comes once in a revolution, too
     return [
         SpokeFields(
-            int(angle[k]), None if lost[k] else int(bearing[k]), round(to.range), times[k],
+            int(angle[k]), None if lost[k] else int(true[k]), round(to.range), times[k],
             None if positions is None else (float(positions[k, 0]), float(positions[k, 1])), rows[k].tobytes(),
         )
         for k in range(len(block))
