@@ -50,9 +50,9 @@ def test_a_table_is_a_sum_over_nodes_and_only_of_those_that_count() -> None:
     amplitude = draw.normal(size=(3, 4)) + 1j * draw.normal(size=(3, 4))
     amplitude[:, 1] = np.inf
     table = PassageTable.of(echoes, amplitude, 7, np.zeros((3, 3)))
-    weights = np.array([[0.25, 0.0], [0.0, 0.0], [0.5, 1.0], [0.25, 0.0]], dtype=np.float32)
+    weights = np.array([[0.125, 0.0], [0.0, 0.0], [0.5, 1.0], [0.375, 0.0]], dtype=np.float32)
     observed = table.observed(weights)
-    expected = np.column_stack([amplitude[:, [0, 2, 3]] @ [0.25, 0.5, 0.25], amplitude[:, 2]])
+    expected = np.column_stack([amplitude[:, [0, 2, 3]] @ [0.125, 0.5, 0.375], amplitude[:, 2]])
     np.testing.assert_allclose(observed.fade, expected, rtol=1e-6)  # single precision
     assert observed.echoes.body.tolist() == [7, 7, 7] and (observed.echoes.amplitude == 1.0).all()
 
