@@ -48,7 +48,9 @@ def test_positions_are_those_of_the_truth() -> None:
     scene = load_scene(
         {
             "origin": {"latitude_deg": 50, "longitude_deg": -1}, "own_ship": {"speed_kn": 9, "course_deg": 40},
-            "body": [{"name": "b", "shape": "point", "rcs_dbsm": 9, "position_m": [-900, 400, 4], "speed_kn": 20, "course_deg": 300}],
+            "body": [
+                {"name": "b", "shape": "point", "rcs_dbsm": 9, "position_m": [-900, 400, 4], "speed_kn": 20, "course_deg": 300}
+            ],
         }
     )  # fmt: skip
     truth = Simulator(scene, fidelity="fast").truth(70.0)
