@@ -11,9 +11,12 @@ from radar_service.radar.patterns import PATTERNS
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
+from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment, Interferer
+from radar_service.world.error import SceneError
 from radar_service.world.presence import Fading, Presence
+from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway
 from radar_service.world.stream import NO_STREAM, Stream
 
 
@@ -90,6 +93,7 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         ground_plane=model.ground_plane,
         diffraction=model.diffraction,
         stream=stream_from_model(model),
+        seaway=seaway_from_model(model),
     )
 
 
@@ -99,6 +103,29 @@ def stream_from_model(model: EnvironmentModel) -> Stream:
         return NO_STREAM
     to, speed = math.radians(model.current_to_deg), model.current_kn * KNOT
     return speed * math.sin(to), speed * math.cos(to)
+
+
+def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
+    """Returns the seaway, None where there is none. Raises SceneError without waves."""
+    if not model.seaway:
+        return None
+    sea = SeawayModel() if model.seaway is True else model.seaway
+    if sea.height_m is None and model.sea_state == 0:
+        raise SceneError(
+            "environment.seaway: sea_state 0 has no waves; give sea_state 1 to 9, give seaway.height_m, or remove seaway"
+        )
+    height = SIGNIFICANT_WAVE_HEIGHT[model.sea_state] if sea.height_m is None else sea.height_m
+    period = float(np.interp(height, SIGNIFICANT_WAVE_HEIGHT, PEAK_PERIOD)) if sea.period_s is None else sea.period_s
+    coming_from = model.wind_from_deg if sea.from_deg is None else sea.from_deg
+    return Seaway(
+        height=height,
+        period=period,
+        towards=math.radians(coming_from + 180.0),
+        spread=sea.spread,
+        seed=sea.seed,
+        list_rms=math.radians(sea.list_deg),
+        trim_rms=math.radians(sea.trim_deg),
+    )
 
 
 def presence_from_model(model: BodyModel, rotation_period: float) -> Presence:

@@ -16,7 +16,9 @@ from radar_service.world.motion import Motion
 from radar_service.world.platform import Platform
 from radar_service.world.presence import Presence
 from radar_service.world.scene import Scene
+from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.steered_motion import SteeredMotion
+from radar_service.world.sway import Sway
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 SCREEN = 24  # lines of a terminal
@@ -190,6 +192,9 @@ def _environment_lines(scene: Scene) -> list[str]:
     enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
     east, north = e.stream
     to = _bearing(math.atan2(east, north))
+    if e.seaway is not None:
+        coming_from = _bearing(e.seaway.towards + math.pi)
+        enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     enabled += [f"stream of {math.hypot(east, north) / KNOT:.3g} kn to {to}"] if any(e.stream) else []
     enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
     extras = ", ".join(enabled) or "no other effects"
@@ -228,11 +233,18 @@ def _visibility_text(distance_now: float, ground: float, up: float, body: Body, 
 
 
 def _sway_text(motion: Motion) -> str:
-    if motion.sway is None:
+    sway = motion.sway
+    if isinstance(sway, SeawayMotion):
+        roll, pitch, _, heave = (*np.degrees(sway.bounds.deviation[:3]), sway.bounds.deviation[3])
+        text = f", in the seaway up to {roll:.2g} degrees rms of roll, {pitch:.2g} of pitch, {heave:.2g} m of heave"
+    elif isinstance(sway, Sway):
+        sizes = [*(f"{math.degrees(angle):g} degrees" for angle in sway.amplitude[:3]), f"{sway.max_heave:g} m"]
+        swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, sway.amplitude, sway.period, strict=True)
+        text = "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+    else:
         return ""
-    sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
-    swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
-    return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+    leans = zip(("listing", "trimmed"), sway.lean, strict=True)
+    return text + "".join(f", {verb} {math.degrees(angle):.3g} degrees" for verb, angle in leans if angle)
 
 
 def _platform_text(platform: Platform) -> str:

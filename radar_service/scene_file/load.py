@@ -28,8 +28,10 @@ from radar_service.scene_file.installations import at_location, distance_warning
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
+from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.world.body import Body
@@ -98,7 +100,8 @@ class _Loader:
         self.radars = [radar_from_model(entry.model) for entry in self.entries]
         self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
         self.stream = stream_from_model(model.environment)
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream)
+        self.seaway = self._collected(partial(builder_from_model, model.environment))
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream, self.seaway)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
@@ -129,7 +132,13 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        return Platform(motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream))
+        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream)
+        if self.seaway is not None and self.seaway.moves(own_ship, is_vessel=True):
+            hull = own_ship.hull or HullModel()
+            motion = self.seaway.moved(
+                motion, own_ship, hull_from_model(hull, OWN_SHIP, own_ship.draught_m, "own_ship"), "own ship"
+            )
+        return Platform(motion)
 
     def _platform(self, platform: PlatformModel) -> Platform | None:
         if platform.body is not None:

@@ -50,12 +50,13 @@ def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
 
 
 def sway_from_model(section: SwaySection) -> Sway | None:
-    """Returns the sway, None if all amplitudes are 0."""
+    """Returns the sway, None if all amplitudes are 0 and the ship is upright."""
     amplitude = np.array([*np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg]), section.heave_m])
     period, phase = (
         np.array([getattr(section, f"{name}_{ending}") for name in AMPLITUDES]) for ending in ("period_s", "phase_deg")
     )
-    return Sway(amplitude, period, np.deg2rad(phase)) if amplitude.any() else None
+    lean = math.radians(section.list_deg or 0.0), math.radians(section.trim_deg or 0.0)
+    return Sway(amplitude, period, np.deg2rad(phase), lean) if amplitude.any() or any(lean) else None
 
 
 def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:

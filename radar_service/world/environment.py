@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from radar_service.world.seaway import Seaway
 from radar_service.world.stream import NO_STREAM, Stream
 
 
@@ -19,6 +20,7 @@ class Environment:
     wind_from: float
     ground_plane: bool
     diffraction: bool = field(default=False, metadata={"added": True})
+    seaway: Seaway | None = field(default=None, metadata={"added": True})  # that moves ships
     stream: Stream = field(default=NO_STREAM, metadata={"added": True})  # of the water over ground, east and north [m/s]
 
 

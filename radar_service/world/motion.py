@@ -10,7 +10,7 @@ import numpy as np
 from radar_service.numerics.frames import wrap_bearing
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
-from radar_service.world.sway import Sway
+from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
 from radar_service.world.waypoint_arcs import move_along_arc
 
 
@@ -61,7 +61,7 @@ class Motion:
     period: float | None = None
     arcs: Floats | None = None
     fixed: bool = False
-    sway: Sway | None = None
+    sway: SwayLaw | None = None
     stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.scene_hash
 
     def __post_init__(self) -> None:
@@ -99,6 +99,74 @@ class Motion:
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
         if self.is_straight:
             return self._straight(t)
+        position, velocity, heading = self._upright(t)
+        if self.sway is None:
+            return Pose(position, velocity, wrap_bearing(heading))
+        sway = self.sway.state(t, self)
+        heading = wrap_bearing(heading + sway.values[:, 2])
+        if self.sway.max_heave:
+            position[:, 2] += sway.values[:, 3]
+            velocity[:, 2] += sway.rates[:, 3]
+        return Pose(position, velocity, heading, sway.rotation(heading) if self.sway.tilts else None)
+
+    def upright(self, time: Floats) -> UprightMotion:
+        """Returns the motion without its sway at each time (K,) [s]."""
+        since = time if self.period is None else time % self.period
+        rests = since < self.time[0]
+        position, velocity, heading = self._upright(time)
+        velocity[rests] = 0.0
+        course_rate = np.zeros(len(time))
+        if self.arcs is not None:
+            segment = np.searchsorted(self.time[1:], since, side="right")
+            course_rate = np.where(rests, 0.0, self.arcs[segment, 2])
+        return UprightMotion(position, velocity, heading, self._upright_turn_rate(time), course_rate)
+
+    def sway_state(self, time: Floats) -> SwayState:
+        """Returns the sway at each time (K,) [s]; 0 without one."""
+        return SwayState(*np.zeros((2, len(time), 4))) if self.sway is None else self.sway.state(time, self)
+
+    def sway_rates(self, time: Floats) -> Floats:
+        """Returns the rates (K or 1, 4) [rad/s, m/s] that swings about each time (K,) [s] reach; 0 without sway."""
+        return np.zeros((1, 4)) if self.sway is None else self.sway.rate_envelope(time, self)
+
+    def turn_rate(self, time: Floats | float) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        rate = self._upright_turn_rate(t)
+        return rate if self.sway is None else rate + self.sway.state(t, self).rates[:, 2]
+
+    @cached_property
+    def top_turn_rate(self) -> float:
+        """The highest rate [rad/s] at which the heading turns on any segment or arc; crab in a stream and sway not counted."""
+        arcs = 0.0 if self.arcs is None or self.fixed else np.abs(self.arcs[:, 2]).max()
+        return float(max(arcs, np.abs(self._segment_turn).max() if self.turning else 0.0))
+
+    def knot_velocities(self) -> tuple[Floats, Floats]:
+        """Returns the velocity (M, 2) [m/s] at the begin of the segment after each knot, and at its end; that after the last knot
+        has no end, and its velocity stands for it."""
+        span = np.append(np.diff(self.time), 0.0)
+        begin = self.segment_velocity[:, :2].copy()
+        end = begin.copy()
+        if self.arcs is not None:
+            curved = np.flatnonzero(self.arcs[:, 2])
+            course, speed, rate = self.arcs[curved].T
+            for velocity, elapsed in ((begin, 0.0 * span), (end, span)):
+                velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])[1][:, :2]
+        return begin, end
+
+    def corners(self, time: Floats) -> Flags:
+        """Returns whether another segment, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
+
+        Between two of them without a corner the motion is smooth. It begins at the first knot, before which the body rests.
+        """
+        if self.at_rest:
+            return np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
+        laps, since = (np.zeros(len(time)), time) if self.period is None else np.divmod(time, self.period)
+        segment = np.searchsorted(self.time, since, side="right")
+        return np.asarray((np.diff(segment) != 0) | (np.diff(laps) != 0.0))
+
+    def _upright(self, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Position (K, 3) [m], velocity (K, 3) [m/s] and heading (K,) [rad], not wrapped, without sway at each time (K,) [s]."""
         if self.period is not None:
             t = t % self.period
         segment = np.searchsorted(self.time[1:], t, side="right")
@@ -117,30 +185,16 @@ class Motion:
             heading = heading if self.fixed else heading + self.arcs[segment, 2] * elapsed
             if any(self.stream) and not self.fixed:
                 heading[curved] += crab_angle(velocity[curved], self.stream)
-        pose = Pose(self.position[segment] + displacement, velocity, wrap_bearing(heading))
-        return pose if self.sway is None else _swaying(pose, heading, self.sway, np.broadcast_to(time, t.shape))
+        return self.position[segment] + displacement, velocity, heading
 
-    def turn_rate(self, time: Floats | float) -> Floats:
-        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
-        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        phase = t if self.period is None else t % self.period
-        segment = np.searchsorted(self.time[1:], phase, side="right")
+    def _upright_turn_rate(self, t: Floats) -> Floats:
+        """The rate (K,) [rad/s] at which the heading turns to starboard without sway at each time (K,) [s]."""
+        since = t if self.period is None else t % self.period
+        segment = np.searchsorted(self.time[1:], since, side="right")
         rate = self._segment_turn[segment] if self.turning else np.zeros(len(t))
         if self.arcs is not None and not self.fixed:
-            rate = rate + self.arcs[segment, 2] * self._turn_factor(segment, t if self.period is None else phase)
-        rate = np.where(phase < self.time[0], 0.0, rate)
-        return rate if self.sway is None else rate + self.sway.rate(2, t)
-
-    def corners(self, time: Floats) -> Flags:
-        """Returns whether another segment, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
-
-        Between two of them without a corner the motion is smooth. It begins at the first knot, before which the body rests.
-        """
-        if self.at_rest:
-            return np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
-        laps, since = (np.zeros(len(time)), time) if self.period is None else np.divmod(time, self.period)
-        segment = np.searchsorted(self.time, since, side="right")
-        return np.asarray((np.diff(segment) != 0) | (np.diff(laps) != 0.0))
+            rate = rate + self.arcs[segment, 2] * self._turn_factor(segment, since)
+        return np.where(since < self.time[0], 0.0, rate)
 
     def _turn_factor(self, segment: Indices, t: Floats) -> Floats | float:
         """How many times as fast the heading turns as the course, on segments (K,) at times (K,) [s]."""
@@ -174,16 +228,6 @@ class Motion:
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
         heading = np.full(len(t), self._first_heading)
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
-
-
-def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
-    """A pose of an upright body (K,) with sway at each time (K,) [s]; heading: not wrapped [rad]."""
-    position, velocity = pose.position, pose.velocity.copy()
-    heading = wrap_bearing(heading + sway.angles(time)[:, 2])
-    if sway.max_heave:
-        position[:, 2] += sway.heave(time)
-        velocity[:, 2] += sway.rate(3, time)
-    return Pose(position, velocity, heading, sway.rotation(heading, time) if sway.tilts else None)
 
 
 def in_stream(motion: Motion, stream: Stream, keeps_heading: bool) -> Motion:

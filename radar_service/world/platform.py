@@ -35,10 +35,9 @@ class Platform:
         if self.motion.sway is None:
             position[:, 2] = height
             return position
-        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        roll, pitch, _ = self.motion.sway.angles(t).T
-        position[:, 2] = self.motion.sway.heave(t)
-        return position + height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
+        sway = self.motion.sway_state(np.atleast_1d(np.asarray(time, dtype=np.float64)))
+        position[:, 2] = sway.values[:, 3]
+        return position + height * sway.rotation(pose.heading)[:, :, 2]
 
     def upright_from_map(self, time: Floats) -> Floats | None:
         """Returns matrices (K, 3, 3) from map directions to directions relative to the swaying mast, at each time (K,) [s].
@@ -47,10 +46,9 @@ class Platform:
         """
         if self.motion.sway is None:
             return None
-        roll, pitch, _ = self.motion.sway.angles(time).T
         heading = self.heading(time)
         level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
-        return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))
+        return np.asarray(level @ self.motion.sway_state(time).rotation(heading).transpose(0, 2, 1))
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
 from radar_service.world.motion import Motion, Pose, in_stream
+from radar_service.world.seaway_motion import EASING
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle
-from radar_service.world.sway import Sway
+from radar_service.world.sway import SwayLaw, SwayState
 from radar_service.world.waypoint_arcs import move_along_arc
 
 LOOK_BACK = (
@@ -39,6 +40,7 @@ class MotionSegment(NamedTuple):
     turn_time: length of the arc [s]; inf for one without end.
     drift: heading minus course [rad]: minus course through the water, where there is a stream.
     stood: how far she lies off the course [rad] while she stands: the crab angle with which she stopped.
+    excess: east and north [m/s] by which the velocity to which she still responds in a seaway differs from hers at the start.
     """
 
     start: float
@@ -49,6 +51,7 @@ class MotionSegment(NamedTuple):
     turn_time: float = math.inf
     drift: float = 0.0
     stood: float = 0.0
+    excess: tuple[float, float] = (0.0, 0.0)
 
     def at(self, time: float) -> "MotionSegment":
         """Returns the rest of the segment from `time` [s] on."""
@@ -60,9 +63,22 @@ class MotionSegment(NamedTuple):
         )
         left = self.turn_time - turned
         rate = self.turn_rate if left > 0.0 else 0.0
+        east, north = self.excess
+        less = math.exp(-elapsed / EASING)
         return self._replace(
-            start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf
-        )
+            start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf,
+            excess=(less * east, less * north),
+        )  # fmt: skip
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity (3,) over ground at its start [m/s]."""
+        return self._along(self.course, 0.0, 1.0)
+
+    def after(self, before: "MotionSegment") -> "MotionSegment":
+        """Returns the segment as it follows `before` from its start: she still responds to the velocity that she had."""
+        lost = before.velocity - self.velocity
+        return self._replace(excess=(before.excess[0] + float(lost[0]), before.excess[1] + float(lost[1])))
 
     def with_heading(self, heading: float, stream: Stream) -> "MotionSegment":
         """Returns the segment with a heading [rad] at its start."""
@@ -72,7 +88,7 @@ class MotionSegment(NamedTuple):
         """Returns course through the water minus course over ground [rad] at its start."""
         return float(crab_angle(self._along(self.course, 0.0, 1.0), stream)) if self.speed else self.stood
 
-    def motion(self, sway: Sway | None, stream: Stream = NO_STREAM) -> Motion:
+    def motion(self, sway: SwayLaw | None, stream: Stream = NO_STREAM) -> Motion:
         """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: as of `in_stream`."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
@@ -85,6 +101,7 @@ class MotionSegment(NamedTuple):
         arcs = np.stack([course, np.full(len(time), self.speed), rate], axis=1)
         velocity = self._along(float(course[-1]), 0.0, 1.0)
         drift = self.drift if self.speed else self.drift + self.stood
+        sway = None if sway is None else sway.eased(self.excess, self.start)
         segment_motion = Motion(time, np.array(position), course + drift, velocity, arcs=arcs, sway=sway)
         return in_stream(segment_motion, stream, keeps_heading=False)
 
@@ -148,6 +165,11 @@ class SteeredMotion(CommandedMotion):
         """The highest speed [m/s] that it may have."""
         return max(self._track.first.top_speed, self.limits.max_speed)
 
+    @property
+    def top_turn_rate(self) -> float:
+        """The highest rate [rad/s] at which it may turn."""
+        return max(self._track.first.top_turn_rate, self.limits.max_turn_rate)
+
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         return self._track.current.pose(time)
@@ -155,6 +177,16 @@ class SteeredMotion(CommandedMotion):
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         return self._track.current.turn_rate(time)
+
+    @override
+    def sway_state(self, time: Floats) -> SwayState:
+        """The sway is that of the motion that `pose` follows."""
+        return self._track.current.sway_state(time)
+
+    @override
+    def sway_rates(self, time: Floats) -> Floats:
+        """The rates are those of the motion that `pose` follows."""
+        return self._track.current.sway_rates(time)
 
     @override
     def corners(self, time: Floats) -> Flags:
@@ -167,7 +199,8 @@ class SteeredMotion(CommandedMotion):
             return self._track.segments[-1].at(time)
         pose = replace(self._track.first, sway=None).pose(time)
         course, heading = float(pose.course[0]), float(pose.heading[0])
-        begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]))
+        excess = (0.0, 0.0) if self.sway is None else self.sway.excess(time)
+        begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]), excess=excess)
         return begun.with_heading(heading, self.water)
 
     def steer(self, segment: MotionSegment) -> None:
@@ -231,6 +264,15 @@ class PastMotion(CommandedMotion):
         for which, motion in self.steered.segments_at(t):
             rate[which] = motion.turn_rate(t[which])
         return rate
+
+    @override
+    def sway_state(self, time: Floats) -> SwayState:
+        """The sway is that of the segment of each time."""
+        state = SwayState(*np.empty((2, len(time), 4)))
+        for which, motion in self.steered.segments_at(time):
+            for column, values in zip(state, motion.sway_state(time[which]), strict=True):
+                column[which] = values
+        return state
 
     @override
     def corners(self, time: Floats) -> Flags:

@@ -182,7 +182,7 @@ def begun_segment(
         segment = _on_course(command, segment, math.radians(command.course_deg), limits)
     if command.heading_deg is not None:
         segment = segment.with_heading(math.radians(command.heading_deg), stream)
-    return segment
+    return segment.after(before)
 
 
 def _on_course(command: Command, segment: MotionSegment, course: float, limits: SteeringLimits) -> MotionSegment:

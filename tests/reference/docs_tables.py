@@ -224,6 +224,8 @@ TABLES: dict[str, Callable[[], str]] = {
     **{f"body-{kind}": partial(section, model.__name__, keys=OWN_KEYS[kind]) for kind, model in KINDS.items()},
     "waypoint": lambda: section("WaypointModel"),
     "manoeuvre": lambda: section("ManoeuvreModel"),
+    "seaway": lambda: section("SeawayModel"),
+    "hull": lambda: section("HullModel"),
     "fading": lambda: section("FadingModel"),
     "interference": lambda: section("InterferenceModel"),
     "transponder": lambda: section("TransponderModel"),
