@@ -79,7 +79,9 @@ class SignalKPort(Port):
             if station is self._station and isinstance(station.epoch.spoke_source, TellsShips):
                 self._put(self._ship_values(station, time), is_repeat)
             if self._tells_truth and is_repeat:
-                self._put_targets(station, targets_of(station.epoch.spoke_source.truth(time)))
+                self._put_targets(
+                    station, targets_of(station.epoch.spoke_source.truth(time), station.epoch.info.scene.origin)
+                )
 
     @override
     def changed(self, change: StateChange) -> None:

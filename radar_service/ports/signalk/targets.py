@@ -7,17 +7,23 @@ scene, from 1 on.
 import math
 from typing import Any
 
+import numpy as np
+
 from radar_service.ports.nmea.targets import MARK, closest_approach
 from radar_service.ports.signalk.subscriptions import SELF, Path
 from radar_service.records.truth import BodyTruth, Truth
+from radar_service.world.geo import Origin, true_bearing
 
 MAX_TARGETS = 500  # of a radar: each is told each second
 
 
-def targets_of(truth: Truth) -> dict[int, dict[str, Any]]:
-    """Returns the bodies in sight as targets by their numbers, of the first MAX_TARGETS bodies."""
+def targets_of(truth: Truth, origin: Origin | None = None) -> dict[int, dict[str, Any]]:
+    """Returns the bodies in sight as targets by their numbers, of the first MAX_TARGETS bodies.
+
+    Bearings and courses count from true north at own ship and at the body; without an origin from the map's.
+    """
     bodies = enumerate(truth.bodies[:MAX_TARGETS], 1)
-    return {number: _target(number, body, truth.own_ship) for number, body in bodies if body.visible}
+    return {number: _target(number, body, truth.own_ship, origin) for number, body in bodies if body.visible}
 
 
 def target_path(radar: str, number: int) -> Path:
@@ -25,9 +31,13 @@ def target_path(radar: str, number: int) -> Path:
     return SELF, f"radars.{radar}.targets.{number}"
 
 
-def _target(number: int, body: BodyTruth, own: BodyTruth) -> dict[str, Any]:
+def _target(number: int, body: BodyTruth, own: BodyTruth, origin: Origin | None) -> dict[str, Any]:
     distance, time = closest_approach(body, own)
-    position: dict[str, Any] = {"bearing": body.azimuth % (2.0 * math.pi), "distance": round(body.range)}
+    azimuth, course = body.azimuth, body.course
+    if origin is not None:
+        azimuth = float(true_bearing(azimuth, np.array(own.position), origin))
+        course = float(true_bearing(course, np.array(body.position), origin))
+    position: dict[str, Any] = {"bearing": azimuth % (2.0 * math.pi), "distance": round(body.range)}
     if body.latitude_deg is not None and body.longitude_deg is not None:
         position |= {"latitude": body.latitude_deg, "longitude": body.longitude_deg}
     target = {
@@ -36,7 +46,7 @@ def _target(number: int, body: BodyTruth, own: BodyTruth) -> dict[str, Any]:
         "status": "tracking",
         "acquisition": "auto",
         "position": position,
-        "motion": {"course": body.course % (2.0 * math.pi), "speed": body.speed},
+        "motion": {"course": course % (2.0 * math.pi), "speed": body.speed},
     }
     return (
         target if time is None else target | {"danger": {"cpa": distance, "tcpa": time}}

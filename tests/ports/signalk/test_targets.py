@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from pyproj import Geod
 
 from radar_service.ports.signalk.targets import MAX_TARGETS, target_path, targets_of
 from radar_service.ports.signalk.values import Values
@@ -60,6 +61,20 @@ def test_positions_are_those_of_the_truth() -> None:
     height = scene.radar.height - 4
     assert target["position"]["distance"] == round(math.hypot(east, north, height))
     assert target["motion"] == {"course": pytest.approx(math.radians(300)), "speed": pytest.approx(20 * 1852 / 3600)}
+
+
+def test_bearings_count_from_true_north() -> None:
+    """Far from the origin's meridian the map's north is another: at 50 N, 200 km to the east, by some 2 degrees."""
+    own, body = replace(OWN, position=(200e3, 0, 0)), replace(ABEAM, position=(201e3, 0, 0))
+    origin = (50.0, -1.0)
+    target = targets_of(Truth(0.0, own, (body,)), origin)[1]
+    geod = Geod(ellps="WGS84")
+    ends = [geod.fwd(-1.0, 50.0, 90.0, distance)[:2] for distance in (200e3, 201e3)]
+    bearing_deg = geod.inv(*ends[0], *ends[1])[0]
+    assert math.degrees(target["position"]["bearing"]) == pytest.approx(bearing_deg, abs=1e-3)  # of 2 degrees
+    assert bearing_deg - 90.0 > 2.0 and target["motion"]["course"] == pytest.approx(
+        math.radians(bearing_deg + 180.0), abs=2e-4
+    )
 
 
 def test_a_target_that_has_gone_becomes_null_once() -> None:

@@ -16,7 +16,7 @@ from radar_service.service.codecs.signalk.radar_message import SpokeFields, last
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map, true_bearing
 
 MAX_SAMPLES = 1024  # of a spoke: what the sets that clients know send
 LEVELS = 252  # of a sample, as Furuno's have; stronger ones, the last dB of the 63, are shown as the highest
@@ -95,12 +95,14 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     bearing = _in_spokes(block.azimuth, azimuths)
     # The heading is rounded as such: clients take it from the difference, and each angle comes once in a revolution.
     angle = np.mod(bearing - _in_spokes(np.where(lost, 0.0, block.heading), azimuths), azimuths)
-    bearings = [None if is_lost else int(each) for each, is_lost in zip(bearing.tolist(), lost.tolist(), strict=True)]
     times = _milliseconds(batch.epoch.start_utc, block.time)
     origin = known.scene.origin
     positions = (
         None if origin is None else [(north, east) for north, east in geographic_from_map(block.position, origin).tolist()]
     )
+    north = np.zeros(len(block)) if origin is None else true_bearing(0.0, block.position, origin)
+    true = np.mod(bearing + _in_spokes(north, azimuths), azimuths)  # each comes once in a revolution, too
+    bearings = [None if is_lost else int(each) for each, is_lost in zip(true.tolist(), lost.tolist(), strict=True)]
     angles, to_edge = angle.astype(int).tolist(), round(to.range)
     return [
         SpokeFields(angles[k], bearings[k], to_edge, times[k], positions[k] if positions else None, rows[k].tobytes())
