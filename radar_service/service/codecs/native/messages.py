@@ -151,7 +151,10 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     """Returns all spokes of a batch in the view's encoding and bins, not compressed."""
     block, known = batch.block, batch.epoch.info
     to = batch.epoch.layout(view.bins)
-    data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power, batch.before, batch.earlier)
+    if view.encoding == "u8":
+        data: NDArray[np.generic] = batch.video_bytes(to)
+    else:
+        data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power)
     message = {
         "type": "spokes",
         "epoch": batch.epoch.name,
