@@ -127,12 +127,10 @@ def test_a_sweep_on_dask_that_is_killed_at_twenty_moments_has_the_bytes_of_one(
 
 
 def test_a_run_that_fails_is_recorded_and_the_rest_go_on(tmp_path: Path) -> None:
-    """Half of the runs have more crossings than the store has room for."""
-    spec = (
-        SPEC.replace("seeds = 2", "seeds = 2\nmax_crossings = 1")
-        + '"body.cube.position_m" = [[200, 100, 0], [5000, 0, 0]]\n'
-    )
-    told = list[str]()
+    """Half of the runs have a mesh that is rubbish, which nobody knows before they begin."""
+    written(tmp_path)
+    (tmp_path / "rubbish.obj").write_text("v nowhere")
+    spec, told = SPEC + '"body.cube.mesh" = ["cube.obj", "rubbish.obj"]\n', list[str]()
 
     def progress(outcomes: Iterable[Outcome], count: int) -> Iterable[Outcome]:
         for outcome in outcomes:
@@ -142,13 +140,17 @@ def test_a_run_that_fails_is_recorded_and_the_rest_go_on(tmp_path: Path) -> None
     tally = sweep_module.Tally()
     _, address, _ = swept(tmp_path, spec, tally=tally, progress=progress)
     store = SweepStore(address)
-    assert (tally.done, sorted(tally.failed)) == (4, [0, 1, 4, 5]) and told[-1] == "4 failed" and told[2] == "2 failed"
-    assert store.failures == tally.failed and "set max_crossings" in tally.failed[0]
-    assert store.finished.tolist() == [False, False, True, True, False, False, True, True]
+    assert (tally.done, sorted(tally.failed)) == (4, [2, 3, 6, 7]) and (told[1], told[2], told[7]) == (
+        "",
+        "1 failed",
+        "4 failed",
+    )
+    assert store.failures == tally.failed and "rubbish.obj" in tally.failed[2]
+    assert store.finished.tolist() == [True, True, False, False] * 2
     dataset = open_dataset(address)
-    assert np.isnan(dataset.power[0]).all() and dataset.failure[0] == tally.failed[0]
+    assert np.isnan(dataset.power[2]).all() and dataset.failure[2] == tally.failed[2]
     again = swept(tmp_path, spec)[2]
-    assert (again.found, again.done, sorted(again.failed)) == (4, 0, [0, 1, 4, 5])
+    assert (again.found, again.done, sorted(again.failed)) == (4, 0, [2, 3, 6, 7])
 
 
 def test_enough_failures_end_it(tmp_path: Path) -> None:
