@@ -78,14 +78,27 @@ def program_version() -> str:
 @cache
 def source_digest() -> str:
     """Returns a hash of the source of the engine, of the plot extractor, and of what feeds a tracker with their plots."""
-    content = b"".join(path.relative_to(PACKAGE).as_posix().encode() + path.read_bytes() for path in source_files())
-    return hashlib.blake2b(content, digest_size=8).hexdigest()
+    return _digest_of(source_files())
+
+
+@cache
+def bench_digest() -> str:
+    """Returns a hash of the source of the bench: of its reference trackers, of scores and of events."""
+    return _digest_of(_sources(PACKAGE / "bench"))
 
 
 def source_files() -> list[Path]:
     """Returns the files that `source_digest` is made of."""
-    files = sorted(path for path in PACKAGE.rglob("*.*") if path.suffix in SOURCES)
-    return [path for path in files if makes_plots(path.relative_to(PACKAGE).parts)]
+    return [path for path in _sources(PACKAGE) if makes_plots(path.relative_to(PACKAGE).parts)]
+
+
+def _sources(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*.*") if path.suffix in SOURCES)
+
+
+def _digest_of(files: Sequence[Path]) -> str:
+    content = b"".join(path.relative_to(PACKAGE).as_posix().encode() + path.read_bytes() for path in files)
+    return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 
 def makes_plots(parts: Sequence[str]) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from radar_service.bench.kept_plots import observed_run, program_version, source_digest
+from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
 from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
@@ -59,7 +59,7 @@ def same_for_all(tracker: str) -> dict[str, Any]:
     """Returns what all runs of a tracker are made of."""
     return {
         "schema": SCHEMA, "tracker": tracker, "program": program_digest(tracker), "arithmetic": arithmetic(),
-        "version": program_version(), "source": source_digest(),
+        "version": program_version(), "source": source_digest(), "bench": bench_digest(),
     }  # fmt: skip
 
 

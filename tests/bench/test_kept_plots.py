@@ -1,12 +1,13 @@
 """Plots and truth that are kept: the same as if made anew, and made anew where anything has changed that they are made of."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from radar_service.bench import kept_plots
-from radar_service.bench.kept_plots import makes_plots, observed_run, plots_digest, source_files
+from radar_service.bench.kept_plots import bench_digest, makes_plots, observed_run, plots_digest, source_files
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Limit, PlotErrors, PlotSettings, Scenario
 from tests.bench.test_scenario import SMALL
@@ -78,3 +79,17 @@ def test_a_broken_file_is_made_anew(broken: bytes, tmp_path: Path) -> None:
 def test_plots_are_made_anew_where_a_compiled_kernel_has_changed() -> None:
     names = {path.name for path in source_files()}
     assert {"lattice.c", "phasors.h", "library.py"} < names
+
+
+@pytest.mark.parametrize("changed_file", ["trackers/stone_soup.py", "scores/set_scores.py"])
+def test_a_changed_reference_tracker_or_score_has_another_digest(
+    changed_file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(kept_plots.PACKAGE / "bench", tmp_path / "bench")
+    monkeypatch.setattr(kept_plots, "PACKAGE", tmp_path)
+    before = bench_digest.__wrapped__()
+    (tmp_path / "bench" / "report.html").write_text("no source")
+    assert bench_digest.__wrapped__() == before
+    with (tmp_path / "bench" / changed_file).open("a") as file:
+        file.write("# changed")
+    assert bench_digest.__wrapped__() != before

@@ -48,7 +48,10 @@ def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
 def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
     command = program(tmp_path, ECHO)
     run = single_run(small(tmp_path, 3), 0, command, tmp_path / "plots")
-    assert same_for_all(command).items() <= run.items() and {"version", "source", "arithmetic", "program"} <= run.keys()
+    assert (
+        same_for_all(command).items() <= run.items()
+        and {"version", "source", "bench", "arithmetic", "program"} <= run.keys()
+    )
     assert run["failure"] is None and len(run["scans"]) == 3 and run["scans"][0]["targets"][0]["body"] == "t"
 
 

@@ -16,6 +16,7 @@ from radar_service.terminal.extras import MissingExtra
 
 EPOCH = datetime(2000, 1, 1)
 NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
+SAME_TURN = 0.5  # s: plots of one target that are farther apart are of two turns of the antenna, of 1.25 s and more
 
 
 @dataclass(frozen=True)
@@ -145,8 +146,8 @@ def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
     )
     if tuning.association == "gnn":
         return MultiTargetTracker(initiator, deleter, feed, nearest, updater)
-    probable = PDAHypothesiser(predictor, updater, tuning.clutter, tuning.detection, prob_gate=0.99)
-    return MultiTargetMixtureTracker(initiator, deleter, feed, JPDA(_AtPlotTime(probable)), updater)
+    unit = PDAHypothesiser(predictor, updater, 1.0, tuning.detection, prob_gate=0.99, normalise=False)
+    return MultiTargetMixtureTracker(initiator, deleter, feed, JPDA(_InPolarClutter(unit, tuning.clutter)), updater)
 
 
 def _date_by_its_plot(track: Any) -> None:
@@ -158,19 +159,29 @@ def _date_by_its_plot(track: Any) -> None:
         track.state.timestamp = max(plots, key=lambda hypothesis: hypothesis.probability).measurement.timestamp
 
 
-class _AtPlotTime:
-    """A hypothesiser that lets a plot be missed at the time of the nearest plot.
+class _InPolarClutter:
+    """A hypothesiser of plots that have many times in a scan, among clutter that is even on the map.
 
-    JPDA averages the states of all hypotheses of a track, so they must be of one time, and plots of a scan have many.
+    JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
+    nearest one, and plots of another turn of the antenna are none of this track. (A scan may have two plots of a target: one
+    whose cluster ends beyond north comes a scan later.) Stone Soup compares the likelihood of a plot, a density in bearing and
+    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2].
     """
 
-    def __init__(self, inner: Any) -> None:
-        self._inner = inner
+    def __init__(self, unit: Any, clutter: float) -> None:
+        """unit: a PDAHypothesiser with a density of 1 that does not normalise; clutter: false plots per m^2."""
+        self._unit, self._clutter = unit, clutter
 
     def hypothesise(self, track: Any, detections: Any, timestamp: datetime, **options: Any) -> Any:
         nearest = min(detections, key=lambda detection: _distance(track, detection), default=None)
         time = timestamp if nearest is None or _distance(track, nearest) > NEAR else nearest.timestamp
-        return self._inner.hypothesise(track, detections, time, **options)
+        of_turn = {each for each in detections if abs((each.timestamp - time).total_seconds()) < SAME_TURN}
+        hypotheses = self._unit.hypothesise(track, of_turn, time, **options)
+        for hypothesis in hypotheses:
+            if hypothesis:
+                hypothesis.probability /= self._clutter * float(hypothesis.measurement.state_vector[1, 0])
+        hypotheses.normalise_probabilities()
+        return hypotheses
 
 
 def _distance(track: Any, detection: Any) -> float:

@@ -72,6 +72,54 @@ def test_a_track_is_confirmed_after_four_plots() -> None:
     assert [len(states) for states in tracked("gnn")[:6]] == [0, 0, 0, 2, 2, 2]
 
 
+@pytest.mark.parametrize("association", ["gnn", "jpda"])
+def test_two_plots_of_one_target_in_a_scan_are_of_two_turns(association: str) -> None:
+    """A strong target west of north, whose cluster ends beyond north in scans 8 and 11: its plot comes a scan later, beside the
+    next one. An average of both, 2.5 s apart, would lie 15 m behind."""
+    east, north, v_east = -700.0, 1900.0, 12.0
+    tracker = StoneSoupTracker(Tuning("jpda" if association == "jpda" else "gnn"))
+    every = [plots_of(scan, [(east, north, v_east, 0.0)]) for scan in range(13)]
+    every[9], every[12] = every[8] + every[9], every[11] + every[12]
+    every[8] = every[11] = ()
+    for scan, plots in enumerate(every):
+        states = tracker.update(given(scan, plots))
+    (state,) = states
+    assert np.hypot(state.east - east - v_east * state.time, state.north - north) < 1.0
+    assert np.hypot(state.velocity_east - v_east, state.velocity_north) < 0.2
+
+
+def pull(distance: float, ahead: float, clutter: float) -> float:
+    """How far [m] jpda moves a track of a ship at rest due east, at a distance, to a plot that is `ahead` too far, after five
+    plots without errors of 10 m both ways. These confirm it by nearest neighbours."""
+    tuning = Tuning("jpda", 10.0, 10.0 / distance, clutter=clutter, confirm=5)
+    tracker = StoneSoupTracker(tuning)
+    for scan in range(5):
+        tracker.update(given(scan, (plot((scan + 0.25) * PERIOD, distance, 0.0),)))
+    (state,) = tracker.update(given(5, (plot(5.25 * PERIOD, distance + ahead, 0.0),)))
+    return state.east - distance
+
+
+@pytest.mark.parametrize("distance", [1000.0, 4000.0])
+def test_jpda_weighs_plots_against_clutter_on_the_map(distance: float) -> None:
+    """The weight of the only plot is L / (1 - Pd Pg + L), where L is Pd times its likelihood [1/m^2] over the false plots per
+    m^2 (Bar-Shalom, Daum and Huang 2009, eq. 37), with a Kalman filter of one axis beside it: at each range the same. The
+    range of the plot, by which its likelihood is divided, is that of the prediction to `ahead` of it."""
+    tuning, clutter, ahead = Tuning(), 1e-3, 25.0
+    p, step = np.diag([100.0, tuning.speed_error**2]), np.array([[1.0, PERIOD], [0.0, 1.0]])
+    noise = tuning.acceleration * np.array([[PERIOD**3 / 3.0, PERIOD**2 / 2.0], [PERIOD**2 / 2.0, PERIOD]])
+    for _ in range(4):
+        p = step @ p @ step.T + noise
+        p = p - np.outer(p[:, 0], p[0]) / (p[0, 0] + 100.0)
+    expected = (step @ p @ step.T + noise)[0, 0]
+    likelihood = np.exp(-0.5 * ahead**2 / (expected + 100.0)) / (2.0 * np.pi * (expected + 100.0))
+    ratio = tuning.detection * likelihood / clutter
+    weight = ratio / (1.0 - tuning.detection * 0.99 + ratio)
+    assert 0.3 < weight < 0.8
+    assert pull(distance, ahead, clutter) == pytest.approx(
+        weight * expected / (expected + 100.0) * ahead, rel=ahead / distance
+    )
+
+
 def test_without_stone_soup_the_remedy_is_named() -> None:
     code = (
         "import sys; sys.modules['stonesoup'] = None\n"
