@@ -55,9 +55,9 @@ def run(options: argparse.Namespace) -> int:
     shown = partial(progress, unit="runs", name=lambda outcome: outcome.job.name, remark=lambda: str(tally))
     with _workers(options) as (executor, of_workers):
         run_sweep(inputs, layout, options.out, of_workers, executor, options.max_failures, shown, tally)
-    left = len(inputs.runs) - tally.found - tally.done - len(tally.failed)
+    left = len(inputs.runs) - tally.kept - tally.done - len(tally.failed)
     print(
-        f"{options.out}: {tally.done} runs, {tally.found} were there already, {len(tally.failed)} failed"
+        f"{options.out}: {tally.done} runs, {tally.kept} were there already, {len(tally.failed)} failed"
         + (f", {left} left" if left else "")
     )
     for number, reason in [*tally.failed.items()][:SHOWN]:

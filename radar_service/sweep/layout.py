@@ -112,16 +112,15 @@ def layout_of(inputs: Inputs) -> StoreLayout:
 
 def _check_sizes(inputs: Inputs, radars: list[tuple[Run, Radar]]) -> None:
     """Raises SweepError where radars have different numbers of azimuths or bins."""
-    (first, one), spec = radars[0], inputs.spec
+    (first, reference), spec = radars[0], inputs.spec
     for run, radar in radars:
-        for what, here, there, remedy in (
-            ("azimuths", radar.azimuths, one.azimuths, "give radars of as many azimuths, or make a sweep of each"),
-            ("bins", bins_of(radar, spec).bins, bins_of(one, spec).bins, f"set bins to {min(radar.bins, one.bins)} or less"),
-        ):
-            if here != there:
-                raise SweepError(
-                    f"run {first.number} has {there} {what}, and run {run.number} {here}; all share arrays: {remedy}"
-                )
+        bins, others = bins_of(reference, spec).bins, bins_of(radar, spec).bins
+        unequal = f"run {first.number} has {{}} {{}}, and run {run.number} {{}}; all share arrays: {{}}"
+        if radar.azimuths != reference.azimuths:
+            remedy = "give radars of as many azimuths, or make a sweep of each"
+            raise SweepError(unequal.format(reference.azimuths, "azimuths", radar.azimuths, remedy))
+        if others != bins:
+            raise SweepError(unequal.format(bins, "bins", others, f"set bins to {min(radar.bins, reference.bins)} or less"))
 
 
 def _has_errors(scene: Scene) -> bool:

@@ -251,9 +251,9 @@ def _is_free(address: str) -> bool:
 
 def _check_same(address: str, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
     """Raises SweepError that names the first difference of what a store is made of."""
-    for key, one, other in _differences(there, here, ""):
+    for key, before, now in _differences(there, here, ""):
         raise SweepError(
-            f"{address}: it is of another sweep: {key} is {_short(one)} there, and {_short(other)} here; give another name, or "
+            f"{address}: it is of another sweep: {key} is {_short(before)} there, and {_short(now)} here; give another name, or "
             "what it was made of"
         )
 

@@ -23,9 +23,9 @@ Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]
 
 @dataclass
 class Tally:
-    """What became of the runs of a sweep. found: finished before; done: by this command; failed: reasons by number."""
+    """What became of the runs of a sweep. kept: finished before; done: by this command; failed: reasons by number."""
 
-    found: int = 0
+    kept: int = 0
     done: int = 0
     failed: dict[int, str] = field(default_factory=dict)
 
@@ -48,13 +48,13 @@ def run_sweep(
         store = lay_out(address, inputs, layout, arithmetic)
         store.clear()
         left = np.flatnonzero(~store.finished).tolist()
-        tally.found = len(inputs.runs) - len(left)
+        tally.kept = len(inputs.runs) - len(left)
         jobs = (Job(f"run {number}", (RunTask(address, store.digest, number),)) for number in left)
         with contextlib.closing(outcomes(run, jobs, executor, give_up=None)) as some:
             for outcome in progress(some, len(left)):
                 _note(store, outcome, tally)
                 if max_failures is not None and len(tally.failed) >= max_failures:
-                    break
+                    some.close()
     return tally
 
 

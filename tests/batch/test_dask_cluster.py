@@ -1,5 +1,6 @@
 """A cluster of Dask: what is done there, what is refused before anything begins, and workers that die."""
 
+import json
 import os
 import signal
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from radar_service.__main__ import main
 from radar_service.batch.dask_cluster import ClusterError, check_versions, cluster, common_facts, worker_facts
 from radar_service.batch.jobs import Job, JobsFailed, run
 from radar_service.numerics.arithmetic import arithmetic
@@ -130,3 +132,20 @@ def test_workers_without_the_package_are_told(scheduler: str, tmp_path: Path) ->
     with loopback_cluster(1, without="radar_service") as address:
         with pytest.raises(ClusterError, match="has no usable radar-service .*radar_service.*; install "), cluster(address):
             pass
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("command", ["bench-detection", "bench-tracker", "chart"])
+def test_benches_and_charts_on_a_cluster_are_those_of_this_machine(command: str, scheduler: str, tmp_path: Path) -> None:
+    words = {
+        "bench-detection": ["--scans", "40", "--ranges", "2"], "chart": ["far-target", "--quick"],
+        "bench-tracker": ["missed-scans", "--smoke", "--plots", str(tmp_path / "plots")],
+    }[command]  # fmt: skip
+    name = {"bench-detection": "detection.json", "bench-tracker": "report.json", "chart": "chart.json"}[command]
+    results = []
+    for where in ((), ("--scheduler", scheduler)):
+        main([command, *words, "-o", str(tmp_path / f"out{len(where)}"), *where])
+        results.append(json.loads((tmp_path / f"out{len(where)}" / name).read_text()))
+    if command == "chart":  # how often it repeats hangs on times, which are of another process
+        results = [[(point["panel"], point["family"], point["setting"]) for point in result["points"]] for result in results]
+    assert results[0] == results[1]

@@ -17,7 +17,7 @@ def test_scenes_are_beside_the_file_or_packaged(tmp_path: Path) -> None:
     of = inputs(tmp_path / "a", 'scene = ["small.toml", "open-sea"]')
     assert [(scene.name, scene.content["name"]) for scene in of.scenes] == [
         ("small.toml", "small"),
-        ("open-sea", "open-sea"),
+        ("open-sea", "open sea"),
     ]
     assert of.scenes[0].files == {"cube.obj": CUBE.encode()}
 

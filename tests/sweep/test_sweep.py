@@ -28,7 +28,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The files of a sweep that this process made in order."""
     folder = tmp_path_factory.mktemp("undisturbed")
     _, address, tally = swept(folder, MORE)
-    assert (tally.done, tally.found, tally.failed) == (6, 0, {})
+    assert (tally.done, tally.kept, tally.failed) == (6, 0, {})
     return content(address)
 
 
@@ -150,7 +150,7 @@ def test_a_run_that_fails_is_recorded_and_the_rest_go_on(tmp_path: Path) -> None
     dataset = open_dataset(address)
     assert np.isnan(dataset.power[2]).all() and dataset.failure[2] == tally.failed[2]
     again = swept(tmp_path, spec)[2]
-    assert (again.found, again.done, sorted(again.failed)) == (4, 0, [2, 3, 6, 7])
+    assert (again.kept, again.done, sorted(again.failed)) == (4, 0, [2, 3, 6, 7])
 
 
 def test_enough_failures_end_it(tmp_path: Path) -> None:
