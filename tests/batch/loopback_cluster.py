@@ -54,10 +54,13 @@ async def serve(count: int, without: str) -> None:
 
     def worker(address: str) -> Any:
         if without:
-            return Worker(address, host="127.0.0.1", nthreads=1, dashboard=False)
-        return Nanny(address, host="127.0.0.1", nthreads=1, dashboard=False, memory_limit=0)
+            return Worker(address, host="127.0.0.1", nthreads=1, dashboard_address="127.0.0.1:0")
+        return Nanny(address, host="127.0.0.1", nthreads=1, dashboard_address="127.0.0.1:0", memory_limit=0)
 
-    async with Scheduler(host="127.0.0.1", port=0, dashboard=False) as scheduler, contextlib.AsyncExitStack() as stack:
+    async with (
+        Scheduler(host="127.0.0.1", port=0, dashboard_address="127.0.0.1:0") as scheduler,
+        contextlib.AsyncExitStack() as stack,
+    ):
         await asyncio.gather(*(stack.enter_async_context(worker(scheduler.address)) for _ in range(count)))
         print(scheduler.address, flush=True)
         await asyncio.to_thread(sys.stdin.read)
