@@ -11,7 +11,8 @@ from radar_service.errors.reporter import ErrorReporter
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Singles
 from radar_service.plan.cost_model import engine_statistics
-from radar_service.plan.plan import Plan, plan_for
+from radar_service.plan.plan import NOTHING_KNOWN, Plan, plan_for
+from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request
@@ -122,6 +123,12 @@ class Simulator:
     def info(self) -> SpokeSourceInfo:
         """What is known of it before its first spoke, its plan included."""
         return self.described(self.plan.as_dict())
+
+    @property
+    def unmeasured_info(self) -> SpokeSourceInfo:
+        """`info` with a plan without counts and costs, which take a second to measure."""
+        culling = NOTHING_KNOWN.culling if self._made.set_up is None else self._made.set_up.culling
+        return self.described(plan_for(self.scene, self.fidelity, EngineStatistics(culling)).as_dict())
 
     def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan as plain data, which is not made then."""

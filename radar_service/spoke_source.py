@@ -19,7 +19,8 @@ from radar_service.world.outline import SceneOutline
 class SpokeSourceInfo:
     """What is known of a source before its first spoke, as data that another process may have.
 
-    seed: of its random generators; fidelity: the settings of its calculation; plan: what it models and what not, as plain data.
+    seed: of its random generators; fidelity: the settings of its calculation; plan: what it models and what not, as plain data;
+    the process of a scene that a server starts with completes its counts and costs in place after the first spokes.
     noise_power: thermal noise of a range cell [W], whether or not noise is on.
     range: (N,) of the samples [m], `range_step` apart.
     sources: of its cells, and what its spokes can tell of them.

@@ -13,12 +13,16 @@ from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
+from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import verdict
 from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
-from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
+from radar_service.bench.trackers.trackers import tracker_for
+from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
+OWED = f"a state is owed from {ACQUISITION:g} s after a target is seen first; give more scans, best for three minutes"
 Runs = Mapping[str, Sequence[Mapping[str, Any]]]  # as plain data, by name of the scenario
 
 
@@ -42,18 +46,38 @@ def runs_of(
     executor: Executor | None, progress: Progress, plots: Path | None,
 ) -> Runs:  # fmt: skip
     """Returns the runs of scenarios by name. run: makes one, as `single_run`; others, and what it raises, as in `bench`."""
-    kept, same = KeptRuns(folder / "runs"), same_for_all(tracker)
-    shared = (plots or folder.parent / "bench-plots").absolute()
-    jobs = [
-        Job(
-            f"{scenario.name}, seed {seed}, {tracker}", (scenario, seed, tracker, shared),
-            same | {"digest": scenario.digest},
-        )
+    jobs = jobs_of(scenarios, seeds, tracker, plots_folder(folder, plots))
+
+    def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
+        if count:
+            check_start(tracker, scenarios[0])
+        return _watched(progress(outcomes, count))
+
+    results = iter(run_jobs(run, jobs, executor, KeptRuns(folder / "runs"), watched))
+    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
+
+
+def plots_folder(folder: Path, plots: Path | None) -> Path:
+    """Returns the folder of plots for runs in another one: the given one, or `bench-plots` beside that."""
+    return (plots or folder.parent / "bench-plots").absolute()
+
+
+def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path) -> list[Job]:
+    """Returns the runs that are to be made or read."""
+    same = same_for_all(tracker)
+    return [
+        Job(f"{scenario.name}, seed {seed}, {tracker}", (scenario, seed, tracker, plots), same | {"digest": scenario.digest})
         for scenario in scenarios
         for seed in range(seeds)
-    ]  # fmt: skip
-    results = iter(run_jobs(run, jobs, executor, kept, lambda outcomes, count: _watched(progress(outcomes, count))))
-    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
+    ]
+
+
+def check_start(tracker: str, scenario: Scenario) -> None:
+    """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
+    if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
+        started = tracker_for(tracker, scenario, {"scenario": scenario.name, "seed": 0, "schema": SCHEMA})
+        if isinstance(started, LineTracker):
+            started.close()
 
 
 class KeptRuns(ResultFolder):
@@ -96,13 +120,27 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool)
     limits = [(limit, judged) for limit in scenario.limits if (judged := _judged(limit, runs))]
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
-        "seeds": [run["seed"] for run in runs], "remark": next((run["remark"] for run in runs if run["remark"]), None),
+        "seeds": [run["seed"] for run in runs], "remark": _remark(scenario, runs),
         "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
         "metrics": {name: _mean(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
         "verdicts": [verdict(limit, judged, smoke).as_dict() for limit, judged in limits],
     }  # fmt: skip
+
+
+def nothing_is_owed(runs: Sequence[Mapping[str, Any]]) -> bool:
+    """Returns whether no run in which the tracker went on to the end owes a state of any target."""
+    ended = [run["metrics"] for run in runs if not run["failure"]]
+    return bool(ended) and all(metrics.get("completeness", 1.0) is None for metrics in ended)
+
+
+def _remark(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> str | None:
+    """What is to be known of the plots, or of a scenario of which nothing can be judged."""
+    remarks = [run["remark"] for run in runs if run["remark"]][:1]
+    if scenario.judges == "tracks" and nothing_is_owed(runs):
+        remarks.append(f"{scenario.scans} scans judge no tracker: {OWED}")
+    return "; ".join(remarks) or None
 
 
 def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | None]:

@@ -9,7 +9,7 @@ from typing import Any
 from radar_service.bench.run_picture import run_picture
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
-MINUTES = ("_1min", "_3min")  # after which a metric of motion is judged
+JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
 MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed
 MAX_SUMMARY = 3  # events of a scenario in the summary
@@ -46,7 +46,7 @@ def word_of(scenario: Mapping[str, Any]) -> str:
 
 
 def summary_table(report: Mapping[str, Any]) -> str:
-    """Returns a table as text, the gravest scenario first: verdict, failed runs, the worst seed, and its gravest events."""
+    """Returns a table as text, the gravest scenario first: verdict, failed runs, the worst seed, and what went wrong in it."""
     lines = [f"{'scenario':32} {'verdict':14} {'failed runs':>12} {'worst seed':>10}"]
     for scenario in gravest_first(report):
         failed, runs = scenario["failed_runs"], len(scenario["seeds"])
@@ -54,8 +54,17 @@ def summary_table(report: Mapping[str, Any]) -> str:
         lines.append(
             f"{scenario['name'][:32]:32} {word_of(scenario):14} {f'{len(failed)} of {runs}':>12} {seed:>10}".rstrip()
         )
-        lines += [f"    {event_line(event)}" for event in (failed[0]["events"][:MAX_SUMMARY] if failed else ())]
+        lines += [f"    {line}" for line in _gravest_lines(scenario)]
     return "\n".join(lines) + "\n"
+
+
+def _gravest_lines(scenario: Mapping[str, Any]) -> list[str]:
+    """What went wrong in the worst run: how the tracker failed, and else some events."""
+    if not scenario["failed_runs"]:
+        return []
+    worst = scenario["failed_runs"][0]
+    failures = [_failure(failure) for failure in scenario["failures"] if failure["seed"] == worst["seed"]]
+    return failures or [event_line(event) for event in worst["events"][:MAX_SUMMARY]]
 
 
 def event_line(event: Mapping[str, Any]) -> str:
@@ -65,25 +74,25 @@ def event_line(event: Mapping[str, Any]) -> str:
 
 
 def _summary(scenarios: Sequence[Mapping[str, Any]]) -> str:
-    heads = ("scenario", "verdict", "failed runs", "worst seed", "it misses", "its gravest events")
+    heads = ("scenario", "verdict", "failed runs", "worst seed", "it misses", "what went wrong")
     return table_of(heads, "".join(map(_summary_row, scenarios)))
 
 
 def _summary_row(scenario: Mapping[str, Any]) -> str:
     name, word, failed = html.escape(scenario["name"]), word_of(scenario), scenario["failed_runs"]
-    seed, missed, events = _worst(failed[0]) if failed else ("", "", "")
+    seed, missed = _worst(failed[0]) if failed else ("", "")
+    lines = "<br>".join(map(html.escape, _gravest_lines(scenario)))
     return (
         f'<tr><td><a href="#{name}">{name}</a></td><td class="{word.split()[0]}">{word}</td>'
-        f"<td>{len(failed)} of {len(scenario['seeds'])}</td><td>{seed}</td><td>{missed}</td><td>{events}</td></tr>"
+        f"<td>{len(failed)} of {len(scenario['seeds'])}</td><td>{seed}</td><td>{missed}</td><td>{lines}</td></tr>"
     )
 
 
-def _worst(run: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Of a failed run the seed, some of the limits that it misses, and some events, as HTML."""
+def _worst(run: Mapping[str, Any]) -> tuple[str, str]:
+    """Of a failed run the seed and some of the limits that it misses, as HTML."""
     missed = [*run["missed"]]
     more = [f"{len(missed) - MAX_SUMMARY} more"] if len(missed) > MAX_SUMMARY else []
-    events = [html.escape(event_line(event)) for event in run["events"][:MAX_SUMMARY]]
-    return str(run["seed"]), ", ".join(missed[:MAX_SUMMARY] + more), "<br>".join(events)
+    return str(run["seed"]), ", ".join(missed[:MAX_SUMMARY] + more)
 
 
 def table_of(heads: Sequence[str], rows: str) -> str:
@@ -147,8 +156,8 @@ def _failure(failure: Mapping[str, Any]) -> str:
 
 
 def unit_of(metric: str) -> str:
-    """Returns the unit of a metric, which its name ends with or has before a time as in `_1min`; empty for a number."""
-    name = metric.rsplit("_", 1)[0] if metric.endswith(MINUTES) else metric
+    """Returns the unit of a metric, which its name ends with or has before what is judged as in `_1min`; empty for a number."""
+    name = metric.rsplit("_", 1)[0] if metric.endswith(JUDGED) else metric
     return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
 
 

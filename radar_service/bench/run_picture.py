@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 MIN_HALF_WIDTH = 100.0  # m, of the map
 MAX_NAMES = 8  # of targets or tracks in a legend: more leave no room for the map
+MARGIN = 2.0  # s about the time of the chart
 MAX_MARKS = 6  # events that are marked
 STYLES = ("-", "--", ":", "-.")  # of targets in the chart of distances
 NO_TRACK = "0.6"  # the colour of a target there
+DARKEST = 2.5  # brightness of the PPI that would be black: plots and targets are seen where noise alone fills the picture
 
 
 def run_picture(run: Mapping[str, Any]) -> str:
@@ -57,7 +59,7 @@ def joined(scans: Sequence[Mapping[str, Any]], track: str) -> Floats:
 
 def _draw_map(chart: "Axes", run: Mapping[str, Any], colours: Mapping[str, str]) -> None:
     scans = run["scans"]
-    chart.plot(*_points(scan["plots"] for scan in scans).T, ".", color="0.6", markersize=2, label="plots")
+    chart.plot(*_points(scan["plots"] for scan in scans).T, ".", color="0.3", markersize=2, label="plots")
     bodies = _bodies(scans)
     for k, body in enumerate(bodies):
         path = np.array([target["position"] for _, target in _of_body(scans, body)])
@@ -107,6 +109,7 @@ def _draw_distances(errors: "Axes", run: Mapping[str, Any], colours: Mapping[str
             fontsize="small",
         )  # fmt: skip
     errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
+    errors.set_xlim(scans[0]["time"] - MARGIN, scans[-1]["time"] + MARGIN)  # where no track is near anything, too
     errors.legend(fontsize="small")
 
 
@@ -136,7 +139,7 @@ def _draw_ppi(chart: "Axes", ppi: dict[str, Any], centre: Floats) -> None:
     """Draws the PPI of the last scan about own ship (2,) behind all else; echoes are dark."""
     (east, north), reach = centre, ppi["range"]
     extent = (east - reach, east + reach, north - reach, north + reach)
-    chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=1.5, extent=extent, interpolation="nearest", zorder=0)
+    chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=DARKEST, extent=extent, interpolation="nearest", zorder=0)
 
 
 def _points(scans: Iterable[Sequence[Sequence[float]]]) -> Floats:

@@ -61,7 +61,8 @@ GENERAL = tuple(
     for metric, bound in {
         "completeness": {"minimum": 0.95}, "spurious": {"maximum": 0.02}, "ambiguity": {"maximum": 1.02},
         "identity_changes": {"maximum": 0.0}, "first_state_scans": {"maximum": 10.0}, "velocity_kn_1min": {"maximum": 1.5},
-        "velocity_kn_3min": {"maximum": 0.8}, "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
+        "velocity_kn_3min": {"maximum": 0.8}, "velocity_kn_median": {"maximum": 1.5},
+        "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
         "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
     }.items()
 )  # fmt: skip

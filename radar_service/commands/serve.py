@@ -102,7 +102,9 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
         from radar_service.service.scene_request import SceneRequest
 
         make = SceneProcessMaker(fork_server, make_simulator)
-        scene_requests = [SceneRequest(scene_input, options.sandbox_all) for scene_input in options.scenes]
+        scene_requests = [
+            SceneRequest(scene_input, options.sandbox_all, measured_later=True) for scene_input in options.scenes
+        ]
         scenes += _started(partial(make, progress=start), scene_requests)
         from radar_service.ports.running import run
 

@@ -1,5 +1,6 @@
 /* Points spread on a grid: receive/gridding.py. */
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,5 +76,57 @@ KERNEL int64_t spread_points(int64_t count, int64_t rows, int64_t size, int64_t 
         count = NO_MEMORY;
     free(band.sums);
     free(band.touched);
+    return count;
+}
+
+/* The numbers (n) of a point for the terms of a series (terms, n) at shifts (n): each is the one before times shift / term. */
+static void series_of(int64_t terms, int64_t n, const float *number, const float *shift, float *restrict series) {
+    for (int64_t j = 0; j < n; j++) series[j] = number[j];
+    for (int64_t t = 1; t < terms; t++)
+        for (int64_t j = 0; j < n; j++) series[t * n + j] = series[(t - 1) * n + j] * (shift[j] / (float)t);
+}
+
+/* Adds terms (terms, n) by their weights, `apart` numbers from one to the next, to a cell (n). */
+static void add_series(int64_t terms, int64_t n, const float *weight, int64_t apart, const float *series, float *restrict cell) {
+    if (terms == 1)
+        for (int64_t j = 0; j < n; j++) cell[j] += weight[0] * series[j];
+    else if (terms == 2)
+        for (int64_t j = 0; j < n; j++) cell[j] = (cell[j] + weight[0] * series[j]) + weight[apart] * series[n + j];
+    else
+        for (int64_t j = 0; j < n; j++)
+            cell[j] = ((cell[j] + weight[0] * series[j]) + weight[apart] * series[n + j]) + weight[2 * apart] * series[2 * n + j];
+}
+
+/* Spreads points (E), E = count, on the rows from `begin` to `end` of `rows` (all, size, 2), circular: amplitude (E, all, 2) by a
+ * Taylor series, of 1 to 3 terms, of the kernel table (steps + 1, terms, width) about column (E), or where middle >= 0 about column
+ * + migration[middle]; migration (E, all) from column. In single precision, by rising point and term. */
+KERNEL int64_t spread_series(int64_t count, int64_t all, int64_t size, int64_t begin, int64_t end, int64_t middle, int64_t terms,
+                             int64_t width, int64_t steps, const double *column, const float *migration, const float *amplitude,
+                             const float *table, float *rows) {
+    int64_t n = 2 * (end - begin);
+    float *grid = calloc((size_t)(size * n), sizeof(float)), *series = malloc((size_t)((terms + 1) * n) * sizeof(float));
+    if (grid && series) {
+        float *shift = series + terms * n;
+        for (int64_t e = 0; e < count; e++) {
+            const float *moved = migration + e * all, about = middle < 0 ? 0.0f : moved[middle];
+            double position = middle < 0 ? column[e] : column[e] + about, below = floor(position);
+            const float *weight = table + (int64_t)((position - below) * (double)steps + 0.5) * terms * width;
+            int64_t first = (int64_t)below - (width / 2 - 1);
+            int inside = first >= 0 && first + width <= size;
+            for (int64_t k = begin; k < end; k++)
+                shift[2 * (k - begin)] = shift[2 * (k - begin) + 1] = middle < 0 ? moved[k] : moved[k] - about;
+            series_of(terms, n, amplitude + 2 * (e * all + begin), shift, series);
+            for (int64_t i = 0; i < width; i++)
+                add_series(terms, n, weight + i, width, series, grid + n * (inside ? first + i : wrapped(first + i, size)));
+        }
+        for (int64_t k = begin; k < end; k++)
+            for (int64_t i = 0; i < size; i++) {
+                rows[2 * (k * size + i)] = grid[n * i + 2 * (k - begin)];
+                rows[2 * (k * size + i) + 1] = grid[n * i + 2 * (k - begin) + 1];
+            }
+    } else
+        count = NO_MEMORY;
+    free(grid);
+    free(series);
     return count;
 }

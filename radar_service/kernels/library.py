@@ -58,6 +58,7 @@ PROTOTYPES = {
     "surface_points": "nnfiffffi",
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
+    "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {
     "f": (np.dtype(np.float64),),

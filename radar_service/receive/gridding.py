@@ -143,19 +143,27 @@ def spread_moving(
     column: (E,) positions [samples]; range_migration: (E, K) from there [samples]; amplitude: (E, K). Few points are spread
     directly. For many, a Taylor series of the kernel shifts each point; its order is the cheapest for the maximum migration.
     Where the migration exceeds MAX_SHIFTS, rows form groups, each about its middle row. A group costs one product with a
-    sparse matrix of `width` weights per point, and a pass over its rows.
+    sparse matrix of `width` weights per point, and a pass over its rows. The compiled kernel adds in the same order.
     """
     if amplitude.size * tables[0].shape[2] <= MAX_DIRECT_WEIGHTS:
         _spread_direct(rows, column[:, None] + range_migration, amplitude, tables[0][:, 0])
         return
     count, size = rows.shape
     order, groups = _series(float(np.abs(range_migration).max(initial=0.0)), count)
+    compiled = kernels()
+    if compiled:
+        points = [np.ascontiguousarray(each) for each in (column, range_migration, amplitude)]
+        points[2] = points[2].view(np.float32)
     for part in np.array_split(np.arange(count), groups):
-        k = slice(part[0], part[-1] + 1)
-        middle = range_migration[:, (part[0] + part[-1]) // 2]
-        about = range_migration[:, k] if groups == 1 else range_migration[:, k] - middle[:, None]
+        k, middle_row = slice(part[0], part[-1] + 1), int(part[0] + part[-1]) // 2
+        if compiled:
+            about = k.start, k.stop, -1 if groups == 1 else middle_row, *tables[order].shape[1:], TABLE_STEPS
+            compiled.run("spread_series", len(column), count, size, *about, *points, tables[order], rows.view(np.float32))
+            continue
+        middle = range_migration[:, middle_row]
+        shift = range_migration[:, k] if groups == 1 else range_migration[:, k] - middle[:, None]
         position = column if groups == 1 else column + middle
-        rows[k] = _spread_group(size, position, about, amplitude[:, k], tables[order]).T
+        rows[k] = _spread_group(size, position, shift, amplitude[:, k], tables[order]).T
 
 
 def _spread_direct(rows: Profiles, position: Floats, amplitude: Profiles, table: Singles) -> None:

@@ -25,6 +25,7 @@ class SceneRequest:
     origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this scene request before; it is not made again.
+    measured_later: whether its first spokes come before the counts and costs of its plan.
     folder: kept while this scene request exists; it owns the files of an upload.
     """
 
@@ -34,6 +35,7 @@ class SceneRequest:
     origin: Origin | None = None
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+    measured_later: bool = field(default=False, compare=False)
     folder: object = field(default=None, compare=False, repr=False)
 
     @property
@@ -80,6 +82,10 @@ class ProcessSimulator(SpokeSource, Commanded, TellsSources, TellsShips, Continu
     @property
     def trees(self) -> int:
         """Number of trees for ray tests."""
+
+    @property
+    def unmeasured_info(self) -> SpokeSourceInfo:
+        """Returns `info` with a plan that has no counts and costs yet."""
 
     def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan that was made before."""

@@ -177,12 +177,28 @@ def test_after_three_hangs_the_bench_stops(
     assert [failure["scan"] for failure in scenario["failures"]] == [0, 0]
 
 
-def test_a_tracker_that_does_not_start_ends_the_bench_at_once(tmp_path: Path, made: list[tuple[str, int]]) -> None:
+@pytest.mark.parametrize("wrong", ["no-such-program", "no_such_module:T"])
+def test_a_tracker_that_does_not_start_is_told_before_any_run(
+    wrong: str, tmp_path: Path, made: list[tuple[str, int]]
+) -> None:
+    with pytest.raises(TrackerError, match=f"'{wrong}' (could not be started|made no tracker)"):
+        bench([small(tmp_path, 4)], 9, wrong, tmp_path / "out")
+    assert not made and not (tmp_path / "bench-plots").exists()
+
+
+def test_a_server_that_is_not_there_ends_the_bench_after_three_tries(tmp_path: Path, made: list[tuple[str, int]]) -> None:
     for seeds, tries in ((9, 3), (1, 4)):
-        with pytest.raises(TrackerError, match="'no-such-program' could not be started"):
-            bench([small(tmp_path, 4)], seeds, "no-such-program", tmp_path / "out")
+        with pytest.raises(TrackerError, match="ws://127.0.0.1:1"):
+            bench([small(tmp_path, 4)], seeds, "ws://127.0.0.1:1/", tmp_path / "out")
         assert len(made) == tries
-    assert not (tmp_path / "bench-plots").exists()
+
+
+def test_kept_runs_need_no_tracker(tmp_path: Path, made: list[tuple[str, int]]) -> None:
+    """A command whose runs are all kept starts nothing."""
+    first = bench([small(tmp_path, 4)], 1, program(tmp_path, ECHO), tmp_path / "out")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench_module, "check_start", lambda *_: pytest.fail("a start"))
+        assert bench([small(tmp_path, 4)], 1, program(tmp_path, ECHO), tmp_path / "out") == first and len(made) == 1
 
 
 def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

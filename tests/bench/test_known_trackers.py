@@ -15,6 +15,7 @@ from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for
+from tests.bench import dishonest_trackers as dishonest
 from tests.bench import known_trackers as known
 
 FAST_RADAR = {"azimuths": 360, "beamwidth_deg": 3.0, "bandwidth_hz": 5e6, "sample_rate_hz": 7.5e6}
@@ -44,6 +45,19 @@ TABLE: list[tuple[type[known.Kalman], str, str]] = [
     (known.SlowOnly, "fast-ferries", "completeness"),
     (known.FewTracks, "fifty-targets", "completeness"),
     (known.Lags, "target-manoeuvre", "course_after_turn_deg"),
+    (dishonest.VelocityForExams, "crossing-cpa-500", "velocity_kn_median"),
+    (dishonest.VelocityForExams, "msc192-table3-1", "velocity_kn_median"),
+    (dishonest.PositionForExams, "crossing-cpa-500", "localisation_share"),
+    (dishonest.PositionForExams, "msc192-table3-1", "localisation_m"),
+    (dishonest.FreezesAndCatchesUp, "crossing-cpa-500", "localisation_share"),
+    (dishonest.FreezesAndCatchesUp, "msc192-table3-2", "localisation_m"),
+    (dishonest.UnfilteredBetweenExams, "crossing-cpa-500", "velocity_kn_median"),
+    (dishonest.UnfilteredBetweenExams, "msc192-table3-2", "velocity_kn_median"),
+    (dishonest.TakesTurns, "crossing-cpa-500", "completeness"),
+    (dishonest.TwoNames, "crossing-cpa-500", "identity_changes"),
+    (dishonest.SwapsLate, "crossing-cpa-500", "identity_changes"),
+    (dishonest.NearOnly, "msc192-table3-1", "completeness"),
+    (dishonest.RenamesTheLost, "vanishing", "spurious"),
 ]
 QUICK = {"crossing-cpa-500", "missed-scans", "target-manoeuvre"}  # the others are studies: their plots take a second each
 SEEDS = 3  # of a study

@@ -80,7 +80,9 @@ def test_failed_runs_are_listed_with_scan_status_and_last_line() -> None:
     lines = verdict_table(made).splitlines()
     assert "small, seed 4: failed at scan 7: it has ended; exit status -11; it said: Segmentation <fault>" in lines
     assert lines[-1] == "small: 2 more failed runs"
-    assert "Segmentation &lt;fault&gt;" in page(made, {"small": None})
+    assert summary_table(made).splitlines()[2].strip().startswith("failed at scan 7: it has ended; exit status -11")
+    text = page(made, {"small": None})
+    assert 0 < text.index("Segmentation &lt;fault&gt;") < text.index("<h2")  # in the summary
     assert all(verdict["failures"] == 7 for verdict in made["scenarios"][0]["verdicts"])
 
 
@@ -116,3 +118,15 @@ def test_more_failed_runs_and_events_are_counted() -> None:
     made = report({"small": Scenario(**{**SMALL, "limit": (limit,), "judges": "plots"})}, {"small": runs}, "mine")
     text = page(made, {"small": None})
     assert "2 more failed runs" in text and text.count("3 more events") == 10
+
+
+@pytest.mark.parametrize(("completeness", "failure"), [(None, None), (0.0, None), (None, {"scan": 0, "hangs": False})])
+def test_a_scenario_that_is_too_short_to_judge_says_so(completeness: float | None, failure: dict | None) -> None:
+    """Not where a state was owed, nor where the tracker failed and nothing is known."""
+    run = {**RUN, "failure": failure, "metrics": {"completeness": completeness}}
+    if failure:
+        run |= {"failure": {**failure, "message": "?", "status": None, "stderr": ""}, "metrics": {}}
+    (its,) = report({"small": Scenario(**SMALL)}, {"small": [run]}, "mine")["scenarios"]
+    short = "8 scans judge no tracker: a state is owed from 60 s after a target is seen first; give more scans"
+    assert (its["remark"] is not None) == (completeness is failure is None)
+    assert its["remark"] is None or its["remark"].startswith(short)

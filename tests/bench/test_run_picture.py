@@ -87,3 +87,24 @@ def test_tracks_stand_on_the_ppi_of_the_last_scan() -> None:
     changed = np.argwhere(pixels[1] < pixels[0] - 50)
     left, right = np.nonzero((pixels[0] < 60).sum(axis=0) > pixels[0].shape[0] / 3)[0][:2]  # the edges of the map
     assert len(changed) > 1000 and left + 0.4 * (right - left) < changed[:, 1].min() < changed[:, 1].max() <= right
+
+
+def test_plots_are_seen_on_a_ppi_of_noise_alone() -> None:
+    """Noise fills the picture of a last scan from which all targets have gone, and its brightness is half of the scale."""
+    noise = np.full((SIZE, SIZE), 150, dtype=np.uint8)
+    ppi = {"pixels": base64.b64encode(zlib.compress(noise.tobytes())).decode(), "range": 5000.0}
+    plots = [[[east, 40.0] for east in np.linspace(-80.0, 80.0, 30)], []]
+    with_plots, without = (
+        grey({**RUN, "events": [], "ppi": ppi, "scans": [{**scan(0, one=0.0), "plots": some}]}) for some in plots
+    )
+    assert (without - with_plots).max() > 80
+
+
+def test_the_chart_has_all_times_where_no_track_is_near() -> None:
+    """An event at scan 2 of 40 is marked in the left half of the chart."""
+    scans = [{**scan(k), "targets": [{**TARGET, "nearest": None}]} for k in range(40)]
+    run = {**RUN, "events": [], "scans": scans}
+    changed = grey({**run, "events": [{**EVENT, "scan": 2, "last": 2}]}) != grey(run)
+    width = changed.shape[1]
+    line = width // 2 + int(np.argmax(changed[:, width // 2 :].sum(axis=0)))
+    assert 0.5 * width < line < 0.65 * width

@@ -46,7 +46,10 @@ def test_the_library_has_the_standards_and_crossings() -> None:
     assert {f"msc192-table3-{kind}{n}" for kind in ("", "error-free-", "thd-") for n in (1, 2, 3, 4)} <= names
     table_2 = load_scenario("msc192-table2")
     assert set(table_2.standard_nm) == set(table_2.tracked) and not any(limit.decides for limit in table_2.limit)
-    assert all(not limit.decides for n in (1, 2, 3, 4) for limit in load_scenario(f"a823-{n}").limit)
+    recalled = [
+        limit for n in (1, 2, 3, 4) for limit in load_scenario(f"a823-{n}").limit if "this project" not in limit.source
+    ]
+    assert recalled and not any(limit.decides for limit in recalled)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
@@ -64,13 +67,15 @@ def test_targets_of_the_standard_are_where_it_says_after_three_minutes(number: i
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_table_3_is_judged_under_the_errors_that_it_presupposes(number: int) -> None:
     """Table 3 of MSC.192(79): 95 % figures; the same figures without errors, and shown alone with the least heading device.
-    Where the best tracker misses one in more than 2.5 % of runs (tests/reference/test_straight_line_fit.py), it is wider."""
+    Where the best tracker misses one in more than 2.5 % of runs (tests/reference/test_straight_line_fit.py), it is wider. Two
+    limits of this project hold in all other scans."""
     judging, free, rung = (load_scenario(f"msc192-table3-{kind}{number}") for kind in ("", "error-free-", "thd-"))
     assert judging.scene["errors"] == {"profile": "imo-2004"} and judging.draw_biases and judging.plot_errors
     assert "errors" not in free.scene and free.plot_errors is None
     figures = {limit.metric: limit.maximum for limit in free.limit}
     wider = {1: {"true_speed_kn_3min": 0.6}, 4: {"true_speed_kn_3min": 1.0, "cpa_nm_1min": 1.2}}
-    assert {limit.metric: limit.maximum for limit in judging.limit} == figures | wider.get(number, {})
+    ours = {"velocity_kn_median": 3.0, "localisation_m": 40.0 if number == 2 else 100.0}
+    assert {limit.metric: limit.maximum for limit in judging.limit} == figures | wider.get(number, {}) | ours
     assert figures["bearing_deg_3min"] == 2.0 and figures["range_m_3min"] == (50.0 if number == 2 else 148.0)
     assert all(limit.decides for limit in judging.limit) and not any(limit.decides for limit in rung.limits)
     assert (

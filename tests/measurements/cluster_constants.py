@@ -37,7 +37,8 @@ def main() -> None:
         run(nothing, [Job(f"{k}", (k,)) for k in range(TASKS)], workers.executor)
         after, now = processor_time_of(pid) or 0.0, os.times()
         print(
-            f"a task: {(after - before) / TASKS * 1e3:.2f} ms of the scheduler, {(now[0] - own[0]) / TASKS * 1e3:.2f} of the client"
+            f"a task: {(after - before) / TASKS * 1e3:.2f} ms of the scheduler, "
+            f"{(now[0] - own[0]) / TASKS * 1e3:.2f} ms of the client"
         )
     with TemporaryDirectory() as folder:
         for scene in ("open-sea", "harbour"):

@@ -100,6 +100,10 @@ class FakeEngine:
     def info(self) -> SpokeSourceInfo:
         return self.described(self.plan)
 
+    @property
+    def unmeasured_info(self) -> SpokeSourceInfo:
+        return self.described({})
+
     def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         return SpokeSourceInfo(
             outline_of(self.scene), 7, self.fidelity, plan, self.noise_power, self.range, self.range_step,

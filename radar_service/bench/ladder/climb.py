@@ -3,21 +3,24 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Progress
-from radar_service.bench.bench import Runs, runs_of
+from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
 from radar_service.bench.ladder.series import Ladder
-from radar_service.bench.scenario import ScenarioError
+from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.single_run import scored_run
+from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.numerics.types import Floats
 
 REFERENCE = "gnn"
 SCHEMA = 1
+TRIED = 3  # scans that each tracker answers before the first run
 
 
 def climb(
@@ -26,18 +29,39 @@ def climb(
 ) -> dict[str, Any]:  # fmt: skip
     """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
 
-    trackers: by name, as `bench` takes them, with REFERENCE among them or not. Others as in `bench`. Raises ScenarioError,
-    JobsFailed, TrackerError and OSError.
+    trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. Others as in
+    `bench`. Raises ScenarioError, JobsFailed, TrackerError and OSError.
     """
     names = [ladder.name for ladder in ladders]
     if len(set(names)) < len(names):
         raise ScenarioError("ladders: two have the same name; give each ladder once, and each file a name of its own")
     rungs = [rung for ladder in ladders for rung in ladder.rungs]
-    runs = {
-        tracker: runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
-        for tracker in dict.fromkeys((REFERENCE, *trackers))
-    }
+    every, shared, kept = [*dict.fromkeys((REFERENCE, *trackers))], plots_folder(folder, plots), KeptRuns(folder / "runs")
+    with TemporaryDirectory() as short:
+        for tracker in every:
+            if any(kept.read(job) is None for job in jobs_of(rungs, seeds, tracker, shared)):
+                _try(tracker, rungs[0], Path(short))
+    runs: dict[str, Runs] = {}
+    for tracker in every:
+        runs[tracker] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
+        check_length(ladders, runs[tracker])
     return report(ladders, runs)
+
+
+def _try(tracker: str, rung: Scenario, plots: Path) -> None:
+    """Lets a tracker answer the first scans of a rung. Raises TrackerError where it fails."""
+    failure = scored_run(rung.model_copy(update={"scans": TRIED}), 0, tracker, plots)["failure"]
+    if failure:
+        raise TrackerError(f"{failure['message']}{f' ({last})' if (last := failure['stderr']) else ''}; no run is made")
+
+
+def check_length(ladders: Sequence[Ladder], runs: Runs) -> None:
+    """Raises ScenarioError for a rung whose runs end before any target is owed a state, so that nothing is to be compared."""
+    for ladder in ladders:
+        for rung in ladder.rungs:
+            none = all(run["metrics"].get(ladder.metric) is None for run in runs[rung.name])
+            if none and nothing_is_owed(runs[rung.name]):
+                raise ScenarioError(f"{rung.name}: scans: {rung.scans} give no {ladder.metric}: {OWED}")
 
 
 def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""How well tracks know the motion of their targets: after one and three minutes, and after a turn."""
+"""How well tracks know the motion of their targets: after one and three minutes, after a turn, and in most scans."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +29,8 @@ QUANTITIES = (
 
 
 def motion_scores(run: JudgedRun) -> dict[str, float | None]:
-    """Returns the errors of the motion of the worst target one and three minutes after it was seen first, and after turns.
+    """Returns the errors of the motion of the worst target one and three minutes after it was seen first, after turns, and as
+    the median over all scans in which its state is owed: a tracker that knows when it is judged is judged then too.
 
     Names: relative_course_deg_1min and so on. A target without a track has no error, which is None, and meets no limit. Targets
     that are not due then are not judged, and what no target can be judged by is left out.
@@ -42,7 +43,12 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
         for name in QUANTITIES if errors else ():
             metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
     turns = [error for body in run.sightings for error in _courses_after_turns(run, body)]
-    return metrics | ({"course_after_turn_deg": _worst(turns)} if turns else {})
+    medians = [float(np.median(each)) for body in run.sightings if (each := _velocity_errors(run, body))]
+    return (
+        metrics
+        | ({"course_after_turn_deg": _worst(turns)} if turns else {})
+        | ({"velocity_kn_median": _worst(medians)} if medians else {})
+    )
 
 
 def _worst(errors: Sequence[float]) -> float | None:
@@ -66,6 +72,12 @@ def _errors(scan: JudgedScan, body: str) -> Mapping[str, float] | None:
         return None
     errors = target_errors(scan.tracks[scan.pairs[body]], _truth(scan, body), scan.result.given)
     return errors | {"velocity_kn": velocity_error(scan, body) / KNOT}
+
+
+def _velocity_errors(run: JudgedRun, body: str) -> list[float]:
+    """The errors of the velocity of a target [kn] in the scans in which its state is owed; inf without a track."""
+    due = [scan for scan in run.scans if body in scan.due]
+    return [velocity_error(scan, body) / KNOT if body in scan.pairs else math.inf for scan in due]
 
 
 def _truth(scan: JudgedScan, body: str) -> TargetTruth:

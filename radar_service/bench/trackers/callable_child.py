@@ -1,18 +1,21 @@
 """The program in which a tracker in Python runs: `python -m radar_service.bench.trackers.callable_child module:callable`.
 
-It reads and writes JSON Lines (docs/bench.md). What the tracker prints goes to its standard error.
+It writes READY where the callable has made a tracker, then reads and writes JSON Lines (docs/bench.md). What the tracker prints
+goes to its standard error.
 """
 
 import importlib
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, TextIO
 
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput
 from radar_service.plots.plot import Plot
+
+READY = "ready"
 
 
 def serve(tracker: Tracker, lines: Iterable[str], answers: TextIO) -> None:
@@ -33,13 +36,31 @@ def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
 
 
+def callable_of(name: str) -> Callable[[], Tracker]:
+    """Returns the callable of `module:callable`. Ends the program with a sentence where there is none; raises what the module
+    raises as it is imported."""
+    module, _, attribute = name.partition(":")
+    try:
+        imported = importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+            raise  # the module is there, and one that it imports is not
+        sys.exit(f"there is no module {error.name!r}, neither installed nor in {os.getcwd()}")
+    maker: Callable[[], Tracker] | None = getattr(imported, attribute, None)
+    if not callable(maker):
+        there = [key for key, value in vars(imported).items() if callable(value) and not key.startswith("_")]
+        sys.exit(f"module {module!r} has no callable {attribute!r}; it has {', '.join(there[:10]) or 'none'}")
+    return maker
+
+
 def main(name: str) -> None:
     """Serves `module:callable` on standard input and output."""
-    module, _, attribute = name.partition(":")
     sys.path.append(os.getcwd())
     with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-        serve(getattr(importlib.import_module(module), attribute)(), sys.stdin, answers)
+        tracker = callable_of(name)()
+        print(READY, file=answers, flush=True)
+        serve(tracker, sys.stdin, answers)
 
 
 if __name__ == "__main__":

@@ -11,10 +11,12 @@ from typing import Any
 
 from typing_extensions import override
 
-from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError
+from radar_service.bench.trackers.callable_child import READY
+from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
+LAST_WORDS = 20.0  # s from the end of its answers to its own: on a busy machine it takes a while to write why
 CHILD = "radar_service.bench.trackers.callable_child"  # the program that a callable runs in
 
 
@@ -30,7 +32,8 @@ class ProcessTracker(LineTracker):
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
         self._last_line = ""
-        Thread(target=self._read, name="tracker's answers", daemon=True).start()
+        self._reading = Thread(target=self._read, name="tracker's answers", daemon=True)
+        self._reading.start()
         self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
         self._noting.start()
         self.begin(header)
@@ -71,7 +74,7 @@ class ProcessTracker(LineTracker):
             if self._process.stdin:
                 self._process.stdin.close()
         try:
-            self._process.wait(1.0)
+            self._process.wait(1.0 if self._reading.is_alive() else LAST_WORDS)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -108,8 +111,22 @@ class ProcessTracker(LineTracker):
 
 
 class CallableTracker(ProcessTracker):
-    """A tracker in Python, `module:callable`, in a process of its own: it is checked as any program is."""
+    """A tracker in Python, `module:callable`, in a process of its own: it is checked as any program is. Raises TrackerError where
+    the callable makes none."""
 
     @override
     def _words(self, command: str) -> Sequence[str]:
         return [sys.executable, "-m", CHILD, command]
+
+    @override
+    def begin(self, header: Mapping[str, Any]) -> None:
+        try:
+            line = self._answers.get(timeout=self.timeout)
+        except Empty:
+            self._process.kill()
+            self.close()
+            raise TrackerHangs(f"tracker: {self.name!r} made no tracker within {self.timeout:g} s") from None
+        if line.strip() != READY:
+            self.close()
+            raise TrackerError(f"tracker: {self.name!r} made no tracker: {self.last_line or self.end}")
+        super().begin(header)

@@ -7,6 +7,8 @@ import re
 
 import numpy as np
 
+from radar_service.numerics.ragged import spans
+from radar_service.numerics.types import Indices
 from radar_service.scene_file.readers.file_format import Format, Triangles
 from radar_service.scene_file.readers.trimesh_parser import exported_box
 from radar_service.world.error import SceneError
@@ -17,7 +19,8 @@ MAX_VERTICES = 2**31
 def obj_triangles(content: bytes, location: str) -> Triangles:
     """Returns vertices (V, 3) in units of the file, and triangles (F, 3). Raises SceneError with the line."""
     coordinates: list[bytes] = []
-    corners: list[int] = []
+    corners: list[bytes] = []
+    faces: list[tuple[int, int, int]] = []  # line, corners, vertices before it
     count = 0
     for number, line in enumerate(content.replace(b"\\\r\n", b"  \n").replace(b"\\\n", b" ").split(b"\n"), start=1):
         words = line.split()
@@ -32,30 +35,51 @@ def obj_triangles(content: bytes, location: str) -> Triangles:
             coordinates += words[1:4]
             count += 1
         elif words[0] == b"f":
-            corners += _fan(words[1:], count, f"{location}, line {number}")
+            corners += words[1:]
+            faces.append((number, len(words) - 1, count))
     try:
         vertices = np.array(coordinates, dtype="S32").astype(np.float64).reshape(-1, 3)
     except ValueError as error:
         raise SceneError(f"{location}: {error} in a vertex; export the file again") from None
-    return vertices, np.array(corners, dtype=np.int64).reshape(-1, 3)
+    return vertices, _fans(corners, np.array(faces, dtype=np.int64).reshape(-1, 3), location)
 
 
-def _fan(words: list[bytes], count: int, location: str) -> list[int]:
-    """Returns indices from 0 of the triangles of one face; negative numbers count back from the `count` vertices so far."""
+def _fans(corners: list[bytes], faces: Indices, location: str) -> Indices:
+    """Returns the triangles (F, 3) of faces, as numbers of vertices from 0: of each its fan about its first corner.
+
+    corners: words, of one face after the other; faces: (P, 3) line, number of corners, and of vertices before it, from which
+    negative numbers count back. Raises SceneError.
+    """
+    size = faces[:, 1]
     try:
-        polygon = [int(word.partition(b"/")[0]) for word in words]
-    except ValueError:
-        raise SceneError(f"{location}: a face needs vertex numbers, not {words[:4]!r}; export the file again") from None
-    if len(polygon) < 3 or 0 in polygon or max(polygon) > MAX_VERTICES:
-        raise SceneError(
-            f"{location}: a face needs three or more vertices, numbered from 1 in the order of the file; export it again"
-        )
-    indices = [k - 1 if k > 0 else count + k for k in polygon]
-    if min(indices) < 0:
-        raise SceneError(f"{location}: a face counts back beyond the first vertex; export the file again")
-    if len(indices) == 3:
-        return indices
-    return [k for a, b in zip(indices[1:], indices[2:], strict=False) for k in (indices[0], a, b)]
+        number = np.array([int(word.partition(b"/")[0]) for word in corners], dtype=np.int64)
+    except (ValueError, OverflowError):
+        raise _first_error(corners, faces, location) from None
+    index = np.where(number > 0, number - 1, np.repeat(faces[:, 2], size) + number)
+    if (size < 3).any() or (number == 0).any() or (number > MAX_VERTICES).any() or (index < 0).any():
+        raise _first_error(corners, faces, location)
+    end = np.cumsum(size)
+    face, second = spans(end - size + 1, end - 1)
+    return index[np.stack([(end - size)[face], second, second + 1], axis=1)]
+
+
+def _first_error(corners: list[bytes], faces: Indices, location: str) -> SceneError:
+    """Returns the error of the first face that is none."""
+    end = 0
+    for line, size, count in faces.tolist():
+        words, end = corners[end : end + size], end + size
+        try:
+            polygon = [int(word.partition(b"/")[0]) for word in words]
+        except ValueError:
+            reason = f"a face needs vertex numbers, not {words[:4]!r}; export the file again"
+            return SceneError(f"{location}, line {line}: {reason}")
+        if len(polygon) < 3 or 0 in polygon or max(polygon) > MAX_VERTICES:
+            reason = "a face needs three or more vertices, numbered from 1 in the order of the file; export it again"
+            return SceneError(f"{location}, line {line}: {reason}")
+        if min(polygon) < -count:
+            reason = "a face counts back beyond the first vertex; export the file again"
+            return SceneError(f"{location}, line {line}: {reason}")
+    raise AssertionError("no face is wrong")
 
 
 def _is_obj(content: bytes) -> bool:

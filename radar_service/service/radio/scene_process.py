@@ -17,6 +17,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import ShipStates, Truth
+from radar_service.service.radio.plan_child import MeasuredPlan
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest
@@ -35,6 +36,8 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
     def __init__(self, child: Child, scene_request: SceneRequest, info: SpokeSourceInfo) -> None:
         """child: has sent its description, and tells its spare next. Raises EOFError and TimeoutError."""
         self._child, self.scene_request, self.info, self.trees = child, replace(scene_request, plan=None), info, 0
+        assert isinstance(info.plan, dict)  # all who hold this description share it
+        self._plan = info.plan
         self._spare, self._scan = _spare(child), 0
         self._commands: tuple[Command, ...] = ()  # before the start
         self._waiting: list[Command | tuple[SourceRequest, int | None]] = []  # for the start
@@ -84,6 +87,9 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
             while not isinstance(received := self._child.data.receive(), str):
                 if isinstance(received, NewSpare):
                     self._take_spare(received)
+                    continue
+                if isinstance(received, MeasuredPlan):
+                    self._plan.update(received.plan)
                     continue
                 fields, self.trees = received
                 yield SpokeBlock(**fields | {"range": self.info.range})

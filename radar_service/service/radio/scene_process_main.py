@@ -3,8 +3,8 @@
 It sends on `control`: ("stage", text) while it prepares, then ("ready", SpokeSourceInfo) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
 order to run, as (origin, scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
-it sends (fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The
-socket holds it back while nobody reads.
+it sends (fields of a block, number of trees) there, a MeasuredPlan where the scene request says that it comes later, a NewSpare
+where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
 """
 
 import contextlib
@@ -25,6 +25,7 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
+from radar_service.service.radio.plan_child import CAN_FORK, MeasuredPlan, PlanChild
 from radar_service.service.radio.spare import Spares, TakeOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest, other_radars
 from radar_service.spoke_source import SpokeSourceInfo
@@ -79,8 +80,9 @@ def run_scene(
             spares.first()
             if spares.is_spare:
                 _answer_on(spares.ends[0], simulators, answering)
+            plan = PlanChild.forked(lambda: simulator.info.plan, spares.ends) if _comes_later(scene_request) else None
             try:
-                return _compute(spares, simulator, info.radar, answering)
+                return _compute(spares, simulator, info.radar, answering, plan)
             except TakeOver:
                 pass
 
@@ -93,10 +95,18 @@ def _prepared(
     control.send(("stage", "preparing and planning"))
     simulator = make_simulator(scene)
     simulator.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
-    info = simulator.described(scene_request.plan) if scene_request.plan else simulator.info
+    if scene_request.plan:
+        info = simulator.described(scene_request.plan)
+    else:
+        info = simulator.unmeasured_info if _comes_later(scene_request) else simulator.info
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
     return simulator, info
+
+
+def _comes_later(scene_request: SceneRequest) -> bool:
+    """Whether the plan is measured after the first spokes."""
+    return CAN_FORK and scene_request.measured_later and not scene_request.plan
 
 
 def _portable(error: Exception, memory: int) -> Exception:
@@ -110,10 +120,12 @@ def _portable(error: Exception, memory: int) -> Exception:
     return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-def _compute(spares: Spares, simulator: ProcessSimulator, radar: Radar, answering: threading.Lock) -> None:
+def _compute(
+    spares: Spares, simulator: ProcessSimulator, radar: Radar, answering: threading.Lock, plan: PlanChild | None
+) -> None:
     """Sends blocks; the last message is the reason of the end. Raises TakeOver in a spare that is to run instead.
 
-    radar: as it was prepared; answering: held while a question is answered.
+    radar: as it was prepared; answering: held while a question is answered; plan: who measures it meanwhile.
     """
     data = spares.ends[1]
     origin, scan, size, commands = data.receive()
@@ -129,6 +141,8 @@ def _compute(spares: Spares, simulator: ProcessSimulator, radar: Radar, answerin
             if monotonic() > counted + TREES_SECONDS:
                 trees, counted = simulator.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
+            if plan and (measured := plan.measured()):
+                data.send(MeasuredPlan(measured))
             if block.index + len(block) == radar.azimuths:  # threads that compute the scan have ended
                 _renew(spares, answering, commanding)
         data.send("the engine ended its stream of spokes")

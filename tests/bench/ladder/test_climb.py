@@ -1,5 +1,6 @@
 """Trackers on a ladder: the same plots, failed runs count as the worst, kept runs are used, and the report adds up."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,9 @@ from radar_service.bench import bench as bench_module
 from radar_service.bench import kept_plots
 from radar_service.bench.bench import Runs
 from radar_service.bench.ladder import climb as climb_module
-from radar_service.bench.ladder.climb import climb, losses_of, report
+from radar_service.bench.ladder.climb import check_length, climb, losses_of, report
 from radar_service.bench.scenario import ScenarioError
+from radar_service.bench.trackers.json_lines import TrackerError
 from tests.bench.ladder.test_series import LADDER, ladder
 from tests.bench.trackers.test_process_tracker import ECHO, program
 
@@ -73,7 +75,7 @@ def test_a_second_command_makes_no_run_and_all_trackers_get_the_same_plots(
     """The reference is another program here: it takes part though it is not named, and the same program is not told apart."""
     echo = program(tmp_path, ECHO)
     monkeypatch.setattr(climb_module, "REFERENCE", f"{echo} --again")
-    noisy = ladder(tmp_path, LADDER.replace("6", "3"))
+    noisy = ladder(tmp_path, LADDER.replace("6", "3").replace("[set]", 'metric = "false_plots"\n[set]'))
     made = climb([noisy], 2, [echo], tmp_path / "out")
     assert [row["tracker"] for row in made["ladders"][0]["trackers"]] == [f"{echo} --again", echo]
     assert made["pairs"][0]["p"] == 1.0 and "cannot be told apart" in made["pairs"][0]["sentence"]
@@ -85,3 +87,42 @@ def test_a_second_command_makes_no_run_and_all_trackers_get_the_same_plots(
     monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
     monkeypatch.setattr(bench_module, "_watched", lambda outcomes: pytest.fail("a run") if list(outcomes) else [])
     assert climb([noisy], 2, [echo], tmp_path / "out") == made
+
+
+@pytest.mark.parametrize(
+    ("code", "message"), [("raise ValueError('no licence')", "no licence"), (None, "could not be started")]
+)
+def test_all_trackers_are_tried_before_the_first_run(
+    code: str | None, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last one is wrong, and nothing is run for the ones before it."""
+    echo, wrong = program(tmp_path, ECHO), "no-such-program"
+    if code:
+        (tmp_path / "wrong.py").write_text(code)
+        wrong = f"{sys.executable} {tmp_path / 'wrong.py'}"
+    monkeypatch.setattr(climb_module, "REFERENCE", echo)
+    with pytest.raises(TrackerError, match=message):
+        climb([ladder(tmp_path)], 2, [wrong], tmp_path / "out")
+    assert not (tmp_path / "out" / "runs").exists() or not [*(tmp_path / "out" / "runs").iterdir()]
+    assert not (tmp_path / "bench-plots").exists()
+
+
+def test_a_ladder_that_is_too_short_to_judge_is_refused_after_the_reference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Six scans of 2.5 s: no state is owed, so all trackers would have the worst figure."""
+    echo = program(tmp_path, ECHO)
+    monkeypatch.setattr(climb_module, "REFERENCE", echo)
+    with pytest.raises(
+        ScenarioError, match="noisy-1: scans: 6 give no ospa_m: a state is owed from 60 s after .*; give more scans"
+    ):
+        climb([ladder(tmp_path)], 2, [f"{echo} --again"], tmp_path / "out")
+
+
+def test_a_tracker_that_loses_all_targets_is_no_short_ladder(tmp_path: Path) -> None:
+    """It has no localisation, and owes one."""
+    lost = {"failure": None, "metrics": {"localisation_m": None, "completeness": 0.0}}
+    named = ladder(tmp_path).model_copy(update={"metric": "localisation_m"})
+    check_length([named], {rung.name: [lost] for rung in named.rungs})
+    with pytest.raises(ScenarioError, match="noisy-1: scans: 6 give no localisation_m"):
+        check_length([named], {rung.name: [{"failure": None, "metrics": {"completeness": None}}] for rung in named.rungs})

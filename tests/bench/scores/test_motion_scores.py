@@ -29,7 +29,7 @@ def test_no_track_has_no_motion_error() -> None:
 def test_motion_errors_are_those_of_the_worst_target() -> None:
     """Tracks 3 m and 4 m off on the right course: nothing but range and bearing errs."""
     errors = motion(results(scans=90))
-    assert {f"{name}_{minutes}min" for name in QUANTITIES for minutes in (1, 3)} == set(errors)
+    assert {f"{name}_{minutes}min" for name in QUANTITIES for minutes in (1, 3)} | {"velocity_kn_median"} == set(errors)
     assert errors["true_course_deg_3min"] == pytest.approx(0.0, abs=1e-9) and errors["true_speed_kn_1min"] == pytest.approx(
         0.0
     )
@@ -113,3 +113,25 @@ def test_a_target_that_comes_late_is_judged_by_its_own_minutes() -> None:
         state = replace(track("1", late), velocity_north=1.0 if scan == 43 else 0.0)
         made.append(ScanResult(given(scan), (state,) if scan >= 22 else (), (late,)))
     assert motion(made)["velocity_kn_1min"] == pytest.approx(1.0 / KNOT)
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.4, 0.0), (0.6, 10.0), (1.0, 10.0)])
+def test_a_velocity_is_judged_in_most_scans(share: float, expected: float) -> None:
+    """The first of two tracks has 10 kn too much in a share of the scans in which a state is owed; before them it may."""
+    run = results(scans=90)
+    due = [number for number, scan in enumerate(judged(run).scans) if scan.due]
+    wrong = {*range(due[0]), *due[: round(share * len(due))]}
+
+    def spoilt(number: int, result: ScanResult) -> ScanResult:
+        first, *others = result.tracks
+        more = 10.0 * KNOT if number in wrong else 0.0
+        at_its_end = replace(first, velocity_east=first.velocity_east + more)
+        moved = replace(at_its_end, east=first.east - more * (result.given.time - first.time))
+        return replace(result, tracks=(moved, *others))
+
+    assert motion([spoilt(*each) for each in enumerate(run)])["velocity_kn_median"] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_target_without_a_track_in_most_scans_has_no_velocity() -> None:
+    run = [replace(result, tracks=result.tracks if number < 40 else ()) for number, result in enumerate(results(scans=90))]
+    assert motion(run)["velocity_kn_median"] is None

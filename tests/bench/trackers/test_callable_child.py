@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench.trackers.callable_child import scan_of
-from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.json_lines import TrackerError, TrackerHangs
 from radar_service.bench.trackers.process_tracker import CallableTracker
 from tests.bench.trackers.test_stone_soup import given, plot
 
@@ -44,16 +44,31 @@ def test_a_callable_answers_from_another_process_and_may_print(folder: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
-    [("nowhere:Tracker", "No module named 'nowhere'"), ("mine:Nobody", "module 'mine' has no attribute 'Nobody'")],
+    ("name", "message"),
+    [
+        ("nowhere:Tracker", "'nowhere:Tracker' made no tracker: there is no module 'nowhere', neither installed nor in /"),
+        ("mine.part:T", "there is no module 'mine.part'"),
+        ("mine:Nobody", "module 'mine' has no callable 'Nobody'; it has TrackState, Mine$"),
+        ("mine:NUMBER", "module 'mine' has no callable 'NUMBER'"),
+        ("lame:T", "made no tracker: ModuleNotFoundError: No module named 'of_nobody'"),
+        ("mine:Mine.update", "has no callable 'Mine.update'"),
+    ],
 )
-def test_what_cannot_be_imported_is_said_on_standard_error(name: str, said: str, folder: Path) -> None:
-    (folder / "mine.py").write_text(TRACKER)
-    tracker = CallableTracker(name, {})
-    with pytest.raises(TrackerError, match="has ended"):
-        tracker.update(given(0, ()))
-    tracker.close()
-    assert said in tracker.last_line and tracker.status == 1
+def test_what_makes_no_tracker_is_one_sentence(
+    name: str, message: str, folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The trace is that of a module which cannot be imported, and of nothing else."""
+    (folder / "mine.py").write_text(f"NUMBER = 1\n{TRACKER}")
+    (folder / "lame.py").write_text("import of_nobody\n")
+    with pytest.raises(TrackerError, match=message):
+        CallableTracker(name, {})
+    assert ("Traceback" in capfd.readouterr().err) == (name == "lame:T")
+
+
+def test_a_callable_that_waits_for_ever_hangs(folder: Path) -> None:
+    (folder / "slow.py").write_text("import time\ntime.sleep(60)\n")
+    with pytest.raises(TrackerHangs, match="'slow:T' made no tracker within 0.2 s"):
+        CallableTracker("slow:T", {}, timeout=0.2)
 
 
 def test_a_scan_arrives_as_it_was_sent() -> None:

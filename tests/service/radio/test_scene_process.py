@@ -77,6 +77,26 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: SceneProcessMake
     until(lambda: is_gone(theirs.process))
 
 
+def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spoke(maker: SceneProcessMaker) -> None:
+    """Counts and costs follow the first spokes, in the description that everybody has by then; a spare measures none again."""
+    source, ours = maker(replace(ORDER, measured_later=True), UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
+    plan = source.info.plan
+    assert plan["counts"] is None and plan["costs"] is None and plan["choices"]
+    blocks = source.blocks(size=32)
+    for block in ours.blocks(size=32):
+        np.testing.assert_array_equal(next(blocks).power, block.power)
+        if plan["costs"]:
+            break
+    expected = ours.plan.as_dict()
+    assert plan["counts"] == expected["counts"] and plan["arithmetic"] == expected["arithmetic"]
+    assert [choice["how"] for choice in plan["choices"]] == [choice["how"] for choice in expected["choices"]]
+    assert plan["realtime_factor"] > 0
+    again = maker(replace(ORDER, measured_later=True, plan=plan), UNFOLLOWED)
+    assert again.info.plan == plan
+    for each in (source, again):
+        each.close()
+
+
 def test_a_spare_goes_on_and_has_a_spare_itself(maker: SceneProcessMaker) -> None:
     """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
     source, processes = maker(ORDER, UNFOLLOWED), []
