@@ -127,6 +127,7 @@ def test_workers_that_cannot_do_it_are_refused(facts: dict[str, Any], message: s
     }
 
 
+@pytest.mark.study
 def test_workers_without_the_package_are_told(scheduler: str, tmp_path: Path) -> None:
     """One joins whose Python does not find it."""
     with loopback_cluster(1, without="radar_service") as address:
