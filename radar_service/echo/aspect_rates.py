@@ -58,8 +58,10 @@ class AspectRates:
             rate += 2.0 * antenna_height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         rate *= self._phase_per_radian(middle)
         if self.body.motion.sway is not None:
-            rate += self._phase_per_radian(middle, self.upright) * self._tilt_rate(position, heading, nearest)
-            rate += 8.0 * np.pi / self.scene.radar.wavelength * waterline_rise(self.body) * antenna_height / nearest
+            sway_rates = self.body.motion.sway_rates(time).T
+            rate += self._phase_per_radian(middle, self.upright) * self._tilt_rate(position, heading, nearest, sway_rates)
+            rise = waterline_rise(self.body, sway_rates)
+            rate += 8.0 * np.pi / self.scene.radar.wavelength * rise * antenna_height / nearest
         return np.asarray(rate)
 
     def corners(self, time: Floats, spacing: float) -> Indices:
@@ -85,23 +87,26 @@ class AspectRates:
         how many times its coherence it is long."""
         return 2.0 * np.pi / self.scene.radar.wavelength * min(self.size, longer * self.coherence(distance))
 
-    def _tilt_rate(self, position: Floats, heading: Floats, nearest: Floats) -> Floats:
+    def _tilt_rate(self, position: Floats, heading: Floats, nearest: Floats, sway_rates: Floats) -> Floats:
         """Rates (K,) [rad/s] at which roll and pitch turn the body against the line of sight, at most: aspects are no farther
         apart where it rests a moment. A rotation about the line of sight changes no phase.
 
-        position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m].
+        position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m]; sway_rates: (4, K or 1)
+        that swings reach.
         """
         sway = self.body.motion.sway
         assert sway is not None
-        roll, pitch, _, _ = sway.max_rates
+        roll, pitch, _, _ = sway_rates
         off_bow = np.arctan2(position[:, 0], position[:, 1]) - heading
         spread = (self.radius + np.abs(position[:, 2]) + self.scene.radar.height) / nearest + np.sin(sway.max_tilt)
         about_bow, about_beam = (np.minimum(np.abs(part) + spread, 1.0) for part in (np.sin(off_bow), np.cos(off_bow)))
         return np.asarray(roll * about_bow + pitch * about_beam)
 
 
-def waterline_rise(body: Body) -> float:
-    """The highest speed [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+def waterline_rise(body: Body, sway_rates: Floats) -> Floats:
+    """The highest speeds (K) [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+
+    sway_rates: (4, K) that its swings reach [rad/s, m/s].
 
     The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation). Twice that is counted: else a
     heaving hull errs by up to -7 dB between nodes, and now by -23 dB (tests/test_sway_of_bodies.py).
@@ -110,7 +115,7 @@ def waterline_rise(body: Body) -> float:
     assert sway is not None and body.mesh is not None
     lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
     if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
-        return 0.0
+        return np.zeros(1)
     aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
-    roll, pitch, _, heave = sway.max_rates
-    return float(heave + aside * roll + ahead * pitch)
+    roll, pitch, _, heave = sway_rates
+    return np.asarray(heave + aside * roll + ahead * pitch)

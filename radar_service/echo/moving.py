@@ -233,14 +233,9 @@ class MovingEchoes:
     def _beam_weight(self, history: RangeHistory, azimuth: Floats, azimuths: AzimuthTimes) -> Singles:
         """Beam weights (E, K) by the change of range loss since the middle, where echoes are at `azimuth` (E,) [rad]."""
         middle = azimuths.boresight[len(azimuths.boresight) // 2]
-        offset = (azimuths.boresight - middle).astype(np.float32) - history.azimuth_change
-        offset += wrap_angle(middle - azimuth).astype(np.float32)[:, None]
-        weight = self._beam(offset)
-        nearest = np.maximum(history.range, self._scene.radar.range_min)
-        relative = history.range_migration * (1.0 / nearest).astype(np.float32)[:, None]
-        relative += np.float32(1.0)
-        weight /= np.square(relative, out=relative)
-        return weight
+        boresight, before = (azimuths.boresight - middle).astype(np.float32), wrap_angle(middle - azimuth).astype(np.float32)
+        nearness = (1.0 / np.maximum(history.range, self._scene.radar.range_min)).astype(np.float32)
+        return self._beam.weights(boresight, before, history.azimuth_change, nearness, history.range_migration)
 
     def _elevation_change(self, elevations: list[Floats], over: Parabola) -> Singles:
         """Elevation gain (E, K) over that at the middle, by elevations (E,) at the three nodes [rad]; 1 about nulls."""

@@ -123,9 +123,7 @@ def visibility_interval(scene: Scene, step: float) -> float:
     others = max((body.top_speed for body in scene.bodies), default=0.0)
     speed = scene.own_ship.top_speed + mast_speed(scene) + others
     sways = (body.motion.sway for body in scene.bodies)
-    period = min(
-        [scene.radar.rotation_period, *(float(sway.period.min()) / PER_PERIOD for sway in sways if sway is not None)]
-    )
+    period = min([scene.radar.rotation_period, *(sway.shortest_period / PER_PERIOD for sway in sways if sway is not None)])
     return period if speed * period <= step else step / speed
 
 

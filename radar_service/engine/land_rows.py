@@ -16,7 +16,6 @@ from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages,
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.range_history import slant_range
 from radar_service.echo.sea_paths import turned_back
-from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Indices, Profiles
@@ -187,8 +186,8 @@ def _sways_gently(scene: Scene) -> bool:
     sway = scene.own_ship.sway
     if sway is None:
         return True
-    heave = float(sway.max_rates[3])
-    return heave <= MAX_HEAVE and mast_speed(scene) - heave <= MAX_SWING
+    roll, pitch, _, heave = sway.likely_rates
+    return bool(heave <= MAX_HEAVE and scene.radar.height * (roll + pitch) <= MAX_SWING)
 
 
 def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:

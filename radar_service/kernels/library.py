@@ -58,6 +58,8 @@ PROTOTYPES = {
     "surface_points": "nnfiffffi",
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
+    "echo_positions": "nnnniffibifffff" + "f",
+    "beam_weights": "nnnrsssssss",
     "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {

@@ -4,6 +4,7 @@ SPEED_OF_LIGHT = 299_792_458.0  # m/s, exact
 BOLTZMANN = 1.380649e-23  # J/K, exact
 REFERENCE_TEMPERATURE = 290.0  # K, T0 of the noise figure (IEEE Std 686)
 EARTH_RADIUS = 6_371_000.0  # m, mean radius
+GRAVITY = 9.80665  # m/s^2, standard, exact
 KNOT = 1852.0 / 3600.0  # m/s, exact
 NAUTICAL_MILE = 1852.0  # m, exact
 MAX_COORDINATE = 2e6  # m from the origin of the map, which is flat; farther out it is meaningless

@@ -16,7 +16,10 @@ from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.trace.ray_sampling import missed_area_range
+from radar_service.world.hull_response import MAX_FROUDE
 from radar_service.world.scene import Scene
+from radar_service.world.seaway_motion import SeawayMotion
+from radar_service.world.wave_drawing import WAVES
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
@@ -40,6 +43,7 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
+        *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
         *_documented_clutter(scene),
     ]
@@ -69,6 +73,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         _multipath(scene, fidelity, statistics),
         *_air(scene, statistics),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
+        *_seaway(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
@@ -205,6 +210,22 @@ def _sway(scene: Scene, how: str) -> list[PlanItem]:
     """How roll, pitch, yaw and heave are modelled, where own ship has them."""
     sway = scene.own_ship.sway
     return [] if sway is None else [PlanItem("roll, pitch, yaw" + (", heave" if sway.max_heave else ""), True, how)]
+
+
+def _seaway(scene: Scene) -> list[PlanItem]:
+    """How a seaway moves ships. The field follows any motion; what it takes is counted with the aspects of metal."""
+    seaway = scene.environment.seaway
+    if seaway is None:
+        return []
+    laws = [(motion, motion.sway) for motion in (scene.own_ship, *(body.motion for body in scene.bodies))]
+    ships = [(motion, law) for motion, law in laws if isinstance(law, SeawayMotion)]
+    planing = sum(motion.top_speed > law.form.max_speed for motion, law in ships)
+    fast = f"; {planing} faster than Froude {MAX_FROUDE:g} answer as at that" if planing else ""
+    how = (
+        f"{len(ships)} ships by closed-form responses to {WAVES} waves of {seaway.height:g} m in {seaway.period:.3g} s, exact at "
+        f"any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
+    )
+    return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

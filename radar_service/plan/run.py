@@ -38,7 +38,7 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
     turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
     if body.motion.sway is not None:
-        roll, pitch, yaw, heave = body.motion.sway.max_rates.tolist()
+        roll, pitch, yaw, heave = body.motion.sway.likely_rates.tolist()
         turn, radial = turn + roll + pitch + yaw + heave / part, radial + heave
     closest = int(np.argmin(distance))
     received = part <= max(scene.radar.range_max, float(part.min()))

@@ -6,10 +6,7 @@ import numpy as np
 from scipy.special import i0e
 
 from radar_service.numerics.types import Complexes, Floats
-
-# Significant wave height H_1/3 [m] by Douglas sea state: the middle of each band of WMO code table 3700. State 9 has no
-# upper limit, so it has its lower edge.
-SIGNIFICANT_WAVE_HEIGHT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0, 7.5, 11.5, 14.0)
+from radar_service.world.seaway import SIGNIFICANT_WAVE_HEIGHT
 
 
 def rms_wave_height(sea_state: int) -> float:

@@ -20,19 +20,21 @@ from radar_service.scene_file.model.body import (
     MeshBodyModel,
     ShapeBodyModel,
 )
+from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
 from radar_service.scene_file.readers.mesh import MAX_FILE_BYTES, LoadedBody, MeshFile
 from radar_service.scene_file.readers.mesh_reader import MeshReader
 from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER_BYTES
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
-from radar_service.world.body import Body, Mesh
+from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
+from radar_service.world.body import Body, Material, Mesh
+from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
-from radar_service.world.stream import Stream
 
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
@@ -43,10 +45,10 @@ class BodyLoader:
 
     def __init__(
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
-        radars: Sequence[Radar], stream: Stream,
+        radars: Sequence[Radar], currents: Currents, seaway: SeawayBuilder | None = None,
     ) -> None:  # fmt: skip
         self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
-        self._origin, self._radars, self._stream = origin, radars, stream
+        self._origin, self._radars, self._currents, self._seaway = origin, radars, currents, seaway
         self.findings: list[Findings] = []
         self._triangles = 0
         self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
@@ -62,17 +64,15 @@ class BodyLoader:
         """Returns body k; of a height map, what is inside the coverage. Raises SceneError."""
         model, location = self._models[k], f"body[{k}]"
         material = material_from_name(model.material, f"{location}.material")
-        scattering = "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
-        mesh, position = self._surface(model, location, scattering, coverage)
+        mesh, position = self._surface(model, location, _scattering(model, material), coverage)
         self._count(mesh, location)
         motion = self._motion(k) if position is None else constant_motion(position, 0.0, 0.0, 0.0)
         rcs = None if model.rcs_dbsm is None else 10.0 ** (model.rcs_dbsm / 10.0)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
-        is_vessel = _is_hull(model) or (isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS)
         presence = presence_from_model(model, self._radars[0].rotation_period)
         return Body(
-            model.name, mesh, motion, material, scattering, rcs, model.swerling, model.mmsi, length, beam, is_vessel, presence,
-            one_sided=isinstance(model, HeightMapBodyModel),
+            model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
+            _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
@@ -83,11 +83,22 @@ class BodyLoader:
     def _motion(self, k: int) -> Motion:
         model = self._models[k]
         location = f"body[{k}]"
-        return _cached(
-            self._motions,
-            k,
-            lambda: motion_from_model(model, self._start(model), location, self.read_track, self._stream),
-        )
+        return _cached(self._motions, k, lambda: self._in_seaway(self._without_seaway(model, location), model, location))
+
+    def _without_seaway(self, model: BodyModel, location: str) -> Motion:
+        return motion_from_model(model, self._start(model), location, self.read_track, self._currents)
+
+    def _in_seaway(self, motion: Motion, model: BodyOfAKind, location: str) -> Motion:
+        """The motion as the seaway of the scene moves it, where it does."""
+        if self._seaway is None or isinstance(model, HeightMapBodyModel):
+            return motion
+        material = material_from_name(model.material, f"{location}.material")
+        if not self._seaway.moves(model, _is_vessel(model, material)):
+            return motion
+        mesh = self._mesh(model, location, _scattering(model, material))
+        extent = None if mesh is None else extent_of(mesh, float(self._start(model)[2]))
+        form = hull_from_model(model.hull or HullModel(), extent, model.draught_m, location)
+        return self._seaway.moved(motion, model, form, model.name)
 
     def _start(self, model: BodyModel) -> Floats:
         """Returns the position (3,) [m] of the body in the scene file; by default the origin."""
@@ -99,12 +110,16 @@ class BodyLoader:
     ) -> tuple[Mesh | None, Floats | None]:
         """Returns the mesh of a body, None for a point, and its position (3,) [m] where its file tells it."""
         match model:
-            case ShapeBodyModel():
-                return self._shape(model, scattering), None
-            case MeshBodyModel():
-                return self._mesh_file(model, f"{location}.mesh"), None
             case HeightMapBodyModel():
                 return self._height_map(model, location, coverage)
+            case _:
+                return self._mesh(model, location, scattering), None
+
+    def _mesh(self, model: ShapeBodyModel | MeshBodyModel, location: str, scattering: str) -> Mesh | None:
+        """The mesh of a body that is no height map, None for a point."""
+        if isinstance(model, ShapeBodyModel):
+            return self._shape(model, scattering)
+        return self._mesh_file(model, f"{location}.mesh")
 
     def _shape(self, model: ShapeBodyModel, scattering: str) -> Mesh | None:
         if model.shape == "point":
@@ -145,6 +160,14 @@ class BodyLoader:
                 f"{location}: the body brings the scene to {self._triangles} triangles; at most "
                 f"{self._mesh_reader.max_triangles} are allowed: simplify or remove meshes"
             )
+
+
+def _scattering(model: BodyModel, material: Material) -> str:
+    return "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
+
+
+def _is_vessel(model: BodyOfAKind, material: Material) -> bool:
+    return _is_hull(model) or (isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS)
 
 
 def _is_hull(model: BodyOfAKind) -> bool:

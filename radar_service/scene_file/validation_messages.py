@@ -20,6 +20,11 @@ MAX_PROBLEMS = 20  # in one message; the rest is counted
 MAX_KEYS = 3  # that a message names; docs/scenes.md has all
 MAX_DEPTH = 24  # of nested tables and lists; a scene needs six
 MAX_VALUES = 5_000_000
+FORMS = {
+    "list": "array",
+    "table": "object",
+    "flag": "boolean",
+}  # names of the forms of a key with several, and types of JSON
 
 Schema = dict[str, Any]
 
@@ -104,8 +109,8 @@ def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:
     node = _resolved(_schema())
     for n, step in enumerate(loc):
         if "oneOf" in node:
-            node = _form(node, is_list=step == "list" or isinstance(step, int))
-            if step in ("list", "table"):
+            node = _form(node, "array" if isinstance(step, int) else FORMS.get(step, "object"))
+            if step in FORMS:
                 continue  # the name of the form
         if "anyOf" in node:
             if isinstance(step, str):
@@ -119,10 +124,10 @@ def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:
     return tuple(location), node
 
 
-def _form(node: Schema, *, is_list: bool) -> Schema:
-    """Returns the list or the table of a node that may be either, and any other node as it is."""
+def _form(node: Schema, kind: str) -> Schema:
+    """Returns that form of a node with several which has a type of JSON, and any other node as it is."""
     forms = (_resolved(option) for option in node.get("oneOf", ()))
-    return next((form for form in forms if (form.get("type") == "array") == is_list), node)
+    return next((form for form in forms if form.get("type") == kind), node)
 
 
 def _child(node: Schema, step: str | int) -> Schema | None:
@@ -181,7 +186,7 @@ def _from_validator(location: tuple[str | int, ...], text: str, node: Schema) ->
 
 
 def _unknown_key(location: tuple[str | int, ...]) -> str:
-    node = _form(_walk(location[:-1])[1], is_list=False)
+    node = _form(_walk(location[:-1])[1], "object")
     keys = list(node.get("properties", {}))
     key = str(location[-1])
     nearest = difflib.get_close_matches(key, keys, n=MAX_KEYS, cutoff=0.0)

@@ -90,7 +90,7 @@ class CrossingTruth:
             position, velocity = _reference_moved(pose, rate, self._reference[body])
             if motion.sway is not None and pose.rotation is not None:
                 position = pose.position + pose.rotation @ self._reference[body]
-                swung = motion.sway.rotation_rate(pose.heading, rate, when) @ self._reference[body]
+                swung = motion.sway_state(when).rotation_rate(pose.heading, rate) @ self._reference[body]
                 velocity = pose.velocity + swung
             for column, values in zip(references, (position, velocity, pose.heading, rate), strict=True):
                 column[which] = values
@@ -149,7 +149,7 @@ class CrossingTruth:
         """Own ship at each time (E,) [s]."""
         motion = self._scene.own_ship
         pose = motion.pose(time)
-        sway = np.zeros((len(time), 3)) if motion.sway is None else motion.sway.angles(time)
+        sway = motion.sway_state(time).values[:, :3]
         columns = (pose.position, pose.velocity, pose.heading, pose.course, pose.speed, sway)
         return [
             OwnShipTruth(
@@ -167,7 +167,7 @@ def search_steps(scene: Scene) -> int:
     sway, radar = scene.own_ship.sway, scene.radar
     if sway is None:
         return STEPS
-    return max(STEPS, min(radar.azimuths, math.ceil(STEPS_PER_SWAY * radar.rotation_period / float(sway.period.min()))))
+    return max(STEPS, min(radar.azimuths, math.ceil(STEPS_PER_SWAY * radar.rotation_period / sway.shortest_period)))
 
 
 def _empty(count: int) -> References:

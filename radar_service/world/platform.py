@@ -7,6 +7,7 @@ import numpy as np
 from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
+from radar_service.world.ais import Ais
 from radar_service.world.environment import Environment
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
@@ -35,10 +36,9 @@ class Platform:
         if self.motion.sway is None:
             position[:, 2] = height
             return position
-        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        roll, pitch, _ = self.motion.sway.angles(t).T
-        position[:, 2] = self.motion.sway.heave(t)
-        return position + height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
+        sway = self.motion.sway_state(np.atleast_1d(np.asarray(time, dtype=np.float64)))
+        position[:, 2] = sway.values[:, 3]
+        return position + height * sway.rotation(pose.heading)[:, :, 2]
 
     def upright_from_map(self, time: Floats) -> Floats | None:
         """Returns matrices (K, 3, 3) from map directions to directions relative to the swaying mast, at each time (K,) [s].
@@ -47,10 +47,9 @@ class Platform:
         """
         if self.motion.sway is None:
             return None
-        roll, pitch, _ = self.motion.sway.angles(time).T
         heading = self.heading(time)
         level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
-        return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))
+        return np.asarray(level @ self.motion.sway_state(time).rotation(heading).transpose(0, 2, 1))
 
 
 @dataclass(frozen=True)
@@ -63,6 +62,8 @@ class Installation:
     environment: of the scene, with the attenuation at the radar's frequency.
     errors: on purpose, of the radar and of its platform; None without any.
     has_sensors: whether the platform has gyro, log and position sensor: a fixed site has none.
+    ais: the transponders around it, and that of its platform: own ship that is no body is in the world of her own radars alone.
+    gnss_offset: of the platform's antenna of satellite navigation, starboard and forward of its position [m].
     """
 
     id: str
@@ -71,3 +72,5 @@ class Installation:
     environment: Environment
     errors: ErrorSettings | None
     has_sensors: bool
+    ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)

@@ -9,9 +9,11 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
+from radar_service.world.currents import NO_CURRENTS, CurrentArea, Currents
 from radar_service.world.motion import Motion, Pose, in_stream
+from radar_service.world.seaway_motion import EASING
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle
-from radar_service.world.sway import Sway
+from radar_service.world.sway import SwayLaw, SwayState
 from radar_service.world.waypoint_arcs import move_along_arc
 
 LOOK_BACK = (
@@ -39,6 +41,7 @@ class MotionSegment(NamedTuple):
     turn_time: length of the arc [s]; inf for one without end.
     drift: heading minus course [rad]: minus course through the water, where there is a stream.
     stood: how far she lies off the course [rad] while she stands: the crab angle with which she stopped.
+    excess: east and north [m/s] by which the velocity to which she still responds in a seaway differs from hers at the start.
     """
 
     start: float
@@ -49,6 +52,7 @@ class MotionSegment(NamedTuple):
     turn_time: float = math.inf
     drift: float = 0.0
     stood: float = 0.0
+    excess: tuple[float, float] = (0.0, 0.0)
 
     def at(self, time: float) -> "MotionSegment":
         """Returns the rest of the segment from `time` [s] on."""
@@ -60,20 +64,35 @@ class MotionSegment(NamedTuple):
         )
         left = self.turn_time - turned
         rate = self.turn_rate if left > 0.0 else 0.0
+        east, north = self.excess
+        less = math.exp(-elapsed / EASING)
         return self._replace(
-            start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf
-        )
+            start=time, position=position, course=course, turn_rate=rate, turn_time=left if rate else math.inf,
+            excess=(less * east, less * north),
+        )  # fmt: skip
 
-    def with_heading(self, heading: float, stream: Stream) -> "MotionSegment":
+    @property
+    def velocity(self) -> Floats:
+        """Velocity (3,) over ground at its start [m/s]."""
+        return self._along(self.course, 0.0, 1.0)
+
+    def after(self, before: "MotionSegment") -> "MotionSegment":
+        """Returns the segment as it follows `before` from its start: she still responds to the velocity that she had."""
+        lost = before.velocity - self.velocity
+        return self._replace(excess=(before.excess[0] + float(lost[0]), before.excess[1] + float(lost[1])))
+
+    def with_heading(self, heading: float, currents: Currents) -> "MotionSegment":
         """Returns the segment with a heading [rad] at its start."""
-        return self._replace(drift=math.remainder(heading - self.course - self.crab(stream), 2.0 * math.pi))
+        return self._replace(drift=math.remainder(heading - self.course - self.crab(currents), 2.0 * math.pi))
 
-    def crab(self, stream: Stream) -> float:
+    def crab(self, currents: Currents) -> float:
         """Returns course through the water minus course over ground [rad] at its start."""
-        return float(crab_angle(self._along(self.course, 0.0, 1.0), stream)) if self.speed else self.stood
+        if not self.speed:
+            return self.stood
+        return float(crab_angle(self.velocity, currents.at(self.position)))
 
-    def motion(self, sway: Sway | None, stream: Stream = NO_STREAM) -> Motion:
-        """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: as of `in_stream`."""
+    def motion(self, sway: SwayLaw | None, currents: Currents = NO_CURRENTS) -> Motion:
+        """Returns the motion along the segment, which continues backward over LOOK_BACK. currents: as of `in_stream`."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
         position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
@@ -85,8 +104,9 @@ class MotionSegment(NamedTuple):
         arcs = np.stack([course, np.full(len(time), self.speed), rate], axis=1)
         velocity = self._along(float(course[-1]), 0.0, 1.0)
         drift = self.drift if self.speed else self.drift + self.stood
+        sway = None if sway is None else sway.eased(self.excess, self.start)
         segment_motion = Motion(time, np.array(position), course + drift, velocity, arcs=arcs, sway=sway)
-        return in_stream(segment_motion, stream, keeps_heading=False)
+        return in_stream(segment_motion, currents, keeps_heading=False)
 
     def _along(self, course: float, rate: float, elapsed: float) -> Floats:
         """Displacement (3,) [m] in `elapsed` [s] from a course [rad], turning at `rate` [rad/s]."""
@@ -132,21 +152,32 @@ class SteeredMotion(CommandedMotion):
     from before the segment, and its methods look at times around each spoke. `past` follows the segment of each time.
 
     limits: of the commands.
-    water: the stream, east and north [m/s], for which the heading allows once she is under command.
+    water, water_areas: the streams, as of Currents, for which the heading allows once she is under command.
     """
 
     limits: SteeringLimits = field(kw_only=True)
     water: Stream = field(default=NO_STREAM, kw_only=True, metadata={"added": 1})  # see truth.scene_hash
+    water_areas: tuple[CurrentArea, ...] = field(default=(), kw_only=True, metadata={"added": 1})
 
     @classmethod
-    def under(cls, motion: Motion, limits: SteeringLimits, water: Stream = NO_STREAM) -> Self:
+    def under(cls, motion: Motion, limits: SteeringLimits, currents: Currents = NO_CURRENTS) -> Self:
         """Returns a motion that begins as `motion`, and that no command has changed yet."""
-        return cls(**_fields(motion), limits=limits, water=water)
+        return cls(**_fields(motion), limits=limits, water=currents.everywhere, water_areas=currents.areas)
+
+    @cached_property
+    def currents(self) -> Currents:
+        """The streams for which the heading allows once she is under command."""
+        return Currents(self.water, self.water_areas)
 
     @property
     def top_speed(self) -> float:
         """The highest speed [m/s] that it may have."""
         return max(self._track.first.top_speed, self.limits.max_speed)
+
+    @property
+    def top_turn_rate(self) -> float:
+        """The highest rate [rad/s] at which it may turn."""
+        return max(self._track.first.top_turn_rate, self.limits.max_turn_rate)
 
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
@@ -155,6 +186,16 @@ class SteeredMotion(CommandedMotion):
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         return self._track.current.turn_rate(time)
+
+    @override
+    def sway_state(self, time: Floats) -> SwayState:
+        """The sway is that of the motion that `pose` follows."""
+        return self._track.current.sway_state(time)
+
+    @override
+    def sway_rates(self, time: Floats) -> Floats:
+        """The rates are those of the motion that `pose` follows."""
+        return self._track.current.sway_rates(time)
 
     @override
     def corners(self, time: Floats) -> Flags:
@@ -167,8 +208,9 @@ class SteeredMotion(CommandedMotion):
             return self._track.segments[-1].at(time)
         pose = replace(self._track.first, sway=None).pose(time)
         course, heading = float(pose.course[0]), float(pose.heading[0])
-        begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]))
-        return begun.with_heading(heading, self.water)
+        excess = (0.0, 0.0) if self.sway is None else self.sway.excess(time)
+        begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]), excess=excess)
+        return begun.with_heading(heading, self.currents)
 
     def steer(self, segment: MotionSegment) -> None:
         """Takes a segment from its start on. `pose` follows it after `follow`."""
@@ -176,7 +218,7 @@ class SteeredMotion(CommandedMotion):
         track.segments = (*track.segments[1 - MAX_SEGMENTS :], segment)
         track.past = (
             np.append(start[1 - MAX_SEGMENTS :], segment.start),
-            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway, self.water)),
+            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway, self.currents)),
         )
 
     def follow(self) -> None:
@@ -231,6 +273,15 @@ class PastMotion(CommandedMotion):
         for which, motion in self.steered.segments_at(t):
             rate[which] = motion.turn_rate(t[which])
         return rate
+
+    @override
+    def sway_state(self, time: Floats) -> SwayState:
+        """The sway is that of the segment of each time."""
+        state = SwayState(*np.empty((2, len(time), 4)))
+        for which, motion in self.steered.segments_at(time):
+            for column, values in zip(state, motion.sway_state(time[which]), strict=True):
+                column[which] = values
+        return state
 
     @override
     def corners(self, time: Floats) -> Flags:

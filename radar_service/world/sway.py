@@ -1,6 +1,7 @@
-"""How a ship moves in a seaway: roll, pitch, yaw and heave."""
+"""How a ship moves in a seaway: roll, pitch, yaw and heave, by sines of her own or by a law that follows the waves."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -10,66 +11,178 @@ from radar_service.numerics.types import Floats
 STEP = 1e-20  # s of the complex step: its square is nothing beside 1, so that the derivative is exact to rounding
 
 
+class SwayState(NamedTuple):
+    """Sway at K times.
+
+    values: (K, 4) roll (starboard side down), pitch (bow up), yaw (to starboard) [rad], heave (up) [m].
+    rates: (K, 4) their derivatives [rad/s, m/s].
+    """
+
+    values: Floats
+    rates: Floats
+
+    def rotation(self, heading: Floats) -> Floats:
+        """Returns matrices (K, 3, 3) map_from_body; heading: (K,) with yaw [rad]."""
+        return map_from_deck(heading, self.values[:, 0], self.values[:, 1])
+
+    def rotation_rate(self, heading: Floats, turn_rate: Floats) -> Floats:
+        """Returns how the matrices (K, 3, 3) of `rotation` change [1/s]; turn_rate: (K,) of the heading with yaw [rad/s].
+
+        By the complex step (Squire and Trapp, SIAM Review 40, 1998).
+        """
+        angles, rates = (heading, *self.values[:, :2].T), (turn_rate, *self.rates[:, :2].T)
+        ahead = (angle + 1j * STEP * rate for angle, rate in zip(angles, rates, strict=True))
+        return np.asarray(map_from_deck(*ahead).imag / STEP)
+
+
+class UprightMotion(NamedTuple):
+    """A motion without its sway at K times.
+
+    position: (K, 3) [m]. velocity: (K, 3) [m/s]. heading: (K,) [rad].
+    turn_rate, course_rate: (K,) at which heading and course turn to starboard [rad/s].
+    """
+
+    position: Floats
+    velocity: Floats
+    heading: Floats
+    turn_rate: Floats
+    course_rate: Floats
+
+
+class Path(Protocol):
+    """A motion that a law of sway may follow."""
+
+    def upright(self, time: Floats) -> UprightMotion:
+        """Returns the motion without its sway at each time (K,) [s]."""
+
+
+class SwayLaw(Protocol):
+    """What moves a ship about her course. Maxima hold at all times; `likely` ones are left by one swing in a million."""
+
+    @property
+    def max_values(self) -> Floats:
+        """The largest roll, pitch, yaw and heave (4,) [rad, m] to either side."""
+
+    @property
+    def max_rates(self) -> Floats:
+        """The highest rates (4,) [rad/s, m/s] of roll, pitch, yaw and heave."""
+
+    @property
+    def likely_values(self) -> Floats:
+        """What roll, pitch, yaw and heave (4,) [rad, m] hardly ever leave."""
+
+    @property
+    def likely_rates(self) -> Floats:
+        """What their rates (4,) [rad/s, m/s] hardly ever leave."""
+
+    @property
+    def shortest_period(self) -> float:
+        """The shortest period [s] of roll, pitch, yaw and heave."""
+
+    @property
+    def tilts(self) -> bool:
+        """Whether the ship rolls or pitches, or lies over."""
+
+    @property
+    def max_tilt(self) -> float:
+        """An angle [rad] that its mast never leaves the vertical by."""
+
+    @property
+    def max_heave(self) -> float:
+        """The largest heave [m]."""
+
+    def state(self, time: Floats, path: Path) -> SwayState:
+        """Returns the sway at each time (K,) [s] of a motion along a path."""
+
+    def rate_envelope(self, time: Floats, path: Path) -> Floats:
+        """Returns the rates (K or 1, 4) [rad/s, m/s] that each swing about a time (K,) [s] reaches."""
+
+    def excess(self, time: float) -> tuple[float, float]:
+        """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
+
+    def eased(self, excess: tuple[float, float], since: float) -> Self:
+        """Returns the law along another path, on which she has this `excess` at a time [s]."""
+
+
 @dataclass(frozen=True)
 class Sway:
     """Roll, pitch, yaw and heave: amplitude x sin(2 pi t / period + phase), about the origin of the ship's own frame.
 
     amplitude: (4,) of roll (starboard side down), pitch (bow up) and yaw (to starboard) [rad], and of heave (up) [m].
     period: (4,) [s]. phase: (4,) [rad].
+    lean: list (to starboard) and trim (by the stern) that are added to roll and pitch [rad].
     """
 
     amplitude: Floats
     period: Floats
     phase: Floats = field(default_factory=lambda: np.zeros(4))
+    lean: tuple[float, float] = field(default=(0.0, 0.0), metadata={"added": 1})  # see truth.scene_hash
 
     def __post_init__(self) -> None:
         assert self.amplitude.shape == self.period.shape == self.phase.shape == (4,)
 
     @property
-    def tilts(self) -> bool:
-        """Whether the ship rolls or pitches."""
-        return bool(self.amplitude[:2].any())
-
-    @property
-    def max_tilt(self) -> float:
-        """An angle [rad] that its mast never leaves the vertical by."""
-        return float(self.amplitude[:2].sum())
-
-    @property
-    def max_heave(self) -> float:
-        """The amplitude of heave [m]."""
-        return float(self.amplitude[3])
+    def max_values(self) -> Floats:
+        """The largest roll, pitch, yaw and heave (4,) [rad, m] to either side."""
+        return with_lean(self.amplitude, self.lean)
 
     @property
     def max_rates(self) -> Floats:
         """The highest rates (4,) [rad/s, m/s] of roll, pitch, yaw and heave."""
         return self.amplitude * 2.0 * np.pi / self.period
 
-    def angles(self, time: Floats) -> Floats:
-        """Returns roll, pitch and yaw (K, 3) [rad] at each time (K,) [s]."""
-        angle = 2.0 * np.pi / self.period[:3] * time[:, None] + self.phase[:3]
-        return np.asarray(self.amplitude[:3] * np.sin(angle))
+    @property
+    def likely_values(self) -> Floats:
+        """The largest values: each swing reaches them."""
+        return self.max_values
 
-    def heave(self, time: Floats) -> Floats:
-        """Returns the height (K,) [m] above the mean at each time (K,) [s]."""
-        return np.asarray(self.amplitude[3] * np.sin(2.0 * np.pi / self.period[3] * time + self.phase[3]))
+    @property
+    def likely_rates(self) -> Floats:
+        """The highest rates: each swing reaches them."""
+        return self.max_rates
 
-    def rate(self, which: int, time: Floats) -> Floats:
-        """Returns the rate (K,) of the angle or the heave `which` (0 to 3: roll, pitch, yaw, heave) [rad/s, m/s]."""
-        frequency = 2.0 * np.pi / self.period[which]
-        return np.asarray(self.amplitude[which] * frequency * np.cos(frequency * time + self.phase[which]))
+    @property
+    def shortest_period(self) -> float:
+        """The shortest period [s] of roll, pitch, yaw and heave, also of those with amplitude 0."""
+        return float(self.period.min())
 
-    def rotation(self, heading: Floats, time: Floats) -> Floats:
-        """Returns matrices (K, 3, 3) map_from_body at each time (K,) [s]; heading: (K,) with yaw [rad]."""
-        roll, pitch, _ = self.angles(time).T
-        return map_from_deck(heading, roll, pitch)
+    @property
+    def tilts(self) -> bool:
+        """Whether the ship rolls or pitches, or lies over."""
+        return bool(self.amplitude[:2].any()) or any(self.lean)
 
-    def rotation_rate(self, heading: Floats, turn_rate: Floats, time: Floats) -> Floats:
-        """Returns how the matrices (K, 3, 3) of `rotation` change [1/s]; turn_rate: (K,) of the heading with yaw [rad/s].
+    @property
+    def max_tilt(self) -> float:
+        """An angle [rad] that its mast never leaves the vertical by."""
+        return float(self.max_values[:2].sum())
 
-        By the complex step (Squire and Trapp, SIAM Review 40, 1998).
-        """
-        roll, pitch, _ = self.angles(time).T
-        rates = turn_rate, self.rate(0, time), self.rate(1, time)
-        ahead = (angle + 1j * STEP * rate for angle, rate in zip((heading, roll, pitch), rates, strict=True))
-        return np.asarray(map_from_deck(*ahead).imag / STEP)
+    @property
+    def max_heave(self) -> float:
+        """The amplitude of heave [m]."""
+        return float(self.amplitude[3])
+
+    def state(self, time: Floats, path: Path) -> SwayState:
+        """Returns the sway at each time (K,) [s]; it follows no path."""
+        frequency = 2.0 * np.pi / self.period
+        angle = frequency * time[:, None] + self.phase
+        values = self.amplitude * np.sin(angle)
+        if any(self.lean):
+            values[:, :2] += self.lean
+        return SwayState(values, self.amplitude * frequency * np.cos(angle))
+
+    def rate_envelope(self, time: Floats, path: Path) -> Floats:
+        """Returns the highest rates (1, 4) [rad/s, m/s], which each swing reaches."""
+        return self.max_rates[None]
+
+    def excess(self, time: float) -> tuple[float, float]:
+        """Returns 0: sines of her own do not depend on her velocity."""
+        return 0.0, 0.0
+
+    def eased(self, excess: tuple[float, float], since: float) -> Self:
+        """Returns the same law."""
+        return self
+
+
+def with_lean(values: Floats, lean: tuple[float, float]) -> Floats:
+    """Returns maxima (4,) of roll, pitch, yaw and heave with a list and a trim [rad]."""
+    return values + np.abs([*lean, 0.0, 0.0]) if any(lean) else values

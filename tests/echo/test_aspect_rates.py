@@ -92,5 +92,6 @@ def test_a_waterline_rises_by_heave_and_by_what_roll_lifts_a_side() -> None:
     sway = {"heave_m": 0.5, "heave_period_s": 4, "roll_deg": 3, "roll_period_s": 5}
     afloat, aloft = scene([box | sway | {"name": str(up), "position_m": [0, 300, up]} for up in (-1, 50)]).bodies
     expected = 2 * np.pi * (0.5 / 4 + 4 * np.deg2rad(3) / 5)
-    np.testing.assert_allclose(waterline_rise(afloat), expected, rtol=1e-12)
-    assert waterline_rise(aloft) == 0.0
+    rates = afloat.motion.sway_rates(np.arange(3) * 1.0).T
+    np.testing.assert_allclose(waterline_rise(afloat, rates), expected, rtol=1e-12)
+    assert waterline_rise(aloft, rates) == 0.0

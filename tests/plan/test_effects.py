@@ -56,6 +56,19 @@ def test_a_flat_earth_raises_targets_by_the_parabola() -> None:
     assert not items(scene([point("t", 0, 3400)], environment={"earth": "flat"}))["earth"].modelled
 
 
+def test_a_seaway_is_named_with_the_ships_that_it_moves() -> None:
+    hull = {"name": "h", "shape": "hull", "length_m": 9, "beam_m": 3, "height_m": 3, "position_m": [0, 300, 0]}
+    sea = {"sea_state": 2, "seaway": True}
+    item = items(scene([hull, point("t", 0, 500)], environment=sea))["seaway"]
+    assert item.modelled and item.how.startswith("2 ships by closed-form responses to 64 waves of 0.3 m in 7.5 s")
+    assert "Froude" not in item.how
+    fast = items(scene([hull | {"course_deg": 0, "speed_kn": 9}], environment=sea))["seaway"]
+    assert "1 faster than Froude 0.4 answer as at that" in fast.how  # sqrt(g L) = 9.4 m/s, of which 0.4 are 7.3 kn
+    none = items(scene([point("t", 0, 500)], own_ship={"hull": {"floats": False}}, environment=sea))["seaway"]
+    assert not none.modelled and none.how == "no ship floats"
+    assert "seaway" in items(scene([hull], environment=sea), "documented") and "seaway" not in items(scene([hull]))
+
+
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
     """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.006459 cells, times 2 pi / (2 sqrt 3) = 1.81: -38.6 dB."""
     result = items(scene([point("t", 0, 500, speed_kn=20, course_deg=0)]))["Doppler within the pulse"]

@@ -25,11 +25,11 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"body": [point(position_m="here")]}, 'body[0].position_m: "here" is not allowed; a list of 3 values'),
     (
         {"body": [point(positon_m=[0, 0, 0])]},
-        'body[0].positon_m: this is not a known key; did you mean "position_m"? (nearest of 57 keys: position_m, ',
+        'body[0].positon_m: this is not a known key; did you mean "position_m"? (nearest of 60 keys: position_m, ',
     ),
     (
         {"zzz": 1},
-        "zzz: this is not a known key; remove it (nearest of 10 keys: radar, own_ship, origin)",
+        "zzz: this is not a known key; remove it (nearest of 11 keys: radar, own_ship, origin)",
     ),
     ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
     ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),

@@ -123,7 +123,7 @@ def test_sway_goes_on_under_command() -> None:
     assert math.degrees(segment.course) == pytest.approx(40.0) and segment.drift == pytest.approx(0.0, abs=1e-12)
     motion.steer(segment._replace(course=1.0))
     motion.follow()
-    assert motion.pose(30.0).heading[0] == pytest.approx(1.0 + sway.angles(np.array([30.0]))[0, 2])
+    assert motion.pose(30.0).heading[0] == pytest.approx(1.0 + motion.sway_state(np.array([30.0])).values[0, 2])
     times = np.array([30.0, 2.0, 31.0])
     past = motion.past.pose(times)
     for k, time in enumerate(times):

@@ -73,7 +73,8 @@ def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: Ray
         if key not in result:
             result[key] = optical_body(body, radar, bounces, rays)
     for key, count in Counter(keys).items():
-        result[key].facets.grow(result[key].facets.size * min(count, MAX_SHARES))
+        for kept in (result[key].facets, result[key].joined):
+            kept.grow(kept.size * min(count, MAX_SHARES))
     return [result[key] for key in keys]
 
 

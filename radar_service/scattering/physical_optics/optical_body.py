@@ -85,6 +85,7 @@ class OpticalBody:
     rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
     facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
+    joined: the same of all columns, by the keys of each.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
@@ -100,6 +101,7 @@ class OpticalBody:
     rank: Indices
     outside: NDArray[np.int8]
     facets: ResultCache[tuple[int, float, float], BodyFacets]
+    joined: ResultCache[tuple[tuple[int, float, float], ...], BodyFacets]
     lean: Floats | None = None
 
     @property
@@ -242,8 +244,10 @@ class OpticalBody:
         longest: edge that no facet exceeds [m].
         """
         limits = [self.limits.at(column.distance(antenna)) for column in self.columns]
-        keys = [(number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits)]
-        facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        keys = tuple((number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits))
+        facets = self.joined.get(
+            keys, lambda: BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        )
         return facets if self.lean is None else facets.rotated(self.lean)
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
@@ -325,4 +329,5 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         ranks(patch),
         outward_side(mesh),
         ResultCache(FACET_SETS * len(parts)),
+        ResultCache(1),
     )

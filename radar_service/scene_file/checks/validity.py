@@ -49,10 +49,10 @@ def check_antenna(radar: Radar, own_ship: Motion) -> None:
     sway = own_ship.sway
     if sway is None:
         return
-    lowest = radar.height * float(np.prod(np.cos(sway.amplitude[:2])))
-    if sway.max_heave >= lowest:
+    lowest, heave = radar.height * float(np.prod(np.cos(sway.likely_values[:2]))), float(sway.likely_values[3])
+    if heave >= lowest:
         raise SceneError(
-            f"own_ship.heave_m: {sway.max_heave:g} m dips the antenna into the sea; roll and pitch leave it {lowest:.1f} m up: "
+            f"own_ship.heave_m: {heave:g} m dips the antenna into the sea; roll and pitch leave it {lowest:.1f} m up: "
             f"give less than {lowest:.1f} m, or raise radar.height_m"
         )
 

@@ -1,10 +1,20 @@
 """The models of the environment and of other radars in a scene file, and the checks of effects that need each other."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from radar_service.scene_file.model.fields import Bearing, EastNorth, Flag, Number, Section, Whole
+from radar_service.scene_file.model.seaway import SeawayModel
+
+
+def _form(value: Any) -> str:
+    """Which form of `seaway` a value has; the model of that form then says what is wrong with it."""
+    return "table" if isinstance(value, Mapping | SeawayModel) else "flag"
+
+
+SeawayForm = Annotated[Annotated[Flag, Tag("flag")] | Annotated[SeawayModel, Tag("table")], Discriminator(_form)]
 
 
 class EnvironmentModel(Section):
@@ -25,6 +35,7 @@ class EnvironmentModel(Section):
     wind_from_deg: Bearing = 0.0
     current_kn: Number = Field(0.0, ge=0, le=20, description="of the tidal stream, everywhere")
     current_to_deg: Bearing | None = Field(None, description="where the stream flows to; needs `current_kn`")
+    seaway: SeawayForm = Field(False, description="waves move ships: true, or a table")
     ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
 
     @model_validator(mode="after")

@@ -5,6 +5,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.fields import Bearing, EastNorth, Flag, Number, Section, Size, Speed
+from radar_service.scene_file.model.seaway import HullModel
 
 MAX_MANOEUVRES = 1000
 TurnRate = Annotated[float, Field(strict=True, ge=-60, le=60)]  # degrees a second; fast craft reach 20
@@ -79,7 +80,7 @@ AMPLITUDES = {"roll": "roll_deg", "pitch": "pitch_deg", "yaw": "yaw_deg", "heave
 
 
 class SwaySection(Section):
-    """Each angle, and the heave, is amplitude x sin(2 pi t / period + phase)."""
+    """Each angle, and the heave, is amplitude x sin(2 pi t / period + phase). Any amplitude replaces what a seaway does."""
 
     roll_deg: SwayAngle = Field(0.0, description="amplitude; first with the starboard side down")
     roll_period_s: Period = 10.0
@@ -93,6 +94,13 @@ class SwaySection(Section):
     heave_m: Annotated[float, Field(strict=True, ge=0, le=20)] = Field(0.0, description="amplitude; first up")
     heave_period_s: Period = 8.0
     heave_phase_deg: Bearing = 0.0
+    list_deg: Annotated[float, Field(strict=True, ge=-45, le=45)] | None = Field(
+        None, description="added to roll: to starboard above 0; default: 0, or drawn by `seaway`"
+    )
+    trim_deg: Annotated[float, Field(strict=True, ge=-45, le=45)] | None = Field(
+        None, description="added to pitch: bow up above 0; default: 0, or drawn by `seaway`"
+    )
+    hull: HullModel | None = Field(None, description="how `seaway` moves it; a table, {} for the defaults")
 
     @model_validator(mode="after")
     def _check_periods(self) -> Self:

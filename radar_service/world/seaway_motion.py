@@ -1,0 +1,280 @@
+"""The sway of a ship in a seaway: the sum of her responses to its waves, exact at any time.
+
+The phase of each wave is that at her actual position, so all ships have one sea, and the encounter frequency is exact through
+turns and changes of speed. Her responses are those of a steady course: at each instant of her heading, and of the velocity to
+which she still responds, which follows hers with the time constant EASING. So sway is continuous where speed jumps; where a
+heading jumps, sway jumps too. What she would still remember of an earlier course through her inertia is neglected.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+
+from radar_service.numerics.result_cache import ResultCache
+from radar_service.numerics.types import Complexes, Floats
+from radar_service.world.hull_response import HullForm, response
+from radar_service.world.seaway import Waves
+from radar_service.world.stream import NO_STREAM, Stream
+from radar_service.world.sway import Path, SwayState, UprightMotion, with_lean
+
+EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
+LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
+HEADINGS, SPEEDS = 48, 6  # of a ship that turns or changes speed, for her bounds
+MARGIN = 1.2  # of bounds over what these headings and speeds have: those between have up to 1.17 of it, with 2 % of damping
+SWING = (
+    1.5  # of the envelope: nodes of metal by 1.25 of it err by up to 0.05, by 1.5 of it by 0.016 (drawn boxes, 25 degrees/s)
+)
+COURSES = 4  # whose amplitudes are kept: those of threads that are apart
+STEP = 1e-6  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-6 of their change
+
+
+class Bounds(NamedTuple):
+    """What roll, pitch, yaw and heave (4,) reach: sums of amplitudes, and standard deviations, of values and of rates."""
+
+    values: Floats
+    rates: Floats
+    deviation: Floats
+    rate_deviation: Floats
+
+
+@dataclass(frozen=True)
+class Easing:
+    """By how much the velocity to which a ship responds differs from hers: so much at each knot, and less and less after it.
+
+    time: (M,) of the knots [s]. excess: (M, 2) east and north there [m/s]. period: of a closed track [s], or None.
+    before: (2,) of a ship that rests before the first knot: she responds as just after it; None: the excess there.
+    """
+
+    time: Floats = field(default_factory=lambda: np.zeros(1))
+    excess: Floats = field(default_factory=lambda: np.zeros((1, 2)))
+    period: float | None = None
+    before: Floats | None = None
+
+    @cached_property
+    def vanishes(self) -> bool:
+        """Whether she always responds to her own velocity."""
+        return not self.excess.any() and self.before is None
+
+    def at(self, time: Floats) -> Floats:
+        """Returns the excess (K, 2) [m/s] at each time (K,) [s]."""
+        since = time if self.period is None else time % self.period
+        knot = np.maximum(np.searchsorted(self.time, since, side="right") - 1, 0)
+        elapsed = np.maximum(since - self.time[knot], 0.0)
+        excess = self.excess[knot] * np.exp(-elapsed / EASING)[:, None]
+        if self.before is not None:
+            excess[since < self.time[0]] = self.before
+        return np.asarray(excess)
+
+
+class HasKnots(Path, Protocol):
+    """A motion whose velocity jumps at its knots alone."""
+
+    @property
+    def time(self) -> Floats: ...
+    @property
+    def period(self) -> float | None: ...
+    def knot_velocities(self) -> tuple[Floats, Floats]: ...
+
+
+def easing_of(motion: HasKnots) -> Easing:
+    """Returns the easing of a motion, whose velocity jumps at its knots; it rests before the first one if that is after 0."""
+    begin, end = motion.knot_velocities()
+    if motion.period is not None:
+        begin[-1] = begin[0]  # the next lap begins
+    decay = np.exp(-np.diff(motion.time) / EASING)
+    jump = end[:-1] - begin[1:]
+    first = -begin[0] if motion.time[0] > 0.0 else np.zeros(2)
+    excess = _followed(first, decay, jump)
+    if motion.period is not None:  # of a lap among many: as it ends, so it begins
+        lap, before = float(np.prod(decay)), _followed(np.zeros(2), decay, jump)[-1]
+        excess = _followed(before / (1.0 - lap), decay, jump)
+    rested = begin[0] + excess[0]
+    return Easing(motion.time, excess, motion.period, rested if rested.any() else None)
+
+
+def _followed(first: Floats, decay: Floats, jump: Floats) -> Floats:
+    """Excess (M, 2) at all knots from that at the first one; decay (M - 1,) and jump (M - 1, 2) up to each later one."""
+    excess = [first]
+    for factor, step in zip(decay, jump, strict=True):
+        excess.append(excess[-1] * factor + step)
+    return np.array(excess)
+
+
+@dataclass(frozen=True, eq=False)
+class SeawayMotion:
+    """The sway of one ship in a seaway. She has no yaw.
+
+    waves: of the sea, which all ships have. form: of her hull.
+    bounds: of her sway on all courses that she may take.
+    lean: list (to starboard) and trim (by the stern) that are added to roll and pitch [rad].
+    easing: of her velocity. stream: of the water, east and north [m/s].
+    """
+
+    waves: Waves
+    form: HullForm
+    bounds: Bounds
+    lean: tuple[float, float] = (0.0, 0.0)
+    easing: Easing = field(default_factory=Easing)
+    stream: Stream = NO_STREAM
+
+    @property
+    def max_values(self) -> Floats:
+        """The sums of amplitudes (4,) of roll, pitch, yaw and heave [rad, m], with list and trim."""
+        return with_lean(self.bounds.values, self.lean)
+
+    @property
+    def max_rates(self) -> Floats:
+        """The sums of amplitudes (4,) of their rates [rad/s, m/s]."""
+        return self.bounds.rates
+
+    @property
+    def likely_values(self) -> Floats:
+        """What roll, pitch, yaw and heave (4,) [rad, m] leave in one swing of a million."""
+        return with_lean(np.minimum(LIKELY * self.bounds.deviation, self.bounds.values), self.lean)
+
+    @property
+    def likely_rates(self) -> Floats:
+        """What their rates (4,) [rad/s, m/s] leave in one swing of a million."""
+        return np.minimum(LIKELY * self.bounds.rate_deviation, self.bounds.rates)
+
+    @property
+    def shortest_period(self) -> float:
+        """The shortest of 2 pi x (sum of amplitudes) / (sum of those of rates) [s]."""
+        moves = self.bounds.rates > 0.0
+        return float((2.0 * np.pi * self.bounds.values[moves] / self.bounds.rates[moves]).min())
+
+    @property
+    def tilts(self) -> bool:
+        """Whether the ship rolls or pitches: always."""
+        return True
+
+    @property
+    def max_tilt(self) -> float:
+        """An angle [rad] that its mast never leaves the vertical by."""
+        return float(min(self.max_values[:2].sum(), np.pi / 2.0))
+
+    @property
+    def max_heave(self) -> float:
+        """The sum of amplitudes of heave [m]."""
+        return float(self.bounds.values[3])
+
+    def state(self, time: Floats, path: Path) -> SwayState:
+        """Returns the sway at each time (K,) [s] of a motion along a path."""
+        upright = path.upright(time)
+        amplitude = self._amplitudes(upright.heading, self._felt(upright, time))
+        phase = self.waves.phases(upright.position, time)
+        values, rates = np.zeros((len(time), 4)), np.zeros((len(time), 4))
+        cosine, sine = np.cos(phase), np.sin(phase)
+        values[:, MOVES] = _real_sums(amplitude, cosine, sine)
+        values[:, :2] += self.lean
+        rates[:, MOVES] = _real_sums(self._rate_amplitudes(upright, time, amplitude), cosine, sine)
+        return SwayState(values, rates)
+
+    def rate_envelope(self, time: Floats, path: Path) -> Floats:
+        """Returns the rates (K, 4) [rad/s, m/s] that swings about a time (K,) [s] reach: SWING x |sum of rotating phasors|."""
+        upright = path.upright(time)
+        amplitude = self._rate_amplitudes(upright, time, self._amplitudes(upright.heading, self._felt(upright, time)))
+        phase = self.waves.phases(upright.position, time)
+        cosine, sine = np.cos(phase), np.sin(phase)
+        envelope = np.zeros((len(time), 4))
+        envelope[:, MOVES] = SWING * np.hypot(_real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine))
+        return envelope
+
+    def excess(self, time: float) -> tuple[float, float]:
+        """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
+        east, north = self.easing.at(np.array([time]))[0].tolist()
+        return east, north
+
+    def eased(self, excess: tuple[float, float], since: float) -> Self:
+        """Returns the law along another path, on which she has this `excess` at a time [s]."""
+        return replace(self, easing=Easing(np.array([since]), np.array([excess])))
+
+    def _felt(self, upright: UprightMotion, time: Floats) -> Floats:
+        """Velocity (K, 2) through the water to which she responds [m/s]."""
+        velocity = upright.velocity[:, :2] - self.stream
+        return velocity if self.easing.vanishes else velocity + self.easing.at(time)
+
+    def _amplitudes(self, heading: Floats, velocity: Floats) -> Complexes:
+        """Complex amplitudes (K, 3, N), or (1, 3, N) where all are one, of roll, pitch and heave; velocity: (K, 2)."""
+        if len(heading) and (heading == heading[0]).all() and (velocity == velocity[0]).all():
+            key = float(heading[0]), *velocity[0].tolist()
+            return self._kept.get(key, lambda: amplitudes(self.waves, self.form, heading[:1], velocity[:1]))
+        return amplitudes(self.waves, self.form, heading, velocity)
+
+    @cached_property
+    def _kept(self) -> ResultCache[tuple[float, ...], Complexes]:
+        """Amplitudes on the courses that she has steered last: a straight one has one row of them."""
+        return ResultCache(COURSES)
+
+    def _rate_amplitudes(self, upright: UprightMotion, time: Floats, amplitude: Complexes) -> Complexes:
+        """Complex amplitudes (K, 3, N) of the rates; amplitude: of the values."""
+        east, north = self.waves.wavenumber.T
+        met = upright.velocity[:, :1] * east + upright.velocity[:, 1:2] * north - self.waves.over_ground
+        rate = 1j * met[:, None] * amplitude
+        turn, turned = upright.turn_rate, upright.course_rate
+        if self.easing.vanishes and not turn.any() and not turned.any():
+            return np.asarray(rate)
+        v_east, v_north = upright.velocity[:, 0], upright.velocity[:, 1]
+        change = np.stack([turned * v_north, -turned * v_east], axis=1) - self.easing.at(time) / EASING
+        heading, felt = upright.heading, self._felt(upright, time)
+        after = amplitudes(self.waves, self.form, heading + STEP * turn, felt + STEP * change)
+        return np.asarray(rate + (after - amplitude) / STEP)
+
+
+MOVES = [0, 1, 3]  # columns of roll, pitch and heave
+
+
+def _real_sums(amplitude: Complexes, cosine: Floats, sine: Floats) -> Floats:
+    """Real parts (K, 3) of sums of amplitude (K or 1, 3, N) x exp(i phase); each row by itself, whatever their number."""
+    return np.asarray((amplitude.real * cosine[:, None] - amplitude.imag * sine[:, None]).sum(axis=-1))
+
+
+def amplitudes(waves: Waves, form: HullForm, heading: Floats, velocity: Floats) -> Complexes:
+    """Returns complex amplitudes (K, 3, N) of roll, pitch [rad] and heave [m] by each wave, which has phase 0 at the origin of
+    the ship's frame, about which she moves.
+
+    heading: (K,) [rad]. velocity: (K, 2) through the water, east and north [m/s]; beyond her largest speed, that counts.
+    """
+    east, north = waves.wavenumber.T
+    cosine, sine = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    along, aside = sine * east + cosine * north, cosine * east - sine * north
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    slower = np.minimum(1.0, form.max_speed / np.maximum(speed, 1e-9))[:, None]
+    encounter = waves.frequency - slower * (velocity[:, :1] * east + velocity[:, 1:] * north)
+    roll, pitch, heave = response(form, waves.frequency, along, aside, encounter)
+    starboard, forward = form.middle
+    if starboard or forward:
+        shift = np.exp(1j * (aside * starboard + along * forward))
+        roll, pitch, heave = shift * roll, shift * pitch, shift * (heave - forward * pitch + starboard * roll)
+    return np.asarray(waves.amplitude * np.stack([roll, pitch, heave], axis=1))
+
+
+def bounds_of(waves: Waves, form: HullForm, heading: Floats, velocity: Floats, turn_rate: float = 0.0) -> Bounds:
+    """Returns the bounds of a ship's sway over given headings (K,) [rad] and velocities (K, 2) through the water [m/s].
+
+    turn_rate: the highest one [rad/s].
+    """
+    amplitude = np.abs(amplitudes(waves, form, heading, velocity))
+    met = np.abs(waves.over_ground - velocity @ waves.wavenumber.T)[:, None]
+    turning = 0.0
+    if turn_rate:
+        turned = amplitudes(waves, form, heading + STEP, velocity) - amplitudes(waves, form, heading, velocity)
+        turning = turn_rate * np.abs(turned).sum(axis=-1).max(axis=0) / STEP
+    values, rates = amplitude.sum(axis=-1).max(axis=0), (met * amplitude).sum(axis=-1).max(axis=0) + turning
+    deviations = (np.sqrt((part**2).sum(axis=-1) / 2.0).max(axis=0) for part in (amplitude, met * amplitude))
+    return Bounds(*(_with_yaw(part) for part in (values, rates, *deviations)))
+
+
+def bounds_on_any_course(waves: Waves, form: HullForm, max_speed: float, turn_rate: float) -> Bounds:
+    """Returns the bounds of a ship's sway on all headings, ahead at up to a speed through the water [m/s]; turn_rate: the
+    highest one [rad/s]."""
+    heading = np.repeat(2.0 * np.pi * np.arange(HEADINGS) / HEADINGS, SPEEDS)
+    speed = np.tile(np.linspace(0.0, max_speed, SPEEDS), HEADINGS)
+    velocity = speed[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    return Bounds(*(MARGIN * part for part in bounds_of(waves, form, heading, velocity, turn_rate)))
+
+
+def _with_yaw(values: Floats) -> Floats:
+    return np.array([values[0], values[1], 0.0, values[2]])

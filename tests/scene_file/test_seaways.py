@@ -1,0 +1,128 @@
+"""The seaway of a scene, defaults of hulls, and which bodies it moves."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.scene_file.describe import describe
+from radar_service.scene_file.model.seaway import HullModel
+from radar_service.scene_file.seaways import Extent, extent_of, hull_from_model
+from radar_service.world.motion import Motion
+from radar_service.world.seaway_motion import SeawayMotion
+from radar_service.world.shapes import shape_mesh
+from radar_service.world.sway import Sway
+from tests.scene_file.model.test_seaway import HULL
+from tests.scenes import point, scene
+
+BOX = {"name": "box", "shape": "box", "length_m": 4, "width_m": 2, "height_m": 2, "position_m": [50, 300, -0.5]}
+
+
+def law_of(motion: Motion) -> SeawayMotion:
+    assert isinstance(motion.sway, SeawayMotion)
+    return motion.sway
+
+
+def seaway(environment: dict[str, Any]) -> Any:
+    return scene(environment=environment).environment.seaway
+
+
+def test_the_sea_state_gives_height_and_period_and_the_wind_the_direction() -> None:
+    made = seaway({"sea_state": 5, "wind_from_deg": 200, "seaway": True})
+    assert (made.height, made.period, made.seed, made.spread) == (3.25, 9.7, 0, 1.0)
+    assert np.rad2deg(made.towards) % 360.0 == pytest.approx(20.0)
+    given = seaway({"sea_state": 5, "seaway": {"height_m": 1.375, "from_deg": 10, "seed": 3}})
+    assert given.height == 1.375 and given.period == pytest.approx((7.5 + 8.8) / 2)  # between states 3 and 4
+    assert np.rad2deg(given.towards) == pytest.approx(190.0) and given.seed == 3
+    assert seaway({"sea_state": 5}) is None and seaway({"seaway": False}) is None
+
+
+def test_a_seaway_moves_what_floats() -> None:
+    """Hulls and own ship; a box that has a table `hull`; not a pile, a point, nor what sways by itself."""
+    bodies = [
+        HULL, HULL | {"name": "moored", "hull": {"floats": False}}, HULL | {"name": "own", "roll_deg": 3.0, "list_deg": 1.0},
+        BOX, BOX | {"name": "raft", "hull": {}}, point("buoy", 0, 400), point("float", 0, 600, hull={"length_m": 3, "beam_m": 3}),
+    ]  # fmt: skip
+    made = scene(bodies, environment={"sea_state": 3, "seaway": True})
+    moved = [body.name for body in made.bodies if isinstance(body.motion.sway, SeawayMotion)]
+    assert moved == ["h", "raft", "float"] and isinstance(made.own_ship.sway, SeawayMotion)
+    own = made.bodies[2].motion.sway
+    assert isinstance(own, Sway) and own.lean == (np.deg2rad(1.0), 0.0)
+    seas = {id(law_of(body.motion).waves) for body in made.bodies if body.name in moved}
+    assert len(seas) == 1 and law_of(made.own_ship).waves is law_of(made.bodies[0].motion).waves
+    still = scene(bodies, environment={"sea_state": 3})
+    assert not any(isinstance(body.motion.sway, SeawayMotion) for body in still.bodies) and still.own_ship.sway is None
+
+
+def test_own_ship_that_is_a_body_moves_as_that_body() -> None:
+    made = scene([HULL, point("p", 0, 900)], own_ship={"body": "h"}, environment={"sea_state": 3, "seaway": True})
+    assert law_of(made.own_ship) is law_of(made.world.bodies[0].motion)
+    time = np.array([12.0])
+    roll = made.own_ship.sway_state(time).values[0, 0]
+    assert roll and made.antenna(12.0)[0, 2] != 15.0
+
+
+def test_lists_and_trims_are_drawn_for_each_ship_by_seed() -> None:
+    def leans(**sea: Any) -> np.ndarray:
+        ships = [HULL | {"name": f"{k}", "position_m": [200 * k, 500, 0]} for k in range(60)]
+        made = scene(ships, environment={"sea_state": 3, "seaway": {"list_deg": 1.0, "trim_deg": 0.3, **sea}})
+        return np.rad2deg([law_of(body.motion).lean for body in made.bodies])
+
+    drawn = leans()
+    assert drawn.std(axis=0) == pytest.approx([1.0, 0.3], rel=4.0 / np.sqrt(120.0))  # 4 sigma of a deviation of 60
+    np.testing.assert_array_equal(leans(), drawn)
+    assert (leans(seed=1) != drawn).all() and not leans(list_deg=0.0, trim_deg=0.0).any()
+    given = scene([HULL | {"list_deg": -2.0}], environment={"sea_state": 3, "seaway": {"trim_deg": 0.0}})
+    assert law_of(given.bodies[0].motion).lean == (np.deg2rad(-2.0), 0.0)
+
+
+def test_a_list_without_a_seaway_leans_a_ship_for_ever() -> None:
+    made = scene([HULL | {"list_deg": 4.0, "trim_deg": -1.0}])
+    pose = made.bodies[0].motion.pose(1e6)
+    assert pose.rotation is not None
+    np.testing.assert_allclose(pose.rotation[0] @ [1.0, 0.0, 0.0], [np.cos(np.deg2rad(4)), -0.00122, -0.06975], atol=1e-4)
+    assert pose.rotation[0][2, 1] == pytest.approx(-np.sin(np.deg2rad(1.0)))  # the bow is down
+
+
+def test_hulls_have_the_sizes_of_their_meshes() -> None:
+    mesh = shape_mesh("box", {"length_m": 40.0, "width_m": 9.0, "height_m": 7.0}, 0.1)
+    extent = extent_of(mesh, -2.5)
+    assert extent == Extent(40.0, 9.0, 2.5, (0.0, 0.0)) and extent_of(mesh, 1.0).depth == 0.0
+    form = hull_from_model(HullModel(), extent, None, "body[0]")
+    assert (form.length, form.breadth, form.draught, form.block, form.roll_damping) == (40.0, 9.0, 2.5, 0.7, 0.1)
+    assert form.waterplane == pytest.approx(0.8)
+    c = 0.373 + 0.023 * 9.0 / 2.5 - 0.043 * 40.0 / 100.0  # IMO MSC.267(85), part A, 2.3.4
+    assert form.roll_period == pytest.approx(2.0 * c * 9.0 / np.sqrt(0.9))
+
+
+def test_keys_of_a_hull_come_before_its_mesh() -> None:
+    extent = Extent(40.0, 9.0, 0.0, (1.0, 2.0))
+    assert hull_from_model(HullModel(), extent, None, "").draught == pytest.approx(3.6)
+    assert hull_from_model(HullModel(), extent, 3.0, "").draught == 3.0
+    given = {"length_m": 30.0, "beam_m": 8.0, "draught_m": 2.0, "block": 0.5, "waterplane": 0.75}
+    given |= {"roll_period_s": 6.0, "roll_damping": 0.2}
+    form = hull_from_model(HullModel(**given), extent, 3.0, "")
+    assert list(given.values()) == [
+        form.length, form.breadth, form.draught, form.block, form.waterplane, form.roll_period, form.roll_damping
+    ]  # fmt: skip
+    assert form.middle == (1.0, 2.0)
+
+
+def test_what_has_no_size_needs_one_to_float() -> None:
+    with pytest.raises(rs.SceneError, match=r"body\[0\].hull.length_m: the body has no size of its own; give length_m"):
+        scene([point("p", 0, 400, hull={})], environment={"sea_state": 3, "seaway": True})
+
+
+def test_an_antenna_that_a_high_sea_would_dip_is_refused() -> None:
+    sea = {"sea_state": 6, "seaway": True}
+    with pytest.raises(rs.SceneError, match="own_ship.heave_m"):
+        scene([point("p", 0, 400)], radar={"height_m": 4}, environment=sea)
+    assert scene([point("p", 0, 400)], radar={"height_m": 15}, environment=sea).own_ship.sway is not None
+
+
+def test_check_tells_how_ships_move() -> None:
+    made = scene([HULL | {"list_deg": 1.0}], environment={"sea_state": 3, "seaway": {"trim_deg": 0.0}})
+    text = describe(made)
+    assert "in the seaway up to" in text and "listing 1 degrees" in text
+    assert "waves of 0.875 m in 7.5 s from 000.0" in text

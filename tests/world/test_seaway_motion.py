@@ -1,0 +1,285 @@
+"""Ships in a seaway: rates, continuity, independence of history, statistics against theory, and bounds."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.types import Floats
+from radar_service.world.hull_response import HullForm, response
+from radar_service.world.motion import Motion
+from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway, Waves
+from radar_service.world.seaway_motion import (
+    EASING,
+    MARGIN,
+    SeawayMotion,
+    amplitudes,
+    bounds_of,
+    bounds_on_any_course,
+    easing_of,
+)
+from radar_service.world.steered_motion import SteeredMotion
+from radar_service.world.wave_drawing import drawn_waves, energy_below
+from tests.scenes import scene
+
+SEA: dict[str, Any] = {"height_m": 2.0, "period_s": 7.0, "from_deg": 300.0, "seed": 2}
+SHIP: dict[str, Any] = {
+    "name": "ship",
+    "shape": "hull",
+    "length_m": 60,
+    "beam_m": 10,
+    "height_m": 8,
+    "position_m": [100, 900, 0],
+}
+WAYPOINTS = [{"position_m": [700, 900], "speed_kn": 9}, {"position_m": [700, 1700], "speed_kn": 5}]
+COURSES: dict[str, dict[str, Any]] = {
+    "at rest": {"heading_deg": 20.0},
+    "straight": {"course_deg": 200.0, "speed_kn": 12},
+    "fast": {"course_deg": 80.0, "speed_kn": 35},
+    "turning": {"course_deg": 40.0, "speed_kn": 10, "turn_rate_deg_s": 1.0},
+    "rounded": {"waypoints": WAYPOINTS, "turn_radius_m": 150},
+    "loop": {"waypoints": WAYPOINTS, "turn_radius_m": 150, "loop": True},
+    "manoeuvre": {"course_deg": 300.0, "speed_kn": 14, "manoeuvre": [
+        {"time_s": 80, "speed_kn": 3}, {"time_s": 130, "course_deg": 60, "turn_rate_deg_s": 1.5}]},
+}  # fmt: skip
+COASTER = HullForm(75.0, 12.5, 5.0, 0.7, 0.8, 8.9, 0.1)
+STREAM = {"current_kn": 2.5, "current_to_deg": 70}
+H = 1e-4  # s; a central difference over it errs by 1e-8
+
+
+def motion_of(course: str, stream: bool = False, **more: Any) -> Motion:
+    environment = {"seaway": SEA} | (STREAM if stream else {})
+    return scene([SHIP | COURSES[course] | more], environment=environment).bodies[0].motion
+
+
+def law_of(motion: Motion) -> SeawayMotion:
+    assert isinstance(motion.sway, SeawayMotion)
+    return motion.sway
+
+
+@pytest.mark.parametrize("stream", [False, True])
+@pytest.mark.parametrize("course", COURSES)
+def test_rates_are_derivatives(course: str, stream: bool) -> None:
+    """Also late in a run, where a difference errs by the rounding of the time."""
+    motion = motion_of(course, stream)
+    knots = motion.time
+    for start in (1.0, 36_000.0):
+        time = start + np.linspace(0.0, 300.0, 67)
+        lap = time if motion.period is None else time % motion.period
+        clear = np.abs(lap[:, None] - np.append(knots, knots[-1] + 1e9)).min(axis=1) > 1e-3
+        before, after = (motion.sway_state(time[clear] + h).values for h in (-H, H))
+        np.testing.assert_allclose(motion.sway_state(time[clear]).rates, (after - before) / (2 * H), atol=2e-6)
+
+
+@pytest.mark.parametrize("stream", [False, True])
+@pytest.mark.parametrize("course", [name for name in COURSES if name != "at rest"])
+def test_sway_is_continuous_where_speed_jumps(course: str, stream: bool) -> None:
+    """At each knot, of many laps and at the start too: it changes by its rate times 2 us. In a stream her heading jumps where her
+    speed does: so does sway."""
+    motion = motion_of(course, stream)
+    knots = motion.time
+    if motion.period is not None:
+        knots = np.concatenate([knots + lap * motion.period for lap in (0, 1, 40)])
+    ends = [(motion.upright(knots + h).heading, motion.sway_state(knots + h).values) for h in (-1e-6, 1e-6)]
+    steady = np.abs(np.angle(np.exp(1j * (ends[1][0] - ends[0][0])))) < 1e-5
+    assert steady.sum() > (len(knots) - 1) // 2 or stream
+    np.testing.assert_allclose(ends[1][1][steady], ends[0][1][steady], atol=4e-6)  # rates are below 2
+
+
+def test_she_responds_to_her_new_speed_after_a_while() -> None:
+    """10 s after 14 became 3 knots a third of the change is left; after minutes she rolls as if she had never been faster."""
+    motion = motion_of("manoeuvre")
+    easing = law_of(motion).easing
+    assert np.hypot(*easing.at(np.array([90.0]))[0]) == pytest.approx(11.0 * KNOT / math.e, rel=1e-9)
+    assert not easing.at(np.array([79.0])).any()
+    late = np.array([4000.0, 4001.0])
+    steady = replace(law_of(motion), easing=easing_of(Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1))))
+    expected = replace(motion, sway=steady).sway_state(late).values
+    np.testing.assert_allclose(motion.sway_state(late).values, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_a_time_alone_is_as_among_others(course: str) -> None:
+    """To the last bit, forward, backward, and a day later."""
+    motion = motion_of(course)
+    times = np.array([3.0, 86_400.7, 55.5, 131.0, 700.25])
+    together, pose = motion.sway_state(times), motion.pose(times)
+    for k, time in enumerate(times):
+        for column, one in zip(together, motion.sway_state(np.array([time])), strict=True):
+            np.testing.assert_array_equal(column[k], one[0])
+        np.testing.assert_array_equal(motion.pose(time).position[0], pose.position[k])
+
+
+def plain_sum(waves: Waves, form: HullForm, pose: Any, time: float, velocity: Floats) -> list[float]:
+    """Roll, pitch and heave wave by wave."""
+    result = [0.0, 0.0, 0.0]
+    heading = float(pose.heading[0])
+    for a, w, (ke, kn), phase in zip(waves.amplitude, waves.frequency, waves.wavenumber, waves.phase, strict=True):
+        sine, cosine = math.sin(heading), math.cos(heading)
+        along, aside = np.array([ke * sine + kn * cosine]), np.array([ke * cosine - kn * sine])
+        met = np.array([w - ke * velocity[0] - kn * velocity[1]])
+        angle = ke * pose.position[0, 0] + kn * pose.position[0, 1] - w * time + phase
+        for m, amplitude in enumerate(response(form, np.array([w]), along, aside, met)):
+            result[m] += float((a * amplitude[0] * np.exp(1j * angle)).real)
+    return result
+
+
+@pytest.mark.parametrize(("course", "time"), [("straight", 86_400.0), ("turning", 1234.5), ("rounded", 60.0)])
+def test_sway_is_the_sum_of_her_responses(course: str, time: float) -> None:
+    motion = motion_of(course, list_deg=0.0, trim_deg=0.0)
+    upright = replace(motion, sway=None).pose(time)
+    law = law_of(motion)
+    expected = plain_sum(
+        law.waves, law.form, upright, time, upright.velocity[0] + [*law.easing.at(np.array([time]))[0], 0.0]
+    )
+    got = motion.sway_state(np.array([time])).values[0]
+    np.testing.assert_allclose(got[[0, 1, 3]], expected, atol=1e-9)
+    assert got[2] == 0.0
+    pose = motion.pose(time)
+    assert pose.position[0, 2] == upright.position[0, 2] + got[3]
+    assert pose.velocity[0, 2] == motion.sway_state(np.array([time])).rates[0, 3]
+
+
+def test_a_small_boat_floats_on_the_sea() -> None:
+    """In long waves a boat has the height and the slope of the sea where she is: one sea for all."""
+    sea = {"height_m": 1.0, "period_s": 30.0, "list_deg": 0.0, "trim_deg": 0.0}
+    boat = {"name": "boat", "shape": "hull", "length_m": 5.0, "beam_m": 2.0, "height_m": 2.0, "heading_deg": 70.0,
+            "hull": {"draught_m": 0.5, "roll_period_s": 1.5}}  # fmt: skip
+    boats = [boat | {"name": f"{k}", "position_m": [300.0 * k, -150.0 * k, 0.0]} for k in (1, 2)]
+    made = scene(boats, environment={"seaway": sea})
+    time = np.linspace(0.0, 500.0, 2001)
+    for body in made.bodies:
+        law, place = law_of(body.motion), np.repeat(body.motion.position, len(time), axis=0)
+        sway, step = body.motion.sway_state(time).values, 0.5
+        ahead, aside = (step * np.array([[math.sin(a), math.cos(a), 0.0]]) for a in np.deg2rad([70.0, 160.0]))
+        height = law.waves.elevation(place, time)
+        slope, side = (
+            (law.waves.elevation(place + w, time) - law.waves.elevation(place - w, time)) / 1.0 for w in (ahead, aside)
+        )
+        for got, expected in ((sway[:, 3], height), (sway[:, 1], slope), (sway[:, 0], -side)):
+            assert np.std(got - expected) < 0.1 * expected.std()
+
+
+def variance_in_theory(sea: Seaway, form: HullForm, heading: float, speed: float) -> Floats:
+    """Integrals of |response|^2 S(w) D(theta) over the bands of which waves are drawn, for roll, pitch and heave."""
+    peak = 2.0 * np.pi / sea.period
+    edges = np.geomspace(0.55 * peak, 3.5 * peak, 401)
+    energy = np.diff(energy_below(edges, peak))
+    energy *= (sea.height / 4.0) ** 2 / energy.sum()
+    frequency = np.sqrt(edges[1:] * edges[:-1])
+    off = (np.arange(90) + 0.5) / 90.0 * np.pi - np.pi / 2.0
+    share = np.cos(off) ** (2.0 * sea.spread)
+    share /= share.sum()
+    result = np.zeros(3)
+    for angle, part in zip(sea.towards + off - heading, share, strict=True):
+        k = frequency**2 / 9.80665
+        answers = response(form, frequency, k * np.cos(angle), k * np.sin(angle), frequency - speed * k * np.cos(angle))
+        result += part * np.array([(np.abs(each) ** 2 * energy).sum() for each in answers])
+    return result
+
+
+@pytest.mark.parametrize(("course", "speed"), [(180.0, 6.0), (90.0, 0.0), (40.0, 7.0)])
+def test_variances_of_drawn_motions_are_those_of_the_spectrum(course: float, speed: float) -> None:
+    """Means of 60 seas, which vary by frequency and direction; to 4 of their own standard errors, one of 10,000 by chance."""
+    sea = Seaway(2.0, 7.5, 0.0, 1.0, 0, 0.0, 0.0)
+    heading = np.deg2rad([-course])
+    velocity = speed * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    drawn = []
+    for seed in range(60):
+        waves = drawn_waves(replace(sea, seed=seed))
+        drawn.append((np.abs(amplitudes(waves, COASTER, heading, velocity)[0]) ** 2).sum(axis=-1) / 2.0)
+    expected = variance_in_theory(sea, COASTER, float(heading[0]), speed)
+    error = np.std(drawn, axis=0) / np.sqrt(len(drawn))
+    assert (error < 0.1 * expected).all()
+    np.testing.assert_array_less(np.abs(np.mean(drawn, axis=0) - expected), 4.0 * error)
+
+
+def test_a_motion_has_the_variance_of_its_amplitudes() -> None:
+    """Over ten hours; sums of waves with different frequencies are orthogonal."""
+    motion = motion_of("straight", list_deg=1.5, trim_deg=-0.5)
+    law = law_of(motion)
+    sway = motion.sway_state(np.linspace(0.0, 36_000.0, 12_001)).values
+    np.testing.assert_allclose(sway.std(axis=0), law.bounds.deviation, rtol=0.02)
+    assert np.rad2deg(sway.mean(axis=0)[:2]) == pytest.approx([1.5, -0.5], abs=0.02)
+    envelope = motion.sway_rates(np.linspace(0.0, 3600.0, 1801))
+    rates = motion.sway_state(np.linspace(0.0, 3600.0, 1801)).rates
+    assert (envelope + 1e-12 >= 1.5 * np.abs(rates)).all()
+    assert np.sqrt((envelope**2).mean(axis=0)) == pytest.approx(1.5 * np.sqrt(2.0) * rates.std(axis=0), rel=0.05, abs=1e-9)
+
+
+@pytest.mark.parametrize(("state", "low", "high"), [(3, 0.5, 1.5), (5, 2.0, 5.0)])
+def test_a_coaster_of_75_m_rolls_in_a_beam_sea_as_such_ships_do(state: int, low: float, high: float) -> None:
+    """Degrees rms, at rest and at 8 knots."""
+    sea = Seaway(SIGNIFICANT_WAVE_HEIGHT[state], PEAK_PERIOD[state], 0.0, 1.0, 0, 0.0, 0.0)
+    for speed in (0.0, 8.0 * KNOT):
+        assert low < np.rad2deg(np.sqrt(variance_in_theory(sea, COASTER, np.pi / 2.0, speed)[0])) < high
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_bounds_hold(course: str) -> None:
+    motion = motion_of(course)
+    law = law_of(motion)
+    state = motion.sway_state(np.linspace(0.0, 7200.0, 701))
+    assert (np.abs(state.values) <= law.max_values + 1e-12).all()
+    assert (np.abs(state.rates) <= law.max_rates + 1e-12).all()
+    assert (law.likely_values <= law.max_values).all() and (law.likely_rates <= law.max_rates).all()
+    assert np.abs(state.values).max(axis=0)[[0, 1, 3]] == pytest.approx(law.likely_values[[0, 1, 3]], rel=0.75)
+    assert 3.0 < law.shortest_period < 12.0
+
+
+def test_bounds_on_any_course_hold_between_their_headings_and_speeds() -> None:
+    """1200 draws of courses: none exceeds them, and MARGIN is not much more than needed."""
+    waves = drawn_waves(Seaway(2.0, 6.0, 1.0, 1.0, 9, 0.0, 0.0))
+    rng, worst = np.random.default_rng(3), 0.0
+    for form in (COASTER, HullForm(12.0, 4.0, 1.5, 0.5, 0.7, 4.5, 0.05), HullForm(160.0, 25.0, 9.0, 0.8, 0.87, 13.0, 0.02)):
+        bounds = bounds_on_any_course(waves, form, 10.0, 0.0)
+        heading = rng.uniform(0.0, 2.0 * np.pi, 400)
+        velocity = rng.uniform(0.0, 10.0, (400, 1)) * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+        for part, bound in zip(bounds_of(waves, form, heading, velocity), bounds, strict=True):
+            worst = max(worst, float((part[[0, 1, 3]] / bound[[0, 1, 3]]).max()))
+    assert 1.0 < worst * MARGIN < MARGIN
+
+
+def test_a_ship_is_moved_by_the_waves_at_her_middle() -> None:
+    """A frame with its origin at the stern: the middle of the hull moves as one amidships, to the square of angles."""
+    sea = drawn_waves(Seaway(1.0, 7.0, 1.0, 1.0, 3, 0.0, 0.0))
+    time, heading = np.linspace(0.0, 200.0, 501), 0.7
+    middle = np.array([1.0, 37.0, 0.0])
+    bow = np.array([math.sin(heading), math.cos(heading), 0.0])
+    starboard = np.array([math.cos(heading), -math.sin(heading), 0.0])
+    results = []
+    for offset in (np.zeros(3), middle):
+        form = replace(COASTER, middle=(float(offset[0]), float(offset[1])))
+        bounds = bounds_of(sea, form, np.array([heading]), np.zeros((1, 2)))
+        origin = (500.0 * bow - offset[1] * bow - offset[0] * starboard)[None]
+        pose = Motion(np.zeros(1), origin, np.array([heading]), sway=SeawayMotion(sea, form, bounds)).pose(time)
+        assert pose.rotation is not None
+        results.append((pose.position + pose.rotation @ offset, pose.rotation))
+    np.testing.assert_allclose(results[1][0], results[0][0], atol=0.01)
+    np.testing.assert_allclose(results[1][1], results[0][1], atol=1e-12)
+
+
+def test_commands_leave_sway_continuous() -> None:
+    """Speed, course at a rate, and a turn without end, one after the other, of a turning ship; also in the truth's motion."""
+    motion = motion_of("turning", steerable={})
+    assert isinstance(motion, SteeredMotion)
+    for time, change in ((40.0, {"speed": 2.0}), (47.0, {"turn_rate": -0.03}), (60.0, {"speed": 9.0, "turn_rate": 0.0})):
+        before = motion.segment_at(time)
+        old = motion.sway_state(np.array([time])).values
+        motion.steer(before._replace(turn_time=math.inf, **change).after(before))
+        motion.follow()
+        np.testing.assert_allclose(motion.sway_state(np.array([time])).values, old, atol=1e-9)
+        past = motion.past.sway_state(np.array([time - 1e-7, time + 1e-7]))
+        np.testing.assert_allclose(past.values[0], past.values[1], atol=1e-6)
+        here = motion.past.sway_state(np.array([time + 3.0])).rates
+        ends = [motion.past.sway_state(np.array([time + 3.0 + h])).values for h in (-H, H)]
+        np.testing.assert_allclose(here, (ends[1] - ends[0]) / (2 * H), atol=2e-6)
+    assert np.hypot(*law_of(motion).excess(0.0)) == 0.0
+    state = motion.sway_state(np.linspace(60.0, 4000.0, 401))
+    assert (np.abs(state.values) <= law_of(motion).max_values).all() and (
+        np.abs(state.rates) <= law_of(motion).max_rates
+    ).all()
+    assert EASING == 10.0
