@@ -162,17 +162,22 @@ class Crossing(Radiometry, Kinematics):
     """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
-    which is `bearing` where own ship neither rolls nor pitches.
+    which is `bearing` where own ship neither rolls nor pitches; structure_db: two-way loss on boresight behind own ship's
+    structures, None for a radar without any [dB].
     """
 
     scan: int
     spoke: int
     boresight: float
     own_ship: OwnShipTruth
+    structure_db: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
-        return {"type": "crossing", **asdict(self)}
+        """Plain data, as files and feeds have it: the names of the fields, and `type`; no `structure_db` without structures."""
+        content = asdict(self)
+        if self.structure_db is None:
+            del content["structure_db"]
+        return {"type": "crossing", **content}
 
 
 @dataclass(frozen=True, kw_only=True)
