@@ -10,6 +10,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
@@ -71,4 +72,10 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
+    return (
+        scene.own_ship.at_rest
+        and body.at_rest
+        and body.swerling == 0
+        and not scene.radar.structures
+        and (scene.radar.multiple is None or is_land(body))
+    )

@@ -157,13 +157,31 @@ class Radiometry:
     foreign_share: float | None = None
 
 
+@dataclass(frozen=True)
+class FalseEcho:
+    """An echo of a body that stands where the body is not.
+
+    kind: "indirect", by a structure of own ship there and back, or "multiple", thrown back by own ship.
+    by: name of the structure, or "own ship".
+    range, bearing: of the echo where it is strongest [m, rad].
+    level_db: over the direct echo on boresight; None where the cross-section of the body is not declared.
+    """
+
+    kind: str
+    by: str
+    range: float
+    bearing: float
+    level_db: float | None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Crossing(Radiometry, Kinematics):
     """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
     which is `bearing` where own ship neither rolls nor pitches; structure_db: two-way loss on boresight behind own ship's
-    structures, None for a radar without any [dB].
+    structures, None for a radar without any [dB]; false_echoes: of the body as it is at this instant, None for a radar that has
+    none.
     """
 
     scan: int
@@ -171,12 +189,14 @@ class Crossing(Radiometry, Kinematics):
     boresight: float
     own_ship: OwnShipTruth
     structure_db: float | None = None
+    false_echoes: tuple[FalseEcho, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`; no `structure_db` without structures."""
+        """Plain data, as files and feeds have it: the names of the fields, and `type`; optional ones where they are not None."""
         content = asdict(self)
-        if self.structure_db is None:
-            del content["structure_db"]
+        for name in ("structure_db", "false_echoes"):
+            if content[name] is None:
+                del content[name]
         return {"type": "crossing", **content}
 
 
