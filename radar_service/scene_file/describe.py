@@ -10,6 +10,7 @@ import numpy as np
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
+from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
@@ -211,6 +212,8 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     route = _motion_text(body.motion) + _presence_text(body.presence)
+    if body.reflector is not None:
+        shape = reflector_text(body.reflector, scene.radar)
     return [
         f"  {body.name}: {shape}",
         f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",

@@ -34,7 +34,9 @@ SHAPE_SIZES: dict[str, tuple[str, ...]] = {
     "dihedral": ("width_m", "height_m"),
     "trihedral": ("edge_m",),
     "hull": ("length_m", "beam_m", "height_m"),
+    "reflector": (),
 }
+REFLECTOR_SIZES = {"corner": "edge_m", "octahedral": "edge_m", "lens": "radius_m"}
 SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
 
 
@@ -83,13 +85,19 @@ class NamedSection(MovingSection):
 class ShapeSection(NamedSection):
     """The keys of a built-in shape."""
 
-    shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull"]
+    shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull", "reflector"]
     radius_m: Size | None = None
     width_m: Size | None = None
     height_m: Size | None = None
     length_m: Size | None = None
     beam_m: Size | None = None
     edge_m: Size | None = None
+    reflector: Literal["corner", "octahedral", "lens"] | None = Field(
+        None, description='of shape "reflector", by `edge_m`, a lens by `radius_m`, or by its peak at 9.41 GHz, `rcs_dbsm`'
+    )
+    hung: Literal["catch-rain", "point-up"] = Field(
+        "catch-rain", description="of an octahedral reflector: what is on top, an opening or a corner of the plates"
+    )
 
 
 class MeshSection(NamedSection):
@@ -192,7 +200,9 @@ class ShapeBodyModel(BodyModel, ShapeSection):
 
     def check_kind(self) -> None:
         """Raises ValueError unless the sizes are those of the shape, and a point has a cross-section."""
-        required = SHAPE_SIZES[self.shape]
+        if self.shape == "reflector" or self.reflector is not None or "hung" in self.model_fields_set:
+            self._check_reflector()
+        required = SHAPE_SIZES[self.shape] if self.shape != "reflector" else self._reflector_sizes()
         for key in SIZES:
             given = getattr(self, key) is not None
             if key in required and not given:
@@ -201,6 +211,24 @@ class ShapeBodyModel(BodyModel, ShapeSection):
                 raise ValueError(f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}')
         if self.shape == "point" and self.rcs_dbsm is None:
             raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
+
+    def _reflector_sizes(self) -> tuple[str, ...]:
+        """The keys of the size of a reflector; none where its cross-section tells it."""
+        assert self.reflector is not None
+        return () if self.rcs_dbsm is not None else (REFLECTOR_SIZES[self.reflector],)
+
+    def _check_reflector(self) -> None:
+        if self.shape != "reflector":
+            key = "hung" if self.reflector is None else "reflector"
+            raise ValueError(f'{key}: shape = "{self.shape}" is no reflector; give shape = "reflector" or remove {key}')
+        if self.reflector is None:
+            raise ValueError('reflector: missing; shape = "reflector" needs corner, octahedral or lens: add it')
+        if "hung" in self.model_fields_set and self.reflector != "octahedral":
+            raise ValueError(f"hung: a {self.reflector} reflector opens ahead, its axis level; remove hung")
+        if self.scattering is not None:
+            raise ValueError("scattering: a reflector scatters by its own pattern; remove scattering")
+        if self.swerling:
+            raise ValueError("swerling: the pattern of a reflector does not fluctuate; remove swerling")
 
 
 class MeshBodyModel(BodyModel, MeshSection):
