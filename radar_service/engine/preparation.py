@@ -20,6 +20,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
+from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -53,6 +54,7 @@ class Prepared:
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
     interference: of each other radar.
+    beacons: the answers of each racon and SART.
     """
 
     scene: Scene
@@ -70,6 +72,7 @@ class Prepared:
     compression: Compression
     clutter: Clutter | None
     interference: tuple[Interference, ...]
+    beacons: tuple[BeaconAnswers, ...] = ()
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
         """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
@@ -123,6 +126,9 @@ def prepare(
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
+        tuple(
+            BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
+        ),
     )
 
 

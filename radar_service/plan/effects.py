@@ -25,6 +25,7 @@ TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the 
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
+MIN_ANSWER_DB = -30.0  # of the noise: weaker answers are left out (receive.beacon_answers)
 NOT_REQUESTED = "not requested"
 
 
@@ -78,6 +79,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
         *_interference(scene, None if costs is None else costs.interference),
+        *_beacons(scene, None if costs is None else costs.beacons),
     ]
 
 
@@ -202,6 +204,7 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
         "interference": scene.interference,
+        "beacons": any(body.beacon is not None for body in scene.bodies),
     }
     return [PlanItem(what, False, "requested, but not in the specification") for what, value in requested.items() if value]
 
@@ -254,3 +257,19 @@ def _interference(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
     how = f"{others}, each pulse at its time through both beams and the filter"
     return [PlanItem("interference", True, how, microseconds=microseconds)]
+
+
+def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
+    """How the answers of racons and SARTs are modelled, with those that cannot answer this radar."""
+    beacons = [(body.name, body.beacon) for body in scene.bodies if body.beacon is not None]
+    if not beacons:
+        return []
+    kinds = [beacon.kind for _, beacon in beacons]
+    count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
+    deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
+    none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
+    how = (
+        f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
+        f"filter{none}"
+    )
+    return [PlanItem("beacons", len(deaf) < len(beacons), how, field_db=MIN_ANSWER_DB, microseconds=microseconds)]

@@ -10,6 +10,7 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
 from radar_service.scattering.reflector_patterns import size_of
+from radar_service.scene_file.beacons import beacon_from_model
 from radar_service.scene_file.checks.mesh_axes import axis_findings
 from radar_service.scene_file.checks.mesh_findings import Findings
 from radar_service.scene_file.convert import presence_from_model
@@ -75,7 +76,7 @@ class BodyLoader:
         return Body(
             model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
-            reflector=reflector,
+            reflector=reflector, beacon=beacon_from_model(model, mesh),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:

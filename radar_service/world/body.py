@@ -8,6 +8,7 @@ import numpy as np
 
 from radar_service.numerics.frames import map_from_body, turned
 from radar_service.numerics.types import Floats, Indices
+from radar_service.world.beacon import Beacon
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 
@@ -91,6 +92,7 @@ class Body:
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     presence: when it is in the scene at all.
     reflector: the radar reflector that it is; None of all else.
+    beacon: a racon or a search and rescue transponder on it.
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
     """
 
@@ -108,6 +110,7 @@ class Body:
     presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
     one_sided: bool = field(default=False, metadata={"added": 2})
     reflector: Reflector | None = field(default=None, metadata={"added": 3})
+    beacon: Beacon | None = field(default=None, metadata={"added": 3})
 
     @property
     def at_rest(self) -> bool:
