@@ -227,6 +227,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "seaway": lambda: section("SeawayModel"),
     "hull": lambda: section("HullModel"),
     "fading": lambda: section("FadingModel"),
+    "racon": lambda: section("RaconModel"),
+    "sart": lambda: section("SartModel"),
     "interference": lambda: section("InterferenceModel"),
     "transponder": lambda: section("TransponderModel"),
     "ais": lambda: section("AisModel"),
