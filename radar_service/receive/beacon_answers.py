@@ -48,7 +48,7 @@ class BeaconAnswers:
         """The answer to each of some azimuths that has one: its row and the profile (bins,) [sqrt(W)].
 
         number: (K,) of each azimuth, from the start on; boresight: (K,) [rad]; time: (K,) [s]; transmitting: (K,), which
-        azimuths are not blind: no other triggers it.
+        azimuths are not blind: no other triggers it. They are those of a tile: visibility is that of the strongest one.
         """
         link = self.link.at(time)
         gain = self.link.azimuth_gain(link, boresight)
@@ -56,7 +56,8 @@ class BeaconAnswers:
         answered = transmitting & self.link.triggers(link, gain, time) & (power > MIN_ANSWER_TO_NOISE * self._noise)
         delay = self.link.delay(link)
         answered &= delay < self._radar.bins / self._radar.sample_rate
-        if not answered.any() or not self.link.visible(float(time[len(time) // 2])):
+        strongest = int(np.argmax(np.where(answered, power, 0.0)))
+        if not answered.any() or not self.link.visible(float(time[strongest])):
             return
         for row in np.flatnonzero(answered).tolist():
             spectrum = self._spectrum(float(time[row])) if self._steady is None else self._steady
