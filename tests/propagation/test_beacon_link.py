@@ -130,3 +130,17 @@ def test_a_beacon_above_its_mesh_is_not_hidden_by_it() -> None:
                "heading_deg": heading, "racon": {"letter": "K"}}  # fmt: skip
         link = linked(scene([box], radar=RADAR, environment=FLAT))
         assert link.position(NOW)[0, 2] == pytest.approx(5.5) and link.visible(0.0)
+
+
+def test_a_swaying_antenna_observes_it_where_its_boresight_crosses() -> None:
+    """Own ship rolls by 20 degrees; a racon 300 m up at bearing 045. The search of crossings, other code, meets it at the azimuth
+    of the link (its tolerance, 1e-6 rad), which is not the bearing."""
+    high = racon(position_m=[700, 700, 300])
+    own = {"roll_deg": 20.0, "roll_period_s": 7.0}
+    of = scene([point("racon", 700, 700, 300, racon={"letter": "K"})], radar=RADAR, environment=FLAT, own_ship=own)
+    crossings = [crossing for k in range(3) for crossing in rs.Simulator(of, "fast").crossings(k)]
+    for crossing in crossings:
+        state = linked(of).at(np.array([crossing.time]))
+        assert state.azimuth[0] % (2 * np.pi) == pytest.approx(crossing.boresight, abs=1e-6)
+    assert max(abs(crossing.boresight - crossing.bearing) for crossing in crossings) > 0.02
+    assert linked(high).at(NOW).azimuth[0] == pytest.approx(np.pi / 4)
