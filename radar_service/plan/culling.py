@@ -160,7 +160,7 @@ def multipath_db(scene: Scene) -> float:
 
 
 def _reflected_db(body: Body, scene: Scene) -> float:
-    if body.beacon is not None:  # the one-way paths of its answers have larger shares of the sea
+    if body.beacon is not None:  # its antenna may be higher than the body, and receives more from the sea
         return 0.0
     height = body.motion.position[:, 2]
     level = bool(np.ptp(height) == 0.0 and body.motion.final_velocity[2] == 0.0 and body.motion.sway is None)

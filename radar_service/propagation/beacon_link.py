@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import effective_earth_radius, map_from_body, polar_from_map, wrap_angle
+from radar_service.numerics.frames import effective_earth_radius, polar_from_map, turned, wrap_angle
 from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
@@ -43,6 +43,7 @@ class BeaconLink:
         self.beacon: Beacon = beacon
         self._scene, self._body, self._line_of_sight = scene, scene.bodies[key], line_of_sight
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
+        self._rests = self._body.motion.at_rest and scene.own_ship.at_rest
         self._receives = self.beacon.receives(scene.radar.frequency, scene.radar.pulse)
 
     def position(self, time: Floats) -> Floats:
@@ -50,12 +51,16 @@ class BeaconLink:
         pose, offset = self._body.motion.pose(time), np.array(self.beacon.offset)
         if pose.rotation is not None:
             return np.asarray(pose.position + pose.rotation @ offset)
-        return np.stack(
-            [map_from_body(offset, at, float(heading)) for at, heading in zip(pose.position, pose.heading, strict=True)]
-        )
+        return np.asarray(pose.position + turned(offset, np.cos(pose.heading), np.sin(pose.heading)))
 
     def at(self, time: Floats) -> Link:
         """The link at times (K,) [s], whatever hides one end from the other but the sea in `multipath`."""
+        if not self._rests:
+            return self._at(time)
+        steady, count = self._at(time[:1]), len(time)
+        return Link(np.repeat(steady.range, count), np.repeat(steady.azimuth, count), np.repeat(steady.transfer, count))
+
+    def _at(self, time: Floats) -> Link:
         scene, radar = self._scene, self._scene.radar
         position, antenna = self.position(time), scene.antenna(time)
         polar = polar_from_map(position, antenna, self._earth_radius)

@@ -55,7 +55,7 @@ class BeaconAnswers:
         power = self.beacon.power * link.transfer * gain
         answered = transmitting & self.link.triggers(link, gain, time) & (power > MIN_ANSWER_TO_NOISE * self._noise)
         delay = self.link.delay(link)
-        answered &= delay < self._radar.bins / self._radar.sample_rate
+        answered &= delay - 0.5 * self._radar.pulse < self._radar.bins / self._radar.sample_rate  # the filter spreads edges
         strongest = int(np.argmax(np.where(answered, power, 0.0)))
         if not answered.any() or not self.link.visible(float(time[strongest])):
             return

@@ -239,16 +239,13 @@ def _beacon_text(beacon: Beacon, radar: Radar) -> str:
     """What answers this radar from a body, and from how far at boresight in free space."""
     if not beacon.receives(radar.frequency, radar.pulse):
         return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
-    reach = (
-        radar.wavelength / (4.0 * math.pi) * math.sqrt(radar.power * radar.gain / math.sqrt(radar.loss) / beacon.sensitivity)
-    )
     spacing = (RETURN_SWEEP + FORWARD_SWEEP) * SPEED_OF_LIGHT / 2.0
     what = f"{SART_CYCLES} cycles of sweeps, dots {spacing:.0f} m apart"
     if isinstance(beacon, Racon):
         carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
         silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
         what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
-    return f"{beacon.kind}: {what}; triggered within {reach / 1000.0:.3g} km in free space"
+    return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"
 
 
 def _visibility_text(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:

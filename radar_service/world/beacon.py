@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats
+from radar_service.radar.parameters import Radar
 
 X_BAND, S_BAND = (9.3e9, 9.5e9), (2.9e9, 3.1e9)  # Hz, of marine radars
 SART_BAND = (9.2e9, 9.5e9)  # Hz, that a SART sweeps over
@@ -67,6 +68,14 @@ class Beacon(ABC):
         """Whether pulses of a carrier [Hz] and a length [s] can trigger it at all."""
         in_band = any(low <= frequency <= high for low, high in self.listens)
         return in_band and (self.max_pulse is None or pulse <= self.max_pulse)
+
+    def triggering_range(self, radar: Radar) -> float:
+        """Within how far [m] pulses of a radar trigger it at boresight in free space; 0 where it does not take them."""
+        if not self.receives(radar.frequency, radar.pulse):
+            return 0.0
+        return float(
+            radar.wavelength / (4.0 * np.pi) * np.sqrt(radar.power * radar.gain / np.sqrt(radar.loss) / self.sensitivity)
+        )
 
     @property
     @abstractmethod

@@ -160,6 +160,25 @@ def test_arcs_are_as_wide_as_the_beam_triggers(distance: float) -> None:
     assert len(answered) > 200 if distance < 1000 else len(answered) < 60
 
 
+@pytest.mark.parametrize("beacon", [{"racon": RACON}, {"sart": {}}])
+def test_samples_are_those_of_a_receiver_that_samples_faster(beacon: dict[str, Any]) -> None:
+    """A plain pulse is sampled behind its filter, so every third sample of 36 MHz is one of 12 MHz, the edges of the
+    band that fold there included. 4e-6: folds count to 30 MHz off, where this Gaussian receiver is down by 108 dB."""
+    band = {"bandwidth_hz": 10e6, "range_max_m": 5000}
+    slow, fast = (rows(made(beacon, band | {"sample_rate_hz": fs}, 1000.0))[0] for fs in (12e6, 36e6))
+    count = min(len(slow), len(fast[1::3]))
+    np.testing.assert_allclose(slow[:count], fast[1::3][:count], rtol=0, atol=4e-6 * np.abs(slow).max())
+
+
+def test_what_begins_beyond_the_profile_is_smeared_into_it() -> None:
+    """A dash that a 4 us chirp's filter gets 100 m beyond the last sample begins 300 m, half a chirp, before that."""
+    of = made({"racon": RACON | {"letter": "T"}}, CHIRP | {"range_max_m": 2000}, distance=2340.0)
+    begin = 2 * 2340.0 / LIGHT + 0.4e-6 - 2e-6
+    assert begin * LIGHT / 2 > ranges(of)[-1] + 90
+    expected = in_time(of, lambda t: 0.0 * t, begin, begin + 3e-6)
+    assert difference_db(rows(of)[0], expected) < -25
+
+
 def test_marks_are_as_wide_as_the_receiver_sees_them() -> None:
     """Beside the middle an answer loses the gain of the antenna once, where an echo loses it twice."""
     of = made({"racon": RACON})

@@ -59,6 +59,29 @@ def test_the_echo_follows_the_roll() -> None:
     assert np.ptp(levels) > 3.0
 
 
+def test_the_field_tells_flashes_of_two_plates_from_lobes_of_three() -> None:
+    """32 degrees off the opening a dihedral and a trihedral meet: 0.50 dBsm of a level field, 6.63 dBsm of an upright one."""
+    body = OCTAHEDRAL | {"heading_deg": 212}
+    assert peak_dbsm(body)[0] == pytest.approx(0.50, abs=0.02)
+    assert peak_dbsm(body, polarization="v")[0] == pytest.approx(6.63, abs=0.02)
+
+
+def test_a_dihedral_that_leans_turns_the_field() -> None:
+    """Point-up, seen from ahead as it rolls by 20 degrees about that very line: two plates with an upright fold leave
+    cos 2 psi of the field, so 20 log10 cos 2 psi. In half a visibility step, 1/64 of the period, psi changes by 2 degrees."""
+    body = OCTAHEDRAL | {"hung": "point-up", "heading_deg": 180, "roll_deg": 20, "roll_period_s": 7.0}
+    of = scene([body], radar=RADAR, environment={"earth": "flat"})
+    upright = peak_dbsm(OCTAHEDRAL | {"hung": "point-up", "heading_deg": 180})[0]
+    lost = [upright - level for level in peak_dbsm(body, 6)]
+    for scan, loss in enumerate(lost):
+        rotations = of.bodies[0].motion.pose(np.linspace(scan - 0.12, scan + 0.12, 9)).rotation
+        assert rotations is not None
+        psi = np.arcsin(np.abs(rotations[:, 2, 0]))
+        around = -20 * np.log10(np.cos(2 * psi))
+        assert around.min() - 0.05 <= loss <= around.max() + 0.05
+    assert max(lost) > 1.0
+
+
 def test_cross_sections_are_those_of_x_band_and_fall_by_the_square() -> None:
     """10 dBsm stated at 9.41 GHz, 1000 m ahead on the axis of a lens: 10 - 9.785 dB at 3.05 GHz."""
     lens = {**OCTAHEDRAL, "reflector": "lens", "rcs_dbsm": 10.0, "heading_deg": 180}
