@@ -13,6 +13,7 @@ from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import pulse_doppler_shift
+from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.trace.ray_sampling import missed_area_range
@@ -25,7 +26,6 @@ TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the 
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
-MIN_ANSWER_DB = -30.0  # of the noise: weaker answers are left out (receive.beacon_answers)
 NOT_REQUESTED = "not requested"
 
 
@@ -270,6 +270,9 @@ def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
     how = (
         f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
-        f"filter{none}"
+        f"filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
     )
-    return [PlanItem("beacons", len(deaf) < len(beacons), how, field_db=MIN_ANSWER_DB, microseconds=microseconds)]
+    if len(deaf) == len(beacons):
+        return [PlanItem("beacons", False, how)]
+    error = 10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
+    return [PlanItem("beacons", True, how, error, microseconds=microseconds)]

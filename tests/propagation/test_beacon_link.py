@@ -144,3 +144,14 @@ def test_a_swaying_antenna_observes_it_where_its_boresight_crosses() -> None:
         assert state.azimuth[0] % (2 * np.pi) == pytest.approx(crossing.boresight, abs=1e-6)
     assert max(abs(crossing.boresight - crossing.bearing) for crossing in crossings) > 0.02
     assert linked(high).at(NOW).azimuth[0] == pytest.approx(np.pi / 4)
+
+
+@pytest.mark.parametrize("body, own_ship", [({}, {}), ({"speed_kn": 20, "course_deg": 90}, {}), ({}, {"speed_kn": 20})])
+def test_the_link_follows_both_ends(body: dict[str, Any], own_ship: dict[str, Any]) -> None:
+    """Four times at once have the links of each by itself, at rest and under way: rounding."""
+    of = scene([point("b", 900, 2000, racon={"letter": "K"}, **body)], radar=RADAR, environment=FLAT, own_ship=own_ship)
+    link, times = linked(of), np.array([0.0, 3.0, 50.0, 51.0])
+    together, single = link.at(times), [link.at(times[k : k + 1]) for k in range(4)]
+    for name in ("range", "azimuth", "transfer"):
+        np.testing.assert_allclose(getattr(together, name), [getattr(one, name)[0] for one in single], rtol=1e-12)
+    assert bool(np.ptp(together.range) > 100.0) is bool(body or own_ship)

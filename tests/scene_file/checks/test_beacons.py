@@ -51,3 +51,8 @@ def test_no_warning_where_one_radar_is_enough() -> None:
     assert not warnings(K, STRONG | {"power_w": 0.2 * (4.0 / 0.359 / 1.9) ** 2})
     assert warnings(K, STRONG | {"power_w": 0.2 * (4.0 / 0.359 / 2.1) ** 2})
     assert not warnings(K, STRONG | {"power_w": 0.2}, own_ship={"speed_kn": 12})
+    assert not warnings(K | {"speed_kn": 5.0}, STRONG | {"power_w": 0.2})
+    near = {"modulation": "none", "bandwidth_hz": 5e6, "pulse_s": 0.2e-6, "range_max_m": 1800}
+    far = {"modulation": "lfm", "bandwidth_hz": 5e6, "pulse_s": 2e-6}
+    takes_the_near_pulse = {"racon": {"letter": "K", "max_pulse_s": 1e-6}}
+    assert not warnings(takes_the_near_pulse, STRONG | {"sample_rate_hz": 15e6, "pulses": [near, far]})
