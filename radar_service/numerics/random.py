@@ -14,6 +14,7 @@ SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench
 BIASES = 44  # purpose of the signs of the biases of sensors in the test bench
 SEAWAY, LEAN = 45, 46  # purposes of the waves of a seaway, and of the lists and trims of ships
+HULL_PARTS = 47  # purpose of the parts of hulls
 SENSOR, FEED = 31, 32  # errors on purpose
 NEAR_PULSE = 25  # noise and speckle of the pulses of a radar that serve nearer ranges
 CHART = 40  # purpose of the study of speed against accuracy

@@ -31,6 +31,7 @@ from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from
 from radar_service.world.body import Body, Material, Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
+from radar_service.world.hull_types import PLAIN, hull_mesh
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
@@ -125,6 +126,9 @@ class BodyLoader:
         if model.shape == "point":
             return None
         sizes = model.sizes()
+        if model.shape == "hull":
+            kind, seed = model.hull_type or PLAIN, model.hull_seed or 0
+            return _cached(self._shapes, (kind, seed, *sizes.values()), lambda: hull_mesh(kind, seed, *sizes.values()))
         sag = model_at(SCATTERING_MODELS[scattering]).shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
         key = (model.shape, sag, *sizes.values())
         return _cached(self._shapes, key, lambda: shape_mesh(model.shape, sizes, sag))

@@ -22,6 +22,7 @@ from radar_service.scene_file.model.fields import (
     Whole,
 )
 from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.world.hull_types import HULL_TYPES, PLAIN
 
 MAX_UNITS = 1000  # of a schedule
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
@@ -64,8 +65,10 @@ class FadingModel(Section):
 
 if TYPE_CHECKING:
     ScatteringName = str
+    HullType = str
 else:
     ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+    HullType = Literal[HULL_TYPES]
 
 
 def _with_null_keys(schema: dict[str, Any]) -> None:
@@ -90,6 +93,10 @@ class ShapeSection(NamedSection):
     length_m: Size | None = None
     beam_m: Size | None = None
     edge_m: Size | None = None
+    hull_type: HullType | None = Field(None, description="what stands on a hull, and its flare; default: `plain`")
+    hull_seed: Whole | None = Field(
+        None, ge=0, le=2**32 - 1, description="of the parts of a hull that is not `plain`; default: 0"
+    )
 
 
 class MeshSection(NamedSection):
@@ -199,6 +206,10 @@ class ShapeBodyModel(BodyModel, ShapeSection):
                 raise ValueError(f'{key}: missing; shape = "{self.shape}" needs {", ".join(required)}: add it')
             if given and key not in required:
                 raise ValueError(f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}')
+        if self.hull_type is not None and self.shape != "hull":
+            raise ValueError(f'hull_type: shape = "{self.shape}" has none; remove it, or take shape = "hull"')
+        if self.hull_seed is not None and self.hull_type in (None, PLAIN):
+            raise ValueError("hull_seed: a plain hull has no parts to draw; add hull_type or remove hull_seed")
         if self.shape == "point" and self.rcs_dbsm is None:
             raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
 
