@@ -90,7 +90,7 @@ class Simulator:
             self.scene.errors,
             self.scene.radar_id,
             ship=self.scene.platform.body,
-            stream=self.scene.environment.stream,
+            currents=self.scene.environment.currents,
         )
         tiles = SourceTiles(engine, pulses, request)
         self.sources = tiles.sources(source_names(self.scene))

@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -110,3 +111,30 @@ def test_the_test_for_ci_passes_in_the_harbour(checkout: Path) -> None:
     own_harbour(checkout, "as printed", look=False)
     save(tutorial("tracker"), checkout)
     subprocess.run([sys.executable, "-m", "pytest", "-q", "test_my_tracker.py"], check=True, timeout=120)
+
+
+SMALLER = {"seeds = 125": "seeds = 2", "scans = 8": "scans = 5"}  # a hundredth of the scans
+
+
+@pytest.mark.parametrize("size", ["a hundredth", pytest.param("as printed", marks=pytest.mark.study)])
+def test_a_detector_learns(size: str, checkout: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """At a hundredth one run teaches, and one judges. As printed the learnt detector finds more, beyond what chance gives."""
+    text = tutorial("detector")
+    for printed, fewer in SMALLER.items() if size == "a hundredth" else ():
+        assert printed in text
+        text = text.replace(printed, fewer)
+    save(text, checkout)
+    for command in commands(blocks(text, "")[0]):
+        run(command)
+    assert f"{2 if size == 'a hundredth' else 125} runs, 0 were there already, 0 failed" in capsys.readouterr().out
+    names: dict[str, Any] = {}
+    exec("\n".join(blocks(text, "python no-run")), names)
+    table = names["table"]
+    assert len(table) == 6 and all(0.0 <= pfa < 0.1 and 0.0 <= pd <= 1.0 for pfa, pd in table.values())
+    if size == "as printed":
+        boats = names["results"]["learnt", 1e-3][3]
+        for rate in (1e-3, 1e-4):
+            (of_cfar, cfar), (of_learnt, learnt) = table["CA-CFAR", rate], table["learnt", rate]
+            assert rate / 3 < min(of_cfar, of_learnt) <= max(of_cfar, of_learnt) < 3 * rate
+            both = (cfar + learnt) / 2.0
+            assert learnt - cfar > 2.0 * (2.0 * both * (1.0 - both) / boats) ** 0.5  # two standard deviations of chance

@@ -15,6 +15,7 @@ import { listRadars, renameRadar } from "./radars.js";
 import { Scope } from "./scope.js";
 import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
+import { currentsOf } from "./stabilisation.js";
 import * as status from "./status.js";
 import { dismissAll } from "./toast.js";
 import { scaleFor } from "./units.js";
@@ -67,7 +68,7 @@ function hello(message, isNew, isRestart) {
   }
   const { radar, fidelity } = message;
   Object.assign(page, { radar, fidelity, origin: message.scene.origin, givesTruth: message.truth });
-  scope.stream = message.scene.stream ?? null;
+  scope.currents = currentsOf(message.scene);
   if (isNew) {
     playout.clear();
     scope.adopt(message);
@@ -146,7 +147,7 @@ function frame(time) {
   status.showUnnamed(scope.layout.unnamed);
   if (latest) {
     if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
-    status.showShip(latest, page.origin, scope.drift);
+    status.showShip(latest, page.origin, scope);
     showPositions();
     latest = null;
   }

@@ -92,15 +92,17 @@ function showTransmitter({ modulation, pulse_s, bandwidth_hz, prf_hz, power_w })
 
 const rounded = (value) => String(Number(value.toPrecision(3)));
 
-/** Shows own ship at a simulated time [s]. origin: of the scene, or null; drift: the stream that course and speed are
- *  measured against, or null: the ground. */
-export function showShip({ ship, time, scan }, origin, drift) {
+/** Shows own ship at a simulated time [s]. origin: of the scene, or null; stream: at own ship, or null; drift: the stream that
+ *  course and speed are measured against, or null: the ground. */
+export function showShip({ ship, time, scan }, origin, { stream, drift }) {
   const { course, speed } = throughWater(ship, drift);
   const [east, north] = ship.position;
   const onMap = `${east.toFixed(0)} m E, ${north.toFixed(0)} m N`;
   show("heading-text", ship.isLost ? "Lost" : bearingText(ship.heading));
   show("course-text", ship.isLost ? "Lost" : bearingText(course));
   show("speed-text", `${(speed / KNOT).toFixed(1)} kn`);
+  element("stream").hidden = !stream;
+  if (stream) show("stream-text", `${bearingText(Math.atan2(...stream), 0)}  ${(Math.hypot(...stream) / KNOT).toFixed(1)} kn`);
   const here = { bearing: 0, range: 0 };
   show("position-text", origin ? positionText(geographicPosition(here, ship.position, 0, origin)) : onMap);
   show("time-text", clock(time));

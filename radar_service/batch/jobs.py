@@ -1,24 +1,24 @@
-"""Runs one function for many jobs: in this process, in others, or wherever an executor sends them.
+"""Runs one function for many jobs: in this process, in others (`worker_processes`), or on a cluster (`dask_cluster`).
 
-An executor has `submit`, as those of `concurrent.futures` and of Dask (`Client.get_executor`). BLAS is held to
-one thread in each job.
+An executor has `submit`, as those of `concurrent.futures`. BLAS is held to one thread in each job.
 """
 
-import contextlib
 import hashlib
 import json
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, field
-from multiprocessing import get_context
+from itertools import islice
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, Protocol
 
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.terminal.output_files import make_folder
 
 GIVE_UP = 3  # failures before the first success after which nothing else is tried
+IN_FLIGHT = 1000  # jobs that an executor has at a time: a sweep may have a million
 MAX_NAME = 100  # characters of a file's name: a job may be named after a command that is longer than file systems take
 
 
@@ -71,6 +71,10 @@ class JobsFailed(Exception):
         return type(error).__module__ == "builtins" and not isinstance(error, OSError | ImportError)
 
 
+class JobLost(Exception):
+    """An executor has dropped a job. The text says why."""
+
+
 Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]
 
 
@@ -87,7 +91,7 @@ def run(
     results = {job.name: kept.read(job) if kept else None for job in jobs}
     left = [job for job in jobs if results[job.name] is None]
     failed: list[Outcome] = []
-    for outcome in progress(_outcomes(function, left, executor), len(left)):
+    for outcome in progress(outcomes(function, left, executor), len(left)):
         if outcome.error is not None:
             failed.append(outcome)
             continue
@@ -99,32 +103,26 @@ def run(
     return [results[job.name] for job in jobs]
 
 
-@contextlib.contextmanager
-def processes(count: int) -> Iterator[Executor | None]:
-    """So many processes as an executor; None for one, which is this process."""
-    if count == 1:
-        yield None
-        return
-    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
+def outcomes(
+    function: Callable[..., Any], jobs: Iterable[Job], executor: Executor | None = None, give_up: int | None = GIVE_UP
+) -> Generator[Outcome, None, None]:
+    """Yields what becomes of each job, as they end.
 
-
-def _outcomes(function: Callable[..., Any], jobs: Sequence[Job], executor: Executor | None) -> Iterator[Outcome]:
-    """What becomes of each job, as they end; it ends early after GIVE_UP failures and no success."""
-    outcomes = _here(function, jobs) if executor is None or len(jobs) == 1 else _elsewhere(function, jobs, executor)
+    give_up: failures without a success after which it ends early; None for never. A generator that is closed cancels the rest.
+    """
+    some = _here(function, jobs) if executor is None else _elsewhere(function, iter(jobs), executor)
     succeeded, failures = False, 0
-    for outcome in outcomes:
-        yield outcome
-        succeeded, failures = succeeded or outcome.error is None, failures + (outcome.error is not None)
-        if not succeeded and failures == GIVE_UP:
-            outcomes.close()
-            return
+    try:
+        for outcome in some:
+            yield outcome
+            succeeded, failures = succeeded or outcome.error is None, failures + (outcome.error is not None)
+            if not succeeded and failures == give_up:
+                return
+    finally:
+        some.close()
 
 
-def _here(function: Callable[..., Any], jobs: Sequence[Job]) -> Generator[Outcome, None, None]:
+def _here(function: Callable[..., Any], jobs: Iterable[Job]) -> Generator[Outcome, None, None]:
     for job in jobs:
         try:
             outcome = Outcome(job, limited(function, *job.arguments))
@@ -133,18 +131,38 @@ def _here(function: Callable[..., Any], jobs: Sequence[Job]) -> Generator[Outcom
         yield outcome
 
 
-def _elsewhere(function: Callable[..., Any], jobs: Sequence[Job], executor: Executor) -> Generator[Outcome, None, None]:
-    futures = {executor.submit(limited, function, *job.arguments): job for job in jobs}
+def _elsewhere(function: Callable[..., Any], jobs: Iterator[Job], executor: Executor) -> Generator[Outcome, None, None]:
+    """Jobs of an executor, which has up to IN_FLIGHT at a time."""
+    ended: SimpleQueue[Future[Any]] = SimpleQueue()
+    futures: dict[Future[Any], Job] = {}
+
+    def submit(job: Job) -> None:
+        future = executor.submit(limited, function, *job.arguments)
+        futures[future] = job
+        future.add_done_callback(ended.put)
+
     try:
-        for future in as_completed(futures):
-            error = future.exception()
-            if isinstance(error, Exception):
-                yield Outcome(futures[future], error=error)
-            else:
-                yield Outcome(futures[future], future.result())
+        for job in islice(jobs, IN_FLIGHT):
+            submit(job)
+        while futures:
+            future = ended.get()
+            yield _outcome(futures.pop(future), future)
+            for job in islice(jobs, 1):
+                submit(job)
     finally:
-        for future in futures:
+        for future in [*futures]:
             future.cancel()
+
+
+def _outcome(job: Job, future: "Future[Any]") -> Outcome:
+    """What became of a job whose future has ended."""
+    try:
+        error = future.exception()
+    except CancelledError:
+        error = JobLost("its executor dropped it: a scheduler that ends, or loses its client, does so")
+    if error is None:
+        return Outcome(job, future.result())
+    return Outcome(job, error=error if isinstance(error, Exception) else JobLost(f"{type(error).__name__}: {error}"))
 
 
 def limited(function: Callable[..., Any], *arguments: Any) -> Any:

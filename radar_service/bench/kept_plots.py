@@ -25,7 +25,16 @@ from radar_service.terminal.output_files import make_folder
 SCHEMA = 2
 PACKAGE = Path(__file__).parents[1]
 SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
-NO_PART = ("service", "ports", "recording", "commands", "study", "clients", "scenes")  # of what makes plots and truth
+NO_PART = (
+    "service",
+    "ports",
+    "recording",
+    "commands",
+    "study",
+    "sweep",
+    "clients",
+    "scenes",
+)  # of what makes plots and truth
 OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py")  # files of the bench that have a part in it
 
 
@@ -51,10 +60,11 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
     """Returns a hash of all that plots and truth depend on: the scene with its files, settings, this program, the arithmetic."""
+    files = named_files(scenario.scene, scenario.folder).values()
     made_of = {
         "schema": SCHEMA, "source": source_digest(), "arithmetic": arithmetic(), "scene": scenario.scene_for(seed),
         "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "radar", "plots", "plot_errors"}),
-        "targets": scenario.tracked, "files": [hashlib.blake2b(path.read_bytes()).hexdigest() for path in _files(scenario)],
+        "targets": scenario.tracked, "files": [hashlib.blake2b(path.read_bytes()).hexdigest() for path in files],
     }  # fmt: skip
     return hashlib.blake2b(json.dumps(made_of).encode(), digest_size=16).hexdigest()
 
@@ -96,17 +106,16 @@ def makes_plots(parts: Sequence[str]) -> bool:
     return parts[0] not in NO_PART and (parts[0] != "bench" or parts[-1] in OF_BENCH)
 
 
-def _files(scenario: Scenario) -> list[Path]:
-    """The files that the scene names: meshes, height maps, tracks."""
-    folder = scenario.folder or Path()
-    return [path for text in _texts(scenario.scene) if os.path.isfile(path := folder / text)]
+def named_files(content: object, folder: Path | None) -> dict[str, Path]:
+    """Returns the files of a folder that the content of a scene names, by these names: meshes, height maps, tracks."""
+    return {text: path for text in _texts(content) if os.path.isfile(path := (folder or Path()) / text)}
 
 
 def _texts(value: object) -> Iterator[str]:
     """All texts of nested tables."""
     if isinstance(value, str):
         yield value
-    elif isinstance(value, Mapping | list):
+    elif isinstance(value, Mapping | list | tuple):
         for part in value.values() if isinstance(value, Mapping) else value:
             yield from _texts(part)
 

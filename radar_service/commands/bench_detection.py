@@ -4,11 +4,11 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, processes
+from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import ScenarioError, load_scenario
-from radar_service.commands.shared_options import add_jobs
+from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
@@ -44,7 +44,7 @@ def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
     shown = partial(progress, unit="parts", name=lambda part: part.job.name)
-    with processes(options.jobs) as executor:
+    with executor_of(options) as executor:
         study = detection_study(scenario, options.scans, options.ranges, executor, shown, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")

@@ -4,13 +4,13 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed, processes
+from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.ladder.climb import REFERENCE, climb
 from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
 from radar_service.bench.scenario import ScenarioError
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.commands.shared_options import add_jobs
+from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
@@ -53,7 +53,7 @@ def _ladders(options: argparse.Namespace) -> int:
         raise UsageError("-o: name a folder for the report, or give --list")
     loaded = [load_ladder(name) for name in options.ladders or ladders()]
     trackers, shown = options.trackers or ["jpda"], partial(progress, unit="runs", name=lambda run: run.job.name)
-    with processes(options.jobs) as executor:
+    with executor_of(options) as executor:
         report = climb(loaded, options.seeds, trackers, options.out, executor, shown, plots=options.plots)
     write_ladders(report, options.out)
     print(f"{text_of(report)}{options.out / 'report.html'}")

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from radar_service.batch.jobs import JobsFailed, processes
+from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.bench import bench
 from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
 from radar_service.bench.junit import write_junit
@@ -17,7 +17,7 @@ from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario,
 from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.record import RADAR, record_scans
-from radar_service.commands.shared_options import add_jobs
+from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
@@ -76,7 +76,7 @@ def _bench(options: argparse.Namespace) -> int:
     loaded = load_scenarios(options.scenarios)
     seeds = SMOKE_RUNS if options.smoke else options.seeds
     print(_plan(seeds, options.smoke))
-    with processes(options.jobs) as executor:
+    with executor_of(options) as executor:
         report, runs = bench(
             loaded, seeds, options.tracker, options.out, executor, shown, plots=options.plots, smoke=options.smoke
         )

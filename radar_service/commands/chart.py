@@ -3,11 +3,12 @@
 import argparse
 from pathlib import Path
 
-from radar_service.commands.shared_options import add_scene
+from radar_service.batch.jobs import JobsFailed
+from radar_service.commands.shared_options import add_scene, add_scheduler, executor_of
 from radar_service.scene_file.load import load_scene
 from radar_service.study.chart import chart
 from radar_service.study.chart.summary import summary_text
-from radar_service.terminal.arguments import add_whole_number
+from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
 
 
@@ -16,13 +17,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for chart.svg, .png, .json and summary.txt")
     add_whole_number(parser, "--seed", 0, 0, 2**63 - 1, help="default 0")
+    add_scheduler(parser)
     parser.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status. Raises SceneError and OSError."""
+    """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError, and JobsFailed for a fault."""
     make_folder(options.out)
-    effort = chart.QUICK if options.quick else chart.FULL
-    data = chart.write_chart(chart.measure(load_scene(options.scene), options.seed, effort, progress=True), options.out)
+    effort, scene = chart.QUICK if options.quick else chart.FULL, load_scene(options.scene)
+    try:
+        with executor_of(options) as executor:
+            measured = chart.measure(scene, options.seed, effort, progress=True, executor=executor)
+    except JobsFailed as error:
+        if error.is_fault:
+            raise
+        raise UsageError(str(error)) from None
+    data = chart.write_chart(measured, options.out)
     print(summary_text(data["summary"]), end="")
     return 0

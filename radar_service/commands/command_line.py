@@ -22,7 +22,8 @@ COMMANDS = {
     "bench-ladder": "rank trackers by scenarios of growing difficulty",
     "plots": "extract plots, and tell by labels what each is of",
     "bench-detection": "compare detection by range with the radar equation",
-    "schema": "print the JSON Schema of a scene",
+    "sweep": "compute scenes, parameters and seeds into one Zarr store",
+    "schema": "print the JSON Schema of a scene, or of a sweep",
 }
 
 

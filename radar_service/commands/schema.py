@@ -1,4 +1,4 @@
-"""The command `schema`: prints the JSON Schema of a scene."""
+"""The command `schema`: prints the JSON Schema of a scene, or of a sweep."""
 
 import argparse
 import json
@@ -7,10 +7,16 @@ from radar_service.scene_file.describe import json_schema
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds nothing."""
+    """Adds what the schema is of."""
+    parser.add_argument("of", nargs="?", default="scene", choices=["scene", "sweep"], help="of which files (default scene)")
 
 
-def run(_: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Runs the command; returns the exit status."""
-    print(json.dumps(json_schema(), indent=2))
+    if options.of == "sweep":
+        from radar_service.sweep import spec  # here: it brings the bench, which a scene does not need
+
+        print(json.dumps(spec.json_schema(), indent=2))
+    else:
+        print(json.dumps(json_schema(), indent=2))
     return 0

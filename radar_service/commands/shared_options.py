@@ -1,13 +1,18 @@
 """Arguments that several commands share."""
 
 import argparse
+import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
 from radar_service.terminal.arguments import UsageError, add_whole_number, pace, thread_count, utc
+
+if TYPE_CHECKING:
+    from radar_service.batch.jobs import Executor
 
 DEFAULT_SCENE = "harbour"
 SCENE_HELP = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
@@ -48,9 +53,37 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Adds the number of processes."""
+    """Adds where jobs are done: processes of this machine, or a cluster; see `executor_of`."""
     jobs = max(1, (os.cpu_count() or 2) - 1)
-    add_whole_number(parser, "--jobs", jobs, 1, 256, metavar="N", help="processes at once (default: all cores but one)")
+    where = parser.add_mutually_exclusive_group()
+    add_whole_number(where, "--jobs", jobs, 1, 256, metavar="N", help="processes at once (default: all cores but one)")
+    add_scheduler(where)
+
+
+def add_scheduler(to: "argparse._ActionsContainer") -> None:
+    """Adds the scheduler of a cluster."""
+    to.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="of Dask, as tcp://host:8786: its workers do it (extra cluster; docs/scale.md)",
+    )
+
+
+@contextlib.contextmanager
+def executor_of(options: argparse.Namespace) -> Iterator["Executor | None"]:
+    """What does the jobs of a command: processes of this machine, or the workers of a scheduler; None for this process.
+
+    Raises UsageError and MissingExtra for a cluster that cannot be used.
+    """
+    from radar_service.batch.dask_cluster import cluster  # here: the service, whose options stand here too, starts without
+    from radar_service.batch.worker_processes import processes
+
+    if options.scheduler:
+        with cluster(options.scheduler) as workers:
+            yield workers.executor
+    else:
+        with processes(getattr(options, "jobs", 1)) as executor:
+            yield executor
 
 
 def check_sources(options: argparse.Namespace, *names: str) -> None:

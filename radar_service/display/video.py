@@ -7,6 +7,7 @@ spoke before (interference rejection) and the scan before (scan correlation).
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from radar_service.display.scan_correlation import excess_db
 from radar_service.numerics.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
+Number = TypeVar("Number", bound=np.floating | np.uint8)
 
 DB_PER_STEP = 0.25  # of u8: 255 steps span 64 dB, the contrast of a display, up to a near ship
 PFA = 1e-4  # false alarms per cell at gain 50: one or two per spoke, as on a well-adjusted display
@@ -23,6 +25,7 @@ MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
 STRETCH = 0.01  # of the display range: 3 pixels of a picture of 600
 REJECTION = 4.0  # times the power in the spoke before: at a beamwidth of three spokes and more an echo grows by less, but at
 # the skirts of the beam; noise before a pulse seldom lets it pass the threshold
+FEW_CELLS = 8  # of a bin, up to which a pass for each of them takes 0.2 to 0.4 of the time of `reduceat`
 RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, short against a shower
 
 
@@ -109,10 +112,20 @@ def layout(cells: int, first: float, step: float, bins: int | None = None, range
     return Layout(samples, samples if bins is None else min(bins, samples), first, step)
 
 
-def peaks(values: NDArray[np.floating], to: Layout) -> NDArray[np.floating]:
+def peaks(values: NDArray[Number], to: Layout) -> NDArray[Number]:
     """The maximum of the cells (K, N) in each bin (K, bins)."""
     samples = values[:, : to.samples]
-    return samples if to.bins == to.samples else np.maximum.reduceat(samples, to.starts, axis=1)
+    if to.bins == to.samples:
+        return samples
+    starts = to.starts
+    longest = -(-to.samples // to.bins)  # cells of a bin
+    if longest > FEW_CELLS:
+        return np.maximum.reduceat(samples, starts, axis=1)
+    lasts = np.append(starts[1:], to.samples) - 1
+    highest = samples[:, starts]
+    for later in range(1, longest):
+        np.maximum(highest, samples[:, np.minimum(starts + later, lasts)], out=highest)
+    return highest
 
 
 def strongest(field: Profiles, to: Layout) -> Profiles:

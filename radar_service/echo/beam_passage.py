@@ -10,9 +10,10 @@ Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to fir
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from dataclasses import replace
 from functools import partial
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,14 +21,14 @@ import numpy as np
 from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
+from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, sidelobe_envelope, stretches
+from radar_service.echo.passage_tables import PassageTable, joined
 from radar_service.echo.passage_traces import TraceRun, trace_runs
 from radar_service.echo.shadow_nodes import ShadowRates, telling_nodes
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.radar.parameters import Radar
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.predictions import NEAREST
 from radar_service.scattering.scatterer_set import ScattererSet
@@ -36,10 +37,10 @@ from radar_service.world.poses import BodyPoses
 from radar_service.world.scene import Scene
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
-GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
 TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
+MIN_TABLES = 16  # kept of passages
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 MAX_STEADY_ANGLE = (
@@ -85,7 +86,7 @@ class BeamPassages:
         self._own_speed = scene.own_ship.top_speed + mast_speed(scene)
         self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
         self._at_rest, self._moving = at_rest, set(line_of_sight.moving.keys.tolist())
-        self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
+        self._extent, self._envelope = extent, sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
@@ -96,6 +97,10 @@ class BeamPassages:
         self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
         self._aspect_traces: ResultCache[tuple[int, Hashable], Any] = ResultCache(2 * count)
         self._schedules: ResultCache[tuple[int, int, bytes], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
+        shown = ceil(count * min(2.0, 2.0 * extent / np.pi))  # bodies that the beam covers, and as many
+        self._tables: ResultCache[tuple[int, bytes, bytes], PassageTable | None] = ResultCache(
+            max(MIN_TABLES, shown), scene.revision
+        )
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._alone: ResultCache[int, BodyEchoes] = ResultCache(count)  # at rest, as no mover shades them
@@ -105,30 +110,47 @@ class BeamPassages:
     def __len__(self) -> int:
         return len(self._aspects)
 
-    def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
-        """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
+    def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> list[ObservedEchoes]:
+        """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths."""
         if not self._aspects:
-            return None
+            return []
         spoke = self._scene.radar.spokes_at(azimuths.time)
-        parts, fades = [], []
+        single, shared = list[ObservedEchoes](), list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self._key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
-            if not present[n]:
-                continue
-            for node, fade in self._weighted_nodes(n, crossing, spoke, azimuths.middle):
-                parts.append(self._node(n, crossing, node, azimuths.middle))
-                fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
-        if not parts:
-            return None
-        echoes = BodyEchoes.joined([part.echoes for part in parts])
-        return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
+            for part in self.parts(n, crossing, azimuths.middle) if present[n] else ():
+                weights = part.weights(spoke)
+                if not weights.any():
+                    continue
+                if table := self._table(n, part.nodes, azimuths.middle):
+                    shared.append(table.observed(weights))
+                    continue
+                for node, fade in zip(part.nodes.tolist(), weights, strict=True):
+                    if fade.any():
+                        observed = self._node(n, crossing, node, azimuths.middle)
+                        single.append(replace(observed, fade=np.broadcast_to(fade, (len(observed.echoes), len(spoke)))))
+        return joined(single) + joined(shared)
 
-    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats, time: float) -> Iterator[tuple[int, Singles]]:
-        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,); time: as of `_node`."""
-        for part in self.parts(n, crossing, time):
-            for node, fade in zip(part.nodes.tolist(), part.weights(spoke), strict=True):
-                if fade.any():
-                    yield node, fade
+    def _table(self, n: int, nodes: Indices, time: float) -> PassageTable | None:
+        """The echoes of body n at two nodes or more, where its model has them at once; None elsewhere. time: as of `_node`."""
+        if len(nodes) < 2 or self._at_rest:
+            return None
+        key = n, nodes.tobytes(), self._line_of_sight.presences.state(time)
+        return self._tables.get(key, lambda: self._computed_table(n, nodes, time))
+
+    def _computed_table(self, n: int, nodes: Indices, time: float) -> PassageTable | None:
+        model, local, body = self._aspects[n]
+        times, middle = self._scene.radar.time_of_spokes(nodes.astype(np.float64)), int(nodes[len(nodes) // 2])
+        _, instant = self._observed(middle, time)
+        result = model.passage_echoes(local, self._scene.antenna(times), times, instant)
+        if result is None:
+            return None
+        echoes, amplitude = result
+        return PassageTable.of(echoes, amplitude, body, self._placed(n, echoes, instant.time))
+
+    def _placed(self, n: int, echoes: BodyEchoes, time: float) -> Floats:
+        """Positions (M, 3) of echoes of body n on the map at `time` [s]."""
+        return self._poses.at(np.array([time]), np.array([n])).map_from_bodies(0, echoes.position, np.full(len(echoes), n))
 
     def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
@@ -293,7 +315,7 @@ class BeamPassages:
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
             shaded = bool(casters) and self._bodies[n].motion.sway is None and len(nodes) > 1
-            if shaded:
+            if shaded and self._table(n, nodes, time) is None:
                 unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
             parts.append(Part(first, last, nodes, shaded))
@@ -350,13 +372,14 @@ class BeamPassages:
         elif self._is_steady(n, spoke):
             echoes = model.body_echoes(local, antenna, instant, lambda: self._aspect_trace(n, antenna, instant))
         else:
-            echoes = model.body_echoes(local, antenna, instant)
+            at_once = (
+                None if self._at_rest else model.passage_echoes(local, antenna[None], np.array([instant.time]), instant)
+            )
+            echoes = model.body_echoes(local, antenna, instant) if at_once is None else at_once[0]
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
-        poses = self._poses.at(np.array([instant.time]), np.array([n]))
-        position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
-        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
+        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), self._placed(n, echoes, instant.time))
 
     def _bearings(self, time: float, some: Indices | None = None) -> tuple[Floats, Floats]:
         """Bearings (M,) [rad] and ground distances (M,) [m] of the middles of some bodies (M,), None: of all."""
@@ -370,10 +393,3 @@ def _aside(radius: Floats, distance: Floats) -> Floats:
     """Half the angles that bodies of some radii fill at ground distances (N,) [rad]; all round for an antenna near one."""
     angle = np.arcsin(np.minimum(1.0, radius / np.maximum(distance, NEAREST)))
     return np.where(distance <= radius + NEAREST, np.pi, angle)
-
-
-def _sidelobe_envelope(radar: Radar) -> Floats:
-    """The highest one-way gain from each offset on, evenly from 0 to half a circle."""
-    count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
-    gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
-    return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])

@@ -8,8 +8,9 @@ import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.frames import Polar, polar_from_map
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BodyEchoes
 from radar_service.world.poses import PoseArrays
 
@@ -20,12 +21,12 @@ class ObservedEchoes:
 
     echoes: in the bodies' own frames.
     position: (M, 3) on the map [m]; of bodies at rest it holds at any time.
-    fade: (M, K) weight of each echo at each azimuth of a block; None: 1.
+    fade: (M, K) weight of each echo at each azimuth of a block, complex where its phase changes too; None: 1.
     """
 
     echoes: BodyEchoes
     position: Floats
-    fade: Singles | None = None
+    fade: Singles | Profiles | None = None
 
 
 class BlockGeometry(NamedTuple):
@@ -50,6 +51,8 @@ class BlockGeometry(NamedTuple):
 
     def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
+        if compiled := kernels():
+            return self._compiled_positions(compiled, observed, which, list(instants))
         position, body = observed.position.T.take(which, axis=1), observed.echoes.body[which]  # coordinates are contiguous
         moving = np.flatnonzero(self.moves[body])
         points, mover = observed.echoes.position.take(which[moving], axis=0), body[moving]
@@ -60,6 +63,25 @@ class BlockGeometry(NamedTuple):
                 moved = self.poses.map_from_bodies(n, points, mover)
                 positions[-1][moving] = moved - self.antenna[n]
         return positions
+
+    def _compiled_positions(
+        self, compiled: Kernels, observed: ObservedEchoes, which: Indices, instants: list[int]
+    ) -> list[Floats]:
+        """Runs the kernel that does what `positions` does."""
+        poses, count, body = self.poses, len(self.moves), observed.echoes.body
+        some = np.flatnonzero(np.bincount(body[which], minlength=count))  # headings of others are undefined
+        turn, leans = np.zeros((2, len(instants), count)), np.full(count, -1)
+        heading = poses.heading[instants][:, some]
+        turn[0][:, some], turn[1][:, some] = np.cos(heading), np.sin(heading)
+        leans[list(poses.rotation)] = np.arange(len(poses.rotation))
+        matrices = [rotation[instants] for rotation in poses.rotation.values()]
+        lean = np.stack(matrices, axis=1) if matrices else np.zeros((len(instants), 0, 3, 3))
+        result = np.empty((len(instants), 3, len(which)))
+        taken = (which, observed.position, observed.echoes.position, body, self.moves, leans, poses.position[instants])
+        taken += (*turn, lean, self.antenna[instants])
+        sizes = len(which), len(instants), count, len(matrices)
+        compiled.run("echo_positions", *sizes, *map(np.ascontiguousarray, taken), result)
+        return [position.T for position in result]
 
 
 @dataclass(frozen=True)

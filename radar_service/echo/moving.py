@@ -91,9 +91,7 @@ class MovingEchoes:
         if not self._at_rest:
             snapshot, around = self._around(azimuths, middle, half)
             observed_echoes += [(snapshot, around)] if len(around) else []
-        passing = self.passing(azimuths)
-        if passing is not None:
-            observed_echoes.append((passing, np.arange(len(passing.echoes))))
+        observed_echoes += [(passing, np.arange(len(passing.echoes))) for passing in self.passing(azimuths)]
         return self._weighted(azimuths, observed_echoes)
 
     def of_resting(self, azimuths: AzimuthTimes, observed: ObservedEchoes) -> BeamWeightedEchoes:
@@ -124,7 +122,7 @@ class MovingEchoes:
         few = len(around) <= FEW_ECHOES and snapshot.nearest > FAR_STEPS * self.visibility.step
         return len(azimuths.time) if few and not self.passages.passing(azimuths.middle, middle, half) else usual
 
-    def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
+    def passing(self, azimuths: AzimuthTimes) -> list[ObservedEchoes]:
         """Echoes of bodies by aspect that the beam passes at these azimuths."""
         return self.passages.echoes(azimuths, *self._sector(azimuths))
 
@@ -170,8 +168,8 @@ class MovingEchoes:
         exact_gain = self._exact_history(history, sea, observed, which, exact, part, block) if len(exact) else None
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
         self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
-        if observed.fade is not None:
-            weight *= observed.fade[which]
+        if observed.fade is not None and observed.fade.dtype == weight.dtype:
+            weight *= observed.fade[which].real
         if block.level is not None:
             relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
@@ -184,6 +182,8 @@ class MovingEchoes:
         if sea is not None:
             distance = sea.add_excess(distance, history.range_migration)
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
+        if observed.fade is not None and observed.fade.dtype == amplitude.dtype:
+            amplitude *= observed.fade[which]
         if sea is not None:
             sea.apply(amplitude)
         body = self.visibility.scatterers.key[observed.echoes.body[which]]
@@ -233,14 +233,9 @@ class MovingEchoes:
     def _beam_weight(self, history: RangeHistory, azimuth: Floats, azimuths: AzimuthTimes) -> Singles:
         """Beam weights (E, K) by the change of range loss since the middle, where echoes are at `azimuth` (E,) [rad]."""
         middle = azimuths.boresight[len(azimuths.boresight) // 2]
-        offset = (azimuths.boresight - middle).astype(np.float32) - history.azimuth_change
-        offset += wrap_angle(middle - azimuth).astype(np.float32)[:, None]
-        weight = self._beam(offset)
-        nearest = np.maximum(history.range, self._scene.radar.range_min)
-        relative = history.range_migration * (1.0 / nearest).astype(np.float32)[:, None]
-        relative += np.float32(1.0)
-        weight /= np.square(relative, out=relative)
-        return weight
+        boresight, before = (azimuths.boresight - middle).astype(np.float32), wrap_angle(middle - azimuth).astype(np.float32)
+        nearness = (1.0 / np.maximum(history.range, self._scene.radar.range_min)).astype(np.float32)
+        return self._beam.weights(boresight, before, history.azimuth_change, nearness, history.range_migration)
 
     def _elevation_change(self, elevations: list[Floats], over: Parabola) -> Singles:
         """Elevation gain (E, K) over that at the middle, by elevations (E,) at the three nodes [rad]; 1 about nulls."""

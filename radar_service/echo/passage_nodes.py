@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.radar.parameters import Radar
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
 CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %
@@ -18,6 +19,7 @@ EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 CUBIC = 4  # nodes, between which fields are interpolated by cubics
 SAMPLES = 17  # offsets on each side of a crossing at which rates are taken
+GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 GAIN_SAMPLES = 1056  # of a part, at which the gain is taken
 
 
@@ -35,6 +37,11 @@ class Part(NamedTuple):
         within = (spoke > self.first - 0.5) & (spoke <= self.last + 0.5)
         if len(self.nodes) == 1:
             return within[None].astype(np.float32)
+        before, after = spoke.max() <= self.nodes[0], spoke.min() >= self.nodes[-1]
+        if before or after:  # as of `node_weights`, which takes longer
+            weights = np.zeros((len(self.nodes), len(spoke)), dtype=np.float32)
+            weights[0 if before else -1] = within
+            return weights
         return node_weights(self.nodes, spoke) * within
 
 
@@ -161,3 +168,10 @@ def node_weights(nodes: Indices, spoke: Floats) -> Singles:
         apart = np.prod(nodes[near[k]] - nodes[near[others]], axis=0)
         weight[near[k], np.arange(len(spoke))] = np.prod(gap[others], axis=0) / apart
     return weight
+
+
+def sidelobe_envelope(radar: Radar) -> Floats:
+    """The highest one-way gain from each offset on, evenly from 0 to half a circle."""
+    count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
+    gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
+    return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])

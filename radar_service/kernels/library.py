@@ -36,6 +36,8 @@ PROTOTYPES = {
     "stand_before": "nnnffffrrfb",
     "cast_lit": "nnfffb",
     "cast_cuts": "nnnnfffffffib",
+    "shadow_planes": "nfffff",
+    "silhouettes": "nfff",
     "leg_rays": "nnffrrfrfffffffb",
     "leg_lengths": "nnffrrfrf",
     "leg_weights": "nffrrfrf",
@@ -58,6 +60,9 @@ PROTOTYPES = {
     "surface_points": "nnfiffffi",
     "strata": "nnnfffriifff",
     "spread_points": "nnnnnififcs",
+    "convex_fields": "nnnnnnnnnnrrrr" + "fiiffb" + "ifif" + "ffff" + "ifff" + "iiff" + "ci",
+    "echo_positions": "nnnniffibifffff" + "f",
+    "beam_weights": "nnnrsssssss",
     "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {

@@ -1,22 +1,9 @@
 /* Which hulls of points may stand before a body in the antenna's picture: scattering/physical_optics/picture.py, cast_shadows.py. */
 
 #include "geometry.h"
+#include "shadows.h"
 
-static const double NEAREST = 1e-3, AROUND = 1.5, ROUNDING = 1e-9, PI = 3.141592653589793; /* of picture.py; PI of numpy */
-enum { SIZES = 6 }; /* of a window: as of `Windows` */
-
-typedef struct {
-    double middle, half, low, high, nearest, farthest;
-} Window;
-
-/* The virtual height of a point at a distance along the earth: `Picture.height`. */
-static double virtual_height(double distance, double height, double antenna_height, double earth_radius, int by_sea) {
-    if (!by_sea) return height - antenna_height - distance * distance / (2.0 * earth_radius);
-    distance = larger(distance, NEAREST);
-    double reflection = reflection_distance(distance, larger(height, 0.0), antenna_height, earth_radius);
-    reflection = larger(reflection, NEAREST * NEAREST);
-    return -distance * (antenna_height / reflection + reflection / (2.0 * earth_radius));
-}
+static const double AROUND = 1.5, ROUNDING = 1e-9, PI = 3.141592653589793; /* of picture.py; PI of numpy */
 
 /* The lowest and the highest slope between heights: `_slopes`. */
 static void slopes(Window *window, double bottom, double top, double antenna_height, double earth_radius, int by_sea) {
@@ -101,11 +88,20 @@ KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const 
             slopes(&seen, bottom, top, antenna[2], earth_radius, by_sea);
             wide = widened(seen, moved);
             for (int64_t leg = by_sea; leg < legs; leg++) {
-                const double *at = own + SIZES * leg;
+                const double *at = own + WINDOW_SIZES * leg;
                 Window other = {at[0], at[1], at[2], at[3], at[4], at[5]};
                 stand[i] |= (uint8_t)overlap(&wide, &other);
             }
         }
     }
     return count;
+}
+
+/* The window of the hull of points (P, 3) on the map, P = corners of up to 8, in the picture of a leg: `Windows.of`. */
+Window window_of(const double *points, int64_t corners, const double *antenna, double earth_radius, int by_sea) {
+    static const double matrix[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, position[3] = {0.0, 0.0, 0.0};
+    double bottom, top;
+    Window window = plan_window(points, corners, matrix, position, antenna, &bottom, &top);
+    slopes(&window, bottom, top, antenna[2], earth_radius, by_sea);
+    return window;
 }

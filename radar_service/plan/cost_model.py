@@ -63,7 +63,7 @@ def first_visibility_update(prepared: Prepared) -> int:
     first = tile_azimuths(prepared, 0, 0)
     passing = prepared.moving.passing(first)
     land = 0 if prepared.land is None else prepared.land.echoes_about(first)
-    return len(_visibility_update(prepared, 0)) + (0 if passing is None else len(passing.echoes)) + land
+    return len(_visibility_update(prepared, 0)) + sum(len(observed.echoes) for observed in passing) + land
 
 
 def engine_statistics(set_up: SetUp) -> EngineStatistics:

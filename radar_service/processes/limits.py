@@ -155,6 +155,14 @@ def used_processor_time() -> float:
     return used.ru_utime + used.ru_stime
 
 
+def peak_memory() -> int:
+    """Returns the most memory that this process has had at a time [bytes]; 0 where the system does not tell."""
+    if sys.platform == "win32":
+        return 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
 def limit_processor_time(seconds: float) -> None:
     """Lets this process use so much more processor time [s], to the next whole second; then SIGXCPU ends it."""
     if sys.platform != "win32":

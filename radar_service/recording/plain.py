@@ -1,4 +1,4 @@
-"""Frozen records of a radar and a fidelity as plain data for JSON, and back, exact to the bit.
+"""Frozen records of a radar, a fidelity and currents as plain data for JSON, and back, exact to the bit.
 
 A record becomes a mapping with its class under `type`, by a name that stays where its module moves; a number that JSON does not
 have becomes its text. Lists come back as tuples, as these records have no lists.
@@ -12,7 +12,8 @@ from typing import Any
 
 from radar_service.recording.error import RecordingError
 
-HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # as files name them, of the classes that are made again
+# As files name them, of the classes that are made again.
+HOMES = ("radar_service.radar.", "radar_service.fidelity.", "radar_service.world.currents.")
 MOVED = {"radar_service.fidelity": "radar_service.records.fidelity"}  # where a module is that files name as it was
 
 
@@ -31,7 +32,7 @@ def plain(value: Any) -> Any:
 
 
 def restored(value: Any) -> Any:
-    """Returns what `plain` was given. Raises RecordingError for a class that is no record of a radar or a fidelity."""
+    """Returns what `plain` was given. Raises RecordingError for a class that is no record of a radar, a fidelity or a current."""
     if isinstance(value, list):
         return tuple(restored(item) for item in value)
     if not isinstance(value, Mapping):

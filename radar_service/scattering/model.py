@@ -227,6 +227,14 @@ class AspectModel(ScatteringModel, Protocol):
         """
         ...
 
+    def passage_echoes(
+        self, b: int, antenna: Floats, times: Floats, instant: Instant
+    ) -> "tuple[BodyEchoes, Complexes] | None":
+        """Echoes (M,) of body b alone at times (S,) [s], for antennas (S, 3) [m], and their amplitudes (M, S) there; those of the
+        echoes are undefined. None where they are computed instant by instant, as `body_echoes` has them. instant: one of
+        them."""
+        ...
+
     def trace_step(self, b: int) -> float:
         """By which body b may have turned, as of `turned`, since it was traced for `body_echoes` [rad]; 0: it is traced anew."""
         ...

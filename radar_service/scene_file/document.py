@@ -38,7 +38,7 @@ def model_and_folder(scene_input: SceneInput, folder: Path | None) -> tuple[Scen
             f"scene: a {type(scene_input).__name__} is not a scene; give the path of a .toml or .json file, or a mapping"
         )
     path = scene_path(scene_input)
-    return validated(_parse(path)), Path(folder) if folder is not None else path.parent
+    return validated(scene_content(path)), Path(folder) if folder is not None else path.parent
 
 
 def validated(data: Mapping[str, Any]) -> SceneModel:
@@ -96,7 +96,8 @@ def _packaged_path(name: str) -> Path | None:
     return packaged_folder("scenes") / (bare if bare.endswith((".toml", ".json")) else f"{bare}.toml")
 
 
-def _parse(path: Path) -> Mapping[str, Any]:
+def scene_content(path: Path) -> Mapping[str, Any]:
+    """Returns what a scene file holds, not validated. Raises SceneError for a file that is no TOML or JSON."""
     location = _printable(path)
     kind = path.suffix.lower()
     if kind not in (".toml", ".json"):

@@ -19,8 +19,8 @@ from radar_service.scene_file.convert import (
     environment_from_model,
     interferer_from_model,
     radar_from_model,
-    stream_from_model,
 )
+from radar_service.scene_file.currents import currents_from_models
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
@@ -34,7 +34,9 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models
 from radar_service.scene_file.validation_messages import error_from_problems
+from radar_service.world.ais import Ais
 from radar_service.world.body import Body
+from radar_service.world.currents import NO_CURRENTS
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.geo import Origin
@@ -65,7 +67,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     bodies = [body for k in range(len(model.body)) if (body := loader.body(k)) is not None]
     if loader.problems:
         raise error_from_problems(loader.problems)
-    first, *_ = radars = loader.installations()
+    first, *_ = radars = loader.installations(ais_from_models(model, bodies))
     world = World(model.name, loader.origin, first.environment, tuple(bodies))
     loader.warnings.extend(mesh_warnings(loader.bodies.findings))
     if loader.origin is not None:
@@ -82,7 +84,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(
         world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
-        ais_from_models(model, bodies), model.own_ship.gnss_offset_m,
+        first.ais, first.gnss_offset,
     )  # fmt: skip
 
 
@@ -98,22 +100,28 @@ class _Loader:
             self.origin = (model.origin.latitude_deg, model.origin.longitude_deg)
         self.entries = radar_entries(model.radar)
         self.radars = [radar_from_model(entry.model) for entry in self.entries]
-        self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
-        self.stream = stream_from_model(model.environment)
+        make_currents = partial(currents_from_models, model.environment, model.current, self.origin)
+        self.currents = self._collected(make_currents) or NO_CURRENTS
+        make_environment = partial(environment_from_model, model.environment, currents=self.currents)
+        self.environments = [self._collected(partial(make_environment, radar)) for radar in self.radars]
         self.seaway = self._collected(partial(builder_from_model, model.environment))
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream, self.seaway)
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.currents, self.seaway)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
 
-    def installations(self) -> list[Installation]:
-        """Returns the radars of a scene without problems."""
+    def installations(self, ais: Ais) -> list[Installation]:
+        """Returns the radars of a scene without problems. ais: all its transponders."""
         parts = zip(self.entries, self.radars, self.platforms, self.environments, strict=True)
         return [
-            Installation(e.id, radar, carrier, around, self._errors(e), has_sensors(e))
+            Installation(
+                e.id, radar, carrier, around, self._errors(e), has_sensors(e),
+                ais if self._is_own_ship(e) else ais.of_bodies,
+                self.model.own_ship.gnss_offset_m if self._is_own_ship(e) else (0.0, 0.0),
+            )
             for e, radar, carrier, around in parts
             if carrier and around
-        ]
+        ]  # fmt: skip
 
     def body(self, k: int) -> Body | None:
         """Returns body k, or None after collecting its problems."""
@@ -132,7 +140,7 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream)
+        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.currents)
         if self.seaway is not None and self.seaway.moves(own_ship, is_vessel=True):
             hull = own_ship.hull or HullModel()
             motion = self.seaway.moved(
@@ -151,10 +159,15 @@ class _Loader:
         own_ship = self.model.own_ship
         body = own_ship.body if entry.platform is None else entry.platform.body
         of_platform = [entry.errors for entry in self.model.body if entry.name == body]
-        if entry.platform is None or (body is not None and body == own_ship.body):
+        if self._is_own_ship(entry):
             of_platform.append(own_ship.errors)
         models = (self.model.errors, *of_platform, entry.model.errors)
         return settings_from_models(*models, has_sensors=has_sensors(entry))
+
+    def _is_own_ship(self, entry: RadarEntry) -> bool:
+        """Whether own ship carries a radar."""
+        body = None if entry.platform is None else entry.platform.body
+        return entry.platform is None or (body is not None and body == self.model.own_ship.body)
 
     def _carrier(self, name: str) -> Platform:
         """Returns the body of that name as a platform."""

@@ -8,11 +8,12 @@ import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 from typing_extensions import override
 
-from radar_service.display.video import Controls, Layout
+from radar_service.display.video import Bytes, Controls, Layout, display_video, peaks
 from radar_service.numerics.types import Singles
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.scene_request import SceneRequest, cell_layout
@@ -81,6 +82,16 @@ class SpokeBatch:
 
     def __len__(self) -> int:
         return len(self.block)
+
+    @cached_property
+    def _cells(self) -> Bytes:
+        """The video of each shown cell, once for all views."""
+        to, noise_power = self.epoch.layout(None), self.epoch.info.noise_power
+        return display_video(self.block.power, to, self.video, noise_power, self.before, self.earlier)
+
+    def video_bytes(self, to: Layout) -> Bytes:
+        """Returns the video of the display (K, bins), as `display_video`: the highest byte is that of the highest level."""
+        return peaks(self._cells, to)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics.frames import Polar, distances_from_map
+from radar_service.numerics.frames import Polar, distances_from_map, map_from_deck
 from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
@@ -176,6 +176,16 @@ class OcclusionScene:
         """The triangles of bodies with meshes and their poses at `time` [s], present or not."""
         poses = {key: pose for _, pose, key in self.moving.chosen(bodies, time)}
         return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
+
+    def motion_of(self, body: int, time: Floats) -> tuple[TriangleClusters, Floats, Floats]:
+        """The triangles of a body with a mesh; its positions (K, 3) [m] and rotations (K, 3, 3) map_from_body at times (K,)."""
+        pose = self._bodies[body].motion.pose(time)
+        turn = map_from_deck(pose.heading, *np.zeros((2, len(time)))) if pose.rotation is None else pose.rotation
+        return self._triangles.of(body), pose.position, turn
+
+    def moved_within(self, body: int, time: float, span: float) -> float:
+        """`Body.moved_within` of a body."""
+        return self._bodies[body].moved_within(time, span)
 
     def own_occluder(self, body: int, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
         """`occluder_of` a body, and its pose at `time` [s]."""

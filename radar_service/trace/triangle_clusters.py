@@ -26,6 +26,14 @@ class TriangleClusters:
         around = _enclosing(*self._groups, max(1, self._groups.low.shape[1]))
         self.box: Floats = _box_corners(around, np.zeros(1, dtype=np.int64))[0]  # corners (8, 3) of the box around all
 
+    def __len__(self) -> int:
+        return len(self._faces)
+
+    @property
+    def corners(self) -> Floats:
+        """All of them (T, 3, 3) [m]."""
+        return np.asarray(self._vertices[self._faces])
+
     def chosen(self, concerns: Test) -> Floats:
         """The triangles (T, 3, 3) [m] that pass a test. The hull of any set must pass it that has one in it that does."""
         group = np.arange(self._groups.low.shape[1])

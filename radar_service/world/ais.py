@@ -58,3 +58,8 @@ class Ais:
 
     ships: tuple[AisShip, ...] = ()
     settings: AisSettings = AisSettings()
+
+    @property
+    def of_bodies(self) -> "Ais":
+        """The same without own ship that is no body."""
+        return Ais(tuple(ship for ship in self.ships if ship.body is not None), self.settings)

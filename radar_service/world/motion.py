@@ -9,7 +9,8 @@ import numpy as np
 
 from radar_service.numerics.frames import wrap_bearing
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
+from radar_service.world.currents import CurrentArea, Currents
+from radar_service.world.stream import NO_STREAM, Stream, crab_angle, drift_rate, turn_factor
 from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
 from radar_service.world.waypoint_arcs import move_along_arc
 
@@ -51,6 +52,7 @@ class Motion:
     fixed: whether the heading stays constant on arcs.
     sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
     stream: for which the heading on arcs allows, east and north [m/s]; `heading` itself does so on straight segments.
+    areas: with streams of their own. With any, `heading` allows for no stream: `pose` adds the crab angle where she is.
     """
 
     time: Floats
@@ -63,6 +65,7 @@ class Motion:
     fixed: bool = False
     sway: SwayLaw | None = None
     stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.scene_hash
+    areas: tuple[CurrentArea, ...] = field(default=(), metadata={"added": 1})
 
     def __post_init__(self) -> None:
         assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
@@ -76,7 +79,7 @@ class Motion:
     @cached_property
     def is_straight(self) -> bool:
         """Whether it goes straight at one heading from its only knot on."""
-        return len(self.time) == 1 and self.sway is None and not self.final_turn
+        return len(self.time) == 1 and self.sway is None and not self.final_turn and not self.areas
 
     def is_even(self, time: Floats) -> bool:
         """Whether it certainly rests, or goes straight at one speed, throughout times (K,) [s]."""
@@ -183,16 +186,23 @@ class Motion:
             course, speed, rate = self.arcs[segment[curved]].T
             displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
             heading = heading if self.fixed else heading + self.arcs[segment, 2] * elapsed
-            if any(self.stream) and not self.fixed:
+            if any(self.stream) and not self.fixed and not self.areas:
                 heading[curved] += crab_angle(velocity[curved], self.stream)
-        return self.position[segment] + displacement, velocity, heading
+        position = self.position[segment] + displacement
+        if self.areas:
+            moves = np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0
+            latest = np.where(moves[:, None], velocity, self.latest_velocity[segment])
+            heading = heading + crab_angle(latest, self._currents.at(position))
+        return position, velocity, heading
 
     def _upright_turn_rate(self, t: Floats) -> Floats:
         """The rate (K,) [rad/s] at which the heading turns to starboard without sway at each time (K,) [s]."""
         since = t if self.period is None else t % self.period
         segment = np.searchsorted(self.time[1:], since, side="right")
         rate = self._segment_turn[segment] if self.turning else np.zeros(len(t))
-        if self.arcs is not None and not self.fixed:
+        if self.areas:
+            rate = rate + self._rate_in_areas(segment, t)
+        elif self.arcs is not None and not self.fixed:
             rate = rate + self.arcs[segment, 2] * self._turn_factor(segment, since)
         return np.where(since < self.time[0], 0.0, rate)
 
@@ -203,6 +213,40 @@ class Motion:
         course, speed, rate = self.arcs[segment].T
         now = course + rate * np.maximum(t - self.time[segment], 0.0)
         return turn_factor(np.stack([speed * np.sin(now), speed * np.cos(now)], axis=-1), self.stream)
+
+    def _rate_in_areas(self, segment: Indices, t: Floats) -> Floats:
+        """The rate (K,) [rad/s] at which the course through the water turns, on segments (K,) at times (K,) [s]."""
+        position, velocity, _ = self._upright(t)
+        stream = self._currents.at(position)
+        turn = np.zeros(len(t)) if self.arcs is None else self.arcs[segment, 2] * turn_factor(velocity, stream)
+        return turn + drift_rate(velocity, stream, self._currents.change(position, velocity))
+
+    @cached_property
+    def _currents(self) -> Currents:
+        """The streams for which the heading allows."""
+        return Currents(self.stream, self.areas)
+
+    @cached_property
+    def curved(self) -> Flags:
+        """Which segments (M,) are arcs along which it moves."""
+        if self.arcs is None:
+            return np.zeros(len(self.time), dtype=np.bool_)
+        return np.asarray((self.arcs[:, 2] != 0.0) & (self.arcs[:, 1] > 0.0))
+
+    @cached_property
+    def latest_velocity(self) -> Floats:
+        """Velocity (M, 3) [m/s] at the end of each segment; where it stands, of the last one that moves; or 0."""
+        velocity = self.segment_velocity
+        if self.arcs is not None:
+            course, speed, rate = self.arcs.T
+            last = course + rate * np.append(np.diff(self.time), 0.0)
+            at_end = np.stack([speed * np.sin(last), speed * np.cos(last), 0.0 * speed], axis=1)
+            velocity = np.where(self.curved[:, None], at_end, velocity)
+        moves = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0)
+        if not len(moves):
+            return np.zeros_like(velocity)
+        latest = np.searchsorted(moves, np.arange(len(velocity)), side="right") - 1
+        return np.where((latest < 0)[:, None], 0.0, velocity[moves[np.maximum(latest, 0)]])
 
     @cached_property
     def segment_velocity(self) -> Floats:
@@ -230,27 +274,17 @@ class Motion:
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
 
 
-def in_stream(motion: Motion, stream: Stream, keeps_heading: bool) -> Motion:
-    """Returns a motion over ground whose heading allows for a stream: that through the water takes the place of the course.
+def in_stream(motion: Motion, currents: Currents, keeps_heading: bool) -> Motion:
+    """Returns a motion over ground whose heading allows for streams: that through the water takes the place of the course.
 
     keeps_heading: it was given, and stays. A body that stands keeps the heading with which it came to rest.
     """
-    if not any(stream) or keeps_heading or motion.turning:
+    if not currents or keeps_heading or motion.turning:
         return motion
-    velocity, begin = motion.segment_velocity, np.zeros(len(motion.time), dtype=np.bool_)
-    if motion.arcs is not None:
-        course, speed, rate = motion.arcs.T
-        begin = (rate != 0.0) & (speed > 0.0)
-        last = course + rate * np.append(np.diff(motion.time), 0.0)  # courses at the ends of arcs
-        velocity = np.where(
-            begin[:, None], np.stack([speed * np.sin(last), speed * np.cos(last), 0.0 * speed], axis=1), velocity
-        )
-    angle = crab_angle(velocity, stream)
-    moves = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0)
-    if len(moves):
-        latest = np.searchsorted(moves, np.arange(len(angle)), side="right") - 1
-        angle = np.where(latest < 0, 0.0, angle[moves[np.maximum(latest, 0)]])
-    return replace(motion, heading=motion.heading + np.where(begin, 0.0, angle), stream=stream)
+    if currents.areas:
+        return motion if motion.at_rest else replace(motion, stream=currents.everywhere, areas=currents.areas)
+    angle = np.where(motion.curved, 0.0, crab_angle(motion.latest_velocity, currents.everywhere))
+    return replace(motion, heading=motion.heading + angle, stream=currents.everywhere)
 
 
 def segment_headings(position: Floats, heading_deg: float | None) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
+from radar_service.world.ais import Ais
 from radar_service.world.environment import Environment
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
@@ -61,6 +62,8 @@ class Installation:
     environment: of the scene, with the attenuation at the radar's frequency.
     errors: on purpose, of the radar and of its platform; None without any.
     has_sensors: whether the platform has gyro, log and position sensor: a fixed site has none.
+    ais: the transponders around it, and that of its platform: own ship that is no body is in the world of her own radars alone.
+    gnss_offset: of the platform's antenna of satellite navigation, starboard and forward of its position [m].
     """
 
     id: str
@@ -69,3 +72,5 @@ class Installation:
     environment: Environment
     errors: ErrorSettings | None
     has_sensors: bool
+    ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)

@@ -166,6 +166,8 @@ class Scene:
             platform=installation.platform,
             radar_id=installation.id,
             errors=installation.errors,
+            ais=installation.ais,
+            gnss_offset=installation.gnss_offset,
         )
 
     def with_world(self, **changes: Any) -> "Scene":

@@ -1,15 +1,18 @@
 """Many jobs: their order, their failures, and where they are done."""
 
+import contextlib
 import os
 import threading
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from radar_service.batch.jobs import GIVE_UP, Job, JobsFailed, Outcome, ResultFolder, processes, run
+import radar_service.batch.jobs as jobs_module
+from radar_service.batch.jobs import GIVE_UP, Job, JobLost, JobsFailed, Outcome, ResultFolder, outcomes, run
+from radar_service.batch.worker_processes import processes
 from radar_service.numerics.parallel import BLAS_LIMIT
 
 
@@ -21,12 +24,6 @@ def squared(number: int) -> dict[str, int]:
     if number < 0:
         raise ValueError(f"{number} is negative")
     return {"square": number**2}
-
-
-def died(number: int) -> int:
-    if number == 0:
-        os._exit(1)
-    return number
 
 
 def test_results_come_in_the_order_of_the_jobs_wherever_they_are_done() -> None:
@@ -100,9 +97,37 @@ def test_where_nothing_works_the_rest_is_not_tried(elsewhere: bool) -> None:
     assert tried in (list(range(GIVE_UP)), list(range(GIVE_UP + 1)))
 
 
-def test_a_process_that_dies_fails_its_jobs_and_hangs_nothing() -> None:
-    with processes(2) as executor, pytest.raises(JobsFailed, match="terminated abruptly"):
-        run(died, jobs(0, 1), executor)
+def test_those_who_give_up_never_try_everything() -> None:
+    assert sum(outcome.error is not None for outcome in outcomes(squared, jobs(*range(-50, 0)), give_up=None)) == 50
+
+
+class Dropping:
+    """An executor that cancels what it is given."""
+
+    def submit(self, function: Any, /, *arguments: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        future.cancel()
+        return future
+
+
+def test_a_job_that_an_executor_drops_is_told_from_one_that_fails() -> None:
+    (outcome,) = outcomes(squared, jobs(1), Dropping())
+    assert isinstance(outcome.error, JobLost) and "dropped" in str(outcome.error)
+
+
+def test_an_executor_has_a_bounded_number_of_jobs_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep may have a million."""
+    monkeypatch.setattr(jobs_module, "IN_FLIGHT", 3)
+    given = list[int]()
+
+    class Counting(ThreadPoolExecutor):
+        def submit(self, function: Any, /, *arguments: Any, **more: Any) -> "Future[Any]":
+            given.append(arguments[1])
+            return super().submit(function, *arguments, **more)
+
+    with Counting(1) as threads, contextlib.closing(outcomes(squared, iter(jobs(*range(9))), threads)) as some:
+        assert [next(some).result["square"], given] == [0, [0, 1, 2]]
+        assert len({next(some).result["square"] for _ in range(4)}) == 4 and given == [0, 1, 2, 3, 4, 5, 6]
 
 
 def test_kept_results_are_not_made_again(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, silhouettes
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.trace.triangle_clusters import Test, TriangleClusters
@@ -55,6 +55,19 @@ def test_points_in_the_light_are_those_of_numpy(casters: int) -> None:
     compiled, by_numpy = both(lambda: cast.visible(points))
     np.testing.assert_array_equal(compiled, by_numpy)
     assert casters == 0 or 0.0 < compiled.mean() < 1.0
+
+
+@pytest.mark.parametrize("casters", [0, 1, 8])
+def test_planes_and_silhouettes_are_those_of_numpy(casters: int) -> None:
+    """In the same order; one triangle that is seen edge-on casts none, and two share an edge."""
+    corners = shadows(8).corners[:casters]
+    edge_on = np.array([[[0.0, 50.0, -5.0], [0.0, 55.0, -5.0], [0.0, 55.0, -9.0]]])
+    compiled, by_numpy = both(lambda: CastShadows(PICTURE, np.concatenate([corners, edge_on])))
+    for name in ("corners", "plane", "offset", "distance"):
+        np.testing.assert_allclose(getattr(compiled, name), getattr(by_numpy, name), rtol=1e-12, atol=1e-14)
+    assert len(compiled) == len(corners)
+    for found, expected in zip(*both(lambda: silhouettes(corners)), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
 
 
 class Asked(TriangleClusters):

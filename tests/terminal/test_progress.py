@@ -44,3 +44,13 @@ def test_a_terminal_has_a_bar() -> None:
     terminal = Terminal()
     assert list(progress([1, 2], 2, "runs", str, terminal)) == [1, 2]
     assert "2/2" in terminal.getvalue() and "of 2 runs" not in terminal.getvalue()
+
+
+def test_a_remark_stands_at_the_end_of_both() -> None:
+    stream, terminal, done = io.StringIO(), Terminal(), list[int]()
+    for to in (stream, terminal):
+        done.clear()
+        for item in progress(range(3), 3, "runs", str, to, lambda: 0.0, lambda: f"{len(done)} failed" if done else ""):
+            done.append(item)
+    assert stream.getvalue().splitlines() == ["0: 1 of 3 runs, 1 failed", "2: 3 of 3 runs, 3 failed"]
+    assert "3 failed" in terminal.getvalue()

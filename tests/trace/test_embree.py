@@ -175,8 +175,9 @@ def test_large_meshes_are_built_at_once_and_small_ones_at_their_first_ray(monkey
 
 
 BOXES = [
-    {"name": f"b{k}", "shape": "box", "length_m": 8 + k % 50 / 10, "width_m": 4 + k // 50 / 5, "height_m": 5, "material": "steel",
-     "position_m": [700 * np.sin(k), 700 * np.cos(k), 0], "speed_kn": 4 + k % 7, "course_deg": k * 37 % 360}
+    {"name": f"b{k}", "shape": "box", "length_m": 8 + k % 50 / 10, "width_m": 4 + k // 50 / 5, "height_m": 5,
+     "scattering": "diffuse", "position_m": [700 * np.sin(k), 700 * np.cos(k), 0], "speed_kn": 4 + k % 7,
+     "course_deg": k * 37 % 360}
     for k in range(40)
 ]  # fmt: skip
 

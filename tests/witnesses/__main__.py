@@ -1,7 +1,8 @@
-"""Programs of others as witnesses of what a service sends: gpsdecode, and OpenCPN on a screen of its own.
+"""Programs of others as witnesses of what a service sends: gpsdecode, OpenCPN on a screen of its own, mayara's web page.
 
 `python -m tests.witnesses FOLDER`, which `.ci/witnesses` calls. Ten ships move; gpsdecode decodes their AIS, which is compared
-with the truth; OpenCPN shows own ship and them on FOLDER/opencpn.png, to be looked at. What is absent is printed.
+with the truth; OpenCPN shows own ship and them on FOLDER/opencpn.png, to be looked at. The page is opened where MAYARA_GUI
+names its folder (`signalk_page.py`). What is absent is printed.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from typing import Any
 
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
+from tests.witnesses import signalk_page
 
 KNOT = 1852.0 / 3600.0
 START, START_SECOND = "2026-12-31T23:59:30", 30
@@ -145,9 +147,18 @@ def drawn(folder: Path) -> str:
 def main(folder: Path) -> None:
     """Asks each witness that is here."""
     folder.mkdir(parents=True, exist_ok=True)
-    needed = {"gpsdecode": ("gpsdecode",), "OpenCPN": ("opencpn", "Xvfb", "xdotool", "import")}
+    gui = os.environ.get("MAYARA_GUI", "")
+    needed = {
+        "gpsdecode": ("gpsdecode",),
+        "OpenCPN": ("opencpn", "Xvfb", "xdotool", "import"),
+        "mayara's page": ("chromium",),
+    }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
-    judges: dict[str, Callable[[], str]] = {"gpsdecode": lambda: judged(listened(folder)), "OpenCPN": lambda: drawn(folder)}
+    judges: dict[str, Callable[[], str]] = {
+        "gpsdecode": lambda: judged(listened(folder)),
+        "OpenCPN": lambda: drawn(folder),
+        "mayara's page": lambda: signalk_page.judged(folder, Path(gui)) if gui else "not asked, without MAYARA_GUI",
+    }
     for name, judge in judges.items():
         print(f"{name}: {f'not asked, without {absent[name]}' if absent[name] else judge()}", flush=True)
 

@@ -3,8 +3,11 @@
 import math
 
 import numpy as np
+import pytest
+from pyproj import Geod
 
-from radar_service.world.geo import geographic_from_map, map_from_geographic
+from radar_service.numerics.frames import wrap_angle
+from radar_service.world.geo import geographic_from_map, map_bearing, map_from_geographic, true_bearing
 
 
 def test_flinders_peak_to_buninyong() -> None:
@@ -48,3 +51,35 @@ def test_both_conversions_cancel() -> None:
 
 def test_heights_are_ignored_and_the_origin_is_itself() -> None:
     np.testing.assert_allclose(geographic_from_map(np.array([0.0, 0.0, 99.0]), (10.0, 20.0)), [10.0, 20.0], atol=1e-12)
+
+
+PLACES = [((50.0, -1.0), (0.0, 0.0)), ((50.0, -1.0), (150e3, -80e3)), ((89.0, 12.0), (9e3, 4e3)), ((-20.0, 180.0), (-300e3, 5e3)),
+          ((60.0, 5.0), (1.2e6, 0.9e6)), ((0.0, 0.0), (0.0, 2e5))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("origin", "place"), PLACES)
+def test_true_bearings_are_those_of_geodesics_to_positions_ahead(
+    origin: tuple[float, float], place: tuple[float, float]
+) -> None:
+    """10 m ahead and astern on the map, by the inverse geodesic: 15 nm of its rounding are 1e-9 rad. The earth curves by up to
+    0.9 % less than the sphere (at the poles), and so does c / sin(c) - 1 = c^2 / 6; half of that is the angle's error."""
+    bearing = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+    step = 10.0 * np.stack([np.sin(bearing), np.cos(bearing)], axis=-1)
+    here = np.broadcast_to(place, step.shape)
+    behind, ahead = (geographic_from_map(here + each, origin) for each in (-step, step))
+    middle = geographic_from_map(here, origin)
+    to, _, _ = Geod(ellps="WGS84").inv(middle[:, 1], middle[:, 0], ahead[:, 1], ahead[:, 0])
+    back, _, _ = Geod(ellps="WGS84").inv(middle[:, 1], middle[:, 0], behind[:, 1], behind[:, 0])
+    expected = np.deg2rad(to) + wrap_angle(np.deg2rad(back) + np.pi - np.deg2rad(to)) / 2.0  # without what the way curves
+    tolerance = 2e-9 + 0.009 * (np.hypot(*place) / 6.371e6) ** 2 / 12.0
+    true = true_bearing(bearing, here, origin)
+    assert np.abs(wrap_angle(true - expected)).max() < tolerance
+    assert np.abs(wrap_angle(map_bearing(true, here, origin) - bearing)).max() < 1e-12
+
+
+def test_true_north_turns_by_the_sine_of_the_latitude() -> None:
+    """100 km to the east at 50 N: the first term of the series of the convergence, tan(latitude) s / N; the next one is below
+    (s / N)^3."""
+    n = 6_378_137.0 / math.sqrt(1.0 - 0.00669438 * math.sin(math.radians(50.0)) ** 2)
+    turned = float(true_bearing(0.0, np.array([100e3, 0.0]), (50.0, -1.0)))
+    assert turned == pytest.approx(math.tan(math.radians(50.0)) * 100e3 / n, abs=(100e3 / n) ** 3)

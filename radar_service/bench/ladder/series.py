@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from radar_service.bench.scenario import SUFFIX, Scenario, ScenarioError, Table, file_errors, load_scenario
 from radar_service.scene_file.document import packaged_folder
-
-EVERY = "*"  # each table of a list
+from radar_service.scene_file.key_paths import put
+from radar_service.world.error import SceneError
 
 
 class Ladder(Table):
@@ -56,7 +56,10 @@ class Ladder(Table):
         name = f"{self.name}-{number + 1}"
         content = base.model_dump() | {"name": name, "folder": base.folder}
         for key, value in (*self.set.items(), *((key, values[number]) for key, values in self.vary.items())):
-            _put(content, key, value, f"{self.name}: {key!r}")
+            try:
+                put(content, key, value, f"{self.name}: {key!r}")
+            except SceneError as error:
+                raise ScenarioError(str(error)) from None
         with file_errors(Path(self.name)):
             return Scenario(**content)
 
@@ -74,32 +77,3 @@ def load_ladder(name: str) -> Ladder:
         raise ScenarioError(f"{name}: there is no such ladder; there are {', '.join(packaged)}, or give a {SUFFIX} file")
     with file_errors(path):
         return Ladder(**{"name": path.stem, **tomllib.loads(path.read_text(encoding="utf-8")), "folder": path.parent})
-
-
-def _put(content: dict[str, Any], key: str, value: Any, location: str) -> None:
-    """Puts a value where a key with dots says. location: that an error begins with. Raises ScenarioError."""
-    *path, last = key.split(".")
-    tables: list[Any] = [content]
-    for step in path:
-        tables = [below for table in tables for below in _below(table, step, location)]
-    for table in tables:
-        if not isinstance(table, dict):
-            raise ScenarioError(
-                f"{location}: {last!r} is a key of each table of a list; write the name of one, or {EVERY}, before it"
-            )
-        table[last] = value
-
-
-def _below(table: Any, step: str, location: str) -> list[Any]:
-    """What a step of a key leads to: of a list the tables of this name; of a table its key, which is made where it is absent."""
-    if isinstance(table, list):
-        named = [each for each in table if step in (EVERY, each.get("name"))]
-        if not named:
-            there = ", ".join(str(each.get("name")) for each in table)
-            raise ScenarioError(f"{location}: there is no {step!r}; there are {there}, or write {EVERY} for each")
-        return named
-    if table.get(step) is None:
-        table[step] = {}
-    if not isinstance(table[step], dict | list):
-        raise ScenarioError(f"{location}: {step!r} is no table; correct the key")
-    return [table[step]]

@@ -19,14 +19,15 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
 from radar_service.world.ais import Ais, AisShip
-from radar_service.world.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map, true_bearing
 
 
 @dataclass(frozen=True)
 class Position:
     """A report of position.
 
-    second: of UTC, 0 to 59. latitude, longitude: [degrees], None: not known. course, heading: [rad]; heading None: not known.
+    second: of UTC, 0 to 59. latitude, longitude: [degrees], None: not known.
+    course, heading: from true north there [rad], from the map's without a position; None: not known.
     speed: over ground [m/s]. turn_rate: to starboard [rad/s].
     """
 
@@ -141,11 +142,11 @@ def _position(station: Station, ship: AisShip, states: ShipStates, k: int, error
     starboard, forward = ship.antenna
     cos, sin = np.cos(heading), np.sin(heading)
     antenna = states.position[k, :2] + [cos * starboard + sin * forward, cos * forward - sin * starboard] + error
-    latitude, longitude = None, None
+    speed, latitude, longitude = float(np.hypot(east, north)), None, None
+    course = float(np.arctan2(east, north)) if speed else heading
     if (origin := station.epoch.info.scene.origin) is not None:
         latitude, longitude = geographic_from_map(antenna, origin).tolist()
-    speed = float(np.hypot(east, north))
-    course = float(np.arctan2(east, north)) if speed else heading
+        course, heading = true_bearing(np.array([course, heading]), states.position[k], origin).tolist()
     utc = station.start_utc + timedelta(seconds=float(states.time[k]))
     return Position(
         utc.second, latitude, longitude, float(wrap_bearing(course)), speed, float(wrap_bearing(heading + ship.heading_error)),

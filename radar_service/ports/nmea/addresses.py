@@ -4,7 +4,9 @@ NMEA has no login. So beyond this machine a socket opens only where `--nmea-allo
 """
 
 import argparse
+import errno
 import re
+import socket
 from ipaddress import ip_address
 from typing import NamedTuple
 
@@ -12,6 +14,7 @@ from radar_service.service.access import is_loopback
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
+LINK_LOCAL = re.compile("fe[89ab]|ff.[12]:", re.IGNORECASE)  # of IPv6, RFC 4291
 
 
 class Address(NamedTuple):
@@ -24,6 +27,36 @@ class Address(NamedTuple):
     def __str__(self) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{host}:{self.port}" + (f"%{self.interface}" if self.interface else "")
+
+    @property
+    def family(self) -> socket.AddressFamily:
+        """That of IPv6 for an address with colons, else that of IPv4."""
+        return socket.AF_INET6 if ":" in self.host else socket.AF_INET
+
+    @property
+    def for_sockets(self) -> tuple[str, int] | tuple[str, int, int, int]:
+        """The tuple that `bind` and `connect` take. Raises OSError for an interface that is absent."""
+        if self.family == socket.AF_INET6:
+            if not self.interface and LINK_LOCAL.match(self.host):
+                raise OSError(errno.EINVAL, f"a link-local address needs an interface, as [{self.host}]:{self.port}%eth0")
+            return self.host, self.port, 0, self.interface_index
+        return self.host, self.port
+
+    @property
+    def interface_index(self) -> int:
+        """The number of the interface of IPv6, 0 for the system's choice. Raises OSError where none has that name."""
+        try:
+            return socket.if_nametoindex(self.interface) if self.interface else 0
+        except OSError:
+            raise OSError(errno.ENODEV, f"no interface has the name {self.interface}, as IPv6 needs it") from None
+
+    @property
+    def interface_address(self) -> bytes:
+        """The address of the interface of IPv4, 0.0.0.0 for the system's choice. Raises OSError for what is no address."""
+        try:
+            return socket.inet_aton(self.interface or "0.0.0.0")
+        except OSError:
+            raise OSError(errno.ENODEV, f"{self.interface} is not the address of an interface, as IPv4 needs it") from None
 
 
 def address(text: str) -> Address:
@@ -48,7 +81,13 @@ def numeric(text: str) -> str:
 
 def check_reach(option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool) -> None:
     """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it."""
-    if is_loopback(where.host) or insecure or (listens and allowed) or where.host in allowed:
+    try:
+        host = numeric(where.host)
+    except argparse.ArgumentTypeError:
+        host = ""
+    if is_loopback(where.host) or insecure or (listens and allowed) or host in allowed:
         return
-    remedy = "--nmea-allow ADDRESS of those who may connect" if listens else f"--nmea-allow {where.host}"
+    remedy = f"--nmea-allow {host}" if host else "an address in numbers, here and to --nmea-allow"
+    if listens:
+        remedy = "--nmea-allow ADDRESS of those who may connect"
     raise UsageError(f"{option}: {where.host} is beyond this machine, and NMEA has no login; give {remedy}, or --insecure")

@@ -4,6 +4,7 @@ import contextlib
 import socket
 from collections.abc import Callable, Sequence
 from ipaddress import IPv6Address, ip_address
+from typing import NamedTuple
 
 from radar_service.ports.nmea.addresses import Address
 from radar_service.service.access import is_loopback
@@ -19,12 +20,11 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
     option: with which messages begin; prepare: is called once the socket is bound.
     Raises UsageError where the port is taken, or the address is not this machine's.
     """
-    family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-    result = socket.socket(family, kind)
+    result = socket.socket(where.family, kind)
     try:
         if kind == socket.SOCK_STREAM:
             result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        result.bind((where.host, where.port))
+        result.bind(where.for_sockets)
         prepare(result)
     except OSError as error:
         result.close()
@@ -39,6 +39,19 @@ def may_come(host: str, allowed: Sequence[str] | None) -> bool:
     mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None  # of a socket of both protocols
     host = str(mapped or address)
     return allowed is None or is_loopback(host) or host in allowed
+
+
+class Connection(NamedTuple):
+    """A connection that does not wait, and the address and port of its other end."""
+
+    socket: socket.socket
+    host: str
+    port: int
+
+
+def no_room() -> bool:
+    """Makes no room for another client."""
+    return False
 
 
 class TcpListener:
@@ -60,18 +73,23 @@ class TcpListener:
         """Whether the machine of that address may connect."""
         return may_come(host, self._allowed)
 
-    def accepted(self, clients: int) -> list[socket.socket]:
-        """Returns the connections that have come. clients: how many there are; more than MAX_CLIENTS are refused."""
-        result: list[socket.socket] = []
+    def accepted(self, clients: int, make_room: Callable[[], bool] = no_room) -> list[Connection]:
+        """Returns the connections that have come.
+
+        clients: how many there are; more than MAX_CLIENTS are refused, unless `make_room` has closed one of them.
+        """
+        result: list[Connection] = []
         with contextlib.suppress(OSError):  # nobody waits; or he has gone again
             for _ in range(BACKLOG):
-                connection, (host, *_) = self._listener.accept()
-                if clients + len(result) >= MAX_CLIENTS or not self.may_come(str(host)):
+                connection, (host, port, *_) = self._listener.accept()
+                is_full = clients + len(result) >= MAX_CLIENTS
+                if not self.may_come(str(host)) or (is_full and not make_room()):
                     self.refused += 1
                     connection.close()
                     continue
+                clients -= is_full
                 connection.setblocking(False)
-                result.append(connection)
+                result.append(Connection(connection, str(host), int(port)))
         return result
 
     def close(self) -> None:

@@ -125,5 +125,5 @@ class NmeaPort(SenderPort):
         seconds = [time for time, (_, is_second) in zip(times, due, strict=True) if is_second]
         if self._tells_truth and seconds:
             utc = station.start_utc + timedelta(seconds=seconds[-1])
-            lines += target_sentences(station.epoch.spoke_source.truth(seconds[-1]), utc)
+            lines += target_sentences(source.truth(seconds[-1]), utc, station.epoch.info.scene.origin)
         return lines

@@ -16,8 +16,8 @@ from radar_service.records.reports import Readings
 from radar_service.records.truth import ShipStates
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
-from radar_service.world.geo import geographic_from_map
-from radar_service.world.stream import Stream
+from radar_service.world.currents import Currents
+from radar_service.world.geo import geographic_from_map, true_bearing
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class OwnShipReport:
 
     utc: of the instant.
     position: latitude and longitude [degrees, WGS 84]; None where the scene has no origin.
-    heading, course: [rad]; None while the heading is lost.
+    heading, course: from true north where she is [rad], from the map's north without a position; None while the heading is lost.
     speed: over ground [m/s].
     turn_rate: to starboard [rad/s].
     water, ground: speed ahead and to starboard [m/s].
@@ -62,24 +62,25 @@ def spoke_before(radar: Radar, time: float) -> Indices:
 
 
 def report(
-    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings,
+    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, currents: Currents, reported: Readings,
     antenna: tuple[float, float] = (0.0, 0.0),
 ) -> OwnShipReport:  # fmt: skip
     """Returns own ship at instant k. reported: readings (1,) with the errors of her sensors; antenna: of the position, starboard
     and forward [m]."""
     true = readings_of(states)
-    heading, course = (None if np.isnan(angle[0]) else float(angle[0]) for angle in (reported.heading, reported.course))
     speed, log_error = float(reported.speed[0]), float(reported.speed[0] - true.speed[k])
-    position = None
+    position, angles = None, np.array([reported.heading[0], reported.course[0]])
     if origin is not None:
+        angles = np.where(np.isnan(angles), np.nan, true_bearing(angles, states.position[k], origin))
         cos, sin = math.cos(states.heading[k]), math.sin(states.heading[k])
         offset = [cos * antenna[0] + sin * antenna[1], cos * antenna[1] - sin * antenna[0]]
         latitude, longitude = geographic_from_map(reported.position[0] + offset, origin).tolist()
         position = latitude, longitude
     velocity, bow = states.velocity[k, :2], float(states.heading[k])
-    water = _ahead_and_aside(velocity - stream, bow, log_error)
+    water = _ahead_and_aside(velocity - currents.at(states.position[k]), bow, log_error)
     ground = _ahead_and_aside(velocity, bow, log_error)
     utc = start + timedelta(seconds=float(states.time[k]))
+    heading, course = (None if math.isnan(angle) else angle for angle in angles.tolist())
     return OwnShipReport(utc, position, heading, course, speed, float(states.turn_rate[k]), water, ground)
 
 
@@ -104,7 +105,7 @@ def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, 
     earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
     readings = [as_reported(law, scene.radar, states, k, earlier) for k, law in enumerate(laws)]
     return [
-        report(station.start_utc, states, k, scene.origin, scene.stream, reported, antenna)
+        report(station.start_utc, states, k, scene.origin, scene.currents, reported, antenna)
         for k, reported in enumerate(readings)
     ]
 

@@ -3,7 +3,8 @@
 import contextlib
 import logging
 import socket
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from typing_extensions import override
@@ -15,6 +16,8 @@ from radar_service.terminal.arguments import UsageError
 
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
+REOPEN = 1.0  # s between two sockets to a network that is away
+STALLED = 30.0  # s in which a client was behind all the time; then another one takes its place
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet
 
 
@@ -31,17 +34,23 @@ class Sender(Protocol):
 
 
 class _Client:
-    """A TCP client, with what it has not taken yet."""
+    """A TCP client, with what it has not taken yet.
 
-    def __init__(self, connection: socket.socket) -> None:
+    has_ended: whether it says nothing any more: it may have gone, or only read, as `ncat --recv-only` does.
+    took: when it has last taken all there was [s].
+    """
+
+    def __init__(self, connection: socket.socket, now: float) -> None:
         self.connection, self.waiting = connection, bytearray()
+        self.has_ended, self.took = False, now
 
-    def send(self, sentences: Sequence[bytes]) -> int:
+    def send(self, sentences: Sequence[bytes], now: float) -> int:
         """Hands on what it takes; returns how many sentences were left out. Raises OSError where it has gone."""
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_READ // 4096):
-                if not self.connection.recv(4096):
-                    raise ConnectionResetError
+                if self.has_ended:
+                    break
+                self.has_ended = not self.connection.recv(4096)
         count = 0
         for each in sentences:
             if len(self.waiting) + len(each) > MAX_WAITING:
@@ -51,15 +60,19 @@ class _Client:
         with contextlib.suppress(BlockingIOError):
             while self.waiting:
                 del self.waiting[: self.connection.send(self.waiting)]
+        if not self.waiting:
+            self.took = now
         return count
 
 
 class TcpSender(TcpListener):
     """A TCP server that sends. lost: as of each sender."""
 
-    def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
+    def __init__(
+        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__(option, where, allowed)
-        self.lost = 0
+        self.lost, self._clock = 0, clock
         self._clients = list[_Client]()
 
     @property
@@ -72,10 +85,9 @@ class TcpSender(TcpListener):
         self._accept()
         for client in list(self._clients):
             try:
-                self.lost += client.send(sentences)
+                self.lost += client.send(sentences, self._clock())
             except OSError:
-                self._clients.remove(client)
-                client.connection.close()
+                self._drop(client)
 
     @override
     def close(self) -> None:
@@ -85,28 +97,38 @@ class TcpSender(TcpListener):
         super().close()
 
     def _accept(self) -> None:
-        for connection in self.accepted(len(self._clients)):
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients.append(_Client(connection))
+        for connection, *_ in self.accepted(len(self._clients), self._make_room):
+            with contextlib.suppress(OSError):  # he has gone again
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._clients.append(_Client(connection, self._clock()))
+
+    def _make_room(self) -> bool:
+        """Drops a client that has gone, perhaps, or else the one that is behind for the longest time."""
+        client = min(self._clients, key=lambda each: (not each.has_ended, each.took), default=None)
+        if client is None or not (client.has_ended or self._clock() - client.took >= STALLED):
+            return False
+        self._drop(client)
+        return True
+
+    def _drop(self, client: _Client) -> None:
+        self._clients.remove(client)
+        client.connection.close()
 
 
 class UdpSender:
     """Datagrams to one address, also of multicast or broadcast; they stay in the network of this machine (TTL 1)."""
 
-    def __init__(self, option: str, where: Address) -> None:
+    def __init__(self, option: str, where: Address, clock: Callable[[], float] = time.monotonic) -> None:
         """option: with which messages begin. Raises UsageError where no way leads there."""
         self.lost = 0
         self._option, self._where, self._has_failed = option, where, False
-        family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._clock, self._opened = clock, clock()
         try:
-            self._prepare(family)
+            self._socket = _prepared(where)
         except OSError as error:
-            self._socket.close()
             raise UsageError(
                 f"{option}: {where} cannot be reached ({error.strerror}); give another address or interface"
             ) from None
-        self._socket.setblocking(False)
 
     def send(self, sentences: Sequence[bytes]) -> None:
         """Sends whole sentences, as many in a datagram as fit."""
@@ -122,6 +144,7 @@ class UdpSender:
                         "network lost", logging.WARNING, option=self._option, to=str(self._where), reason=str(error.strerror)
                     )
                 self._has_failed = True
+                self._open_again()
             else:
                 if self._has_failed:
                     log_event("network back", option=self._option, to=str(self._where), lost=self.lost)
@@ -131,20 +154,38 @@ class UdpSender:
         """Closes the socket."""
         self._socket.close()
 
-    def _prepare(self, family: int) -> None:
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        if family == socket.AF_INET6:
-            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
-            self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
-            if self._where.interface:
-                index = socket.if_nametoindex(self._where.interface)
-                self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, index)
+    def _open_again(self) -> None:
+        """Opens another socket, once a second: an interface that was away may have come back as another one."""
+        if self._clock() - self._opened < REOPEN:
+            return
+        self._opened = self._clock()
+        with contextlib.suppress(OSError):
+            fresh = _prepared(self._where)
+            self._socket.close()
+            self._socket = fresh
+
+
+def _prepared(where: Address) -> socket.socket:
+    """Returns a socket for datagrams to an address, which does not wait. Raises OSError."""
+    result = socket.socket(where.family, socket.SOCK_DGRAM)
+    try:
+        result.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        if where.family == socket.AF_INET6:
+            result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_UNICAST_HOPS, 1)
+            result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, 1)
+            if where.interface:
+                result.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, where.interface_index)
         else:
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
-            if self._where.interface:
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._where.interface))
-        self._socket.connect((self._where.host, self._where.port))
+            result.setsockopt(socket.IPPROTO_IP, socket.IP_TTL, 1)
+            result.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+            if where.interface:
+                result.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, where.interface_address)
+        result.connect(where.for_sockets)
+        result.setblocking(False)
+    except OSError:
+        result.close()
+        raise
+    return result
 
 
 def datagrams(sentences: Sequence[bytes]) -> list[tuple[int, bytes]]:

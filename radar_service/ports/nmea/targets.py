@@ -12,6 +12,7 @@ import numpy as np
 from radar_service.numerics.constants import KNOT
 from radar_service.ports.nmea.sentences import RADAR, bearing, clock, fixed, latitude_longitude, sentence
 from radar_service.records.truth import BodyTruth, Truth
+from radar_service.world.geo import Origin, true_bearing
 
 MARK = "TRUTH"
 MAX_TARGETS = 99  # numbers of two digits
@@ -22,15 +23,16 @@ RESERVED = str.maketrans(dict.fromkeys(",*$!\\^~", " "))  # characters that a fi
 MAX_SENTENCE = 82  # characters, its line end among them
 
 
-def target_sentences(truth: Truth, utc: datetime) -> list[bytes]:
+def target_sentences(truth: Truth, utc: datetime, origin: Origin | None = None) -> list[bytes]:
     """Returns TTM, and TLL where the scene has an origin, of each body in sight.
 
-    A body keeps its number: that in the scene, from 1 on.
+    A body keeps its number: that in the scene, from 1 on. Bearings and courses count from true north at own ship and at the body;
+    without an origin from the map's.
     """
     lines = []
     for number, body in enumerate(truth.bodies[:MAX_TARGETS], 1):
         if body.visible:
-            lines.append(_ttm(number, body, truth.own_ship, utc))
+            lines.append(_ttm(number, body, truth.own_ship, utc, origin))
             lines += [] if body.latitude_deg is None or body.longitude_deg is None else [_tll(number, body, utc)]
     return lines
 
@@ -58,12 +60,16 @@ def closest_approach(body: BodyTruth, own: BodyTruth) -> tuple[float, float | No
     return math.hypot(*(offset + (time or 0.0) * velocity)), time
 
 
-def _ttm(number: int, body: BodyTruth, own: BodyTruth, utc: datetime) -> bytes:
+def _ttm(number: int, body: BodyTruth, own: BodyTruth, utc: datetime, origin: Origin | None) -> bytes:
     cpa, tcpa = closest_approach(body, own)
     minutes = "" if tcpa is None else fixed(min(max(tcpa / 60.0, -MAX_MINUTES), MAX_MINUTES), 1)
+    azimuth, course = body.azimuth, body.course
+    if origin is not None:
+        azimuth = float(true_bearing(azimuth, np.array(own.position), origin))
+        course = float(true_bearing(course, np.array(body.position), origin))
     before = (
-        f"{number:02d}", fixed(body.range / NAUTICAL_MILE, 3), bearing(body.azimuth), "T", fixed(body.speed / KNOT, 1),
-        bearing(body.course), "T", fixed(cpa / NAUTICAL_MILE, 2), minutes, "N",
+        f"{number:02d}", fixed(body.range / NAUTICAL_MILE, 3), bearing(azimuth), "T", fixed(body.speed / KNOT, 1),
+        bearing(course), "T", fixed(cpa / NAUTICAL_MILE, 2), minutes, "N",
     )  # fmt: skip
     return _named("TTM", before, body.name, ("T", "", f"{utc:%H%M%S}", "A"))
 

@@ -18,6 +18,8 @@ from radar_service.service.token_bucket import TokenBucket
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
 MAX_DATAGRAMS = 64  # at once
 RATE, AT_ONCE = 200.0, 100.0  # sentences of one sender a second: as poses
+REJOIN = 5.0  # s: an interface that was away and came back is in no group
+IDLE = 10.0  # s without a line, after which another client takes the place of one
 Count = Callable[[str, int], None]
 
 
@@ -43,10 +45,11 @@ class Receiver(Protocol):
 
 
 class _Talk:
-    """What one sender says, no more than is read."""
+    """What one sender says, no more than is read. spoke: when it has last ended a line, or begun [s]."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        self._lines, self._budget = Lines(), TokenBucket(RATE, AT_ONCE, clock)
+        self._lines, self._budget, self._clock = Lines(), TokenBucket(RATE, AT_ONCE, clock), clock
+        self.spoke = clock()
 
     def lines_of(self, data: bytes, count: Count) -> list[bytes]:
         """Returns the lines that end in these bytes."""
@@ -54,6 +57,7 @@ class _Talk:
         count("form", self._lines.too_long - before)
         taken = next((n for n in range(len(lines)) if not self._budget.take(1)), len(lines))
         count("flood", len(lines) - taken)
+        self.spoke = self._clock() if lines else self.spoke
         return lines[:taken]
 
 
@@ -75,8 +79,7 @@ class TcpReceiver(TcpListener):
     def received(self, count: Count) -> list[Received]:
         """Takes those who connect, and returns what all have sent."""
         before = self.refused
-        for connection in self.accepted(len(self._clients)):
-            host, port, *_ = connection.getpeername()
+        for connection, host, port in self.accepted(len(self._clients), self._make_room):
             self._clients[connection] = f"tcp {host}:{port}", _Talk(self._clock)
         count("connection", self.refused - before)
         return [
@@ -98,9 +101,20 @@ class TcpReceiver(TcpListener):
             with contextlib.suppress(ConnectionError, TimeoutError):
                 if data := connection.recv(MAX_READ):
                     return data
-            del self._clients[connection]
-            connection.close()
+            self._drop(connection)
         return b""
+
+    def _make_room(self) -> bool:
+        """Drops the client that has said nothing for the longest time."""
+        silent = min(self._clients, key=lambda connection: self._clients[connection][1].spoke, default=None)
+        if silent is None or self._clock() - self._clients[silent][1].spoke < IDLE:
+            return False
+        self._drop(silent)
+        return True
+
+    def _drop(self, connection: socket.socket) -> None:
+        del self._clients[connection]
+        connection.close()
 
 
 class UdpReceiver:
@@ -110,7 +124,7 @@ class UdpReceiver:
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Arguments as of TcpListener. Raises UsageError."""
-        self._allowed, self._clock = allowed, clock
+        self._allowed, self._clock, self._where, self._joined = allowed, clock, where, clock()
         self._talks: dict[str, _Talk] = {}
         self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: _join(joined, where))
 
@@ -133,6 +147,10 @@ class UdpReceiver:
     def received(self, count: Count) -> list[Received]:
         """Returns what has come, of each datagram by itself."""
         result: list[Received] = []
+        if self._clock() - self._joined >= REJOIN:
+            self._joined = self._clock()
+            with contextlib.suppress(OSError):  # as a rule it is in the group
+                _join(self._socket, self._where)
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_DATAGRAMS):
                 data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
@@ -163,9 +181,7 @@ def _join(receiving: socket.socket, where: Address) -> None:
         if not group.is_multicast:
             return
         if group.version == 4:
-            interface = socket.inet_aton(where.interface or "0.0.0.0")
-            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + interface)
+            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + where.interface_address)
         else:
-            index = socket.if_nametoindex(where.interface) if where.interface else 0
-            request = group.packed + index.to_bytes(4, sys.byteorder)
+            request = group.packed + where.interface_index.to_bytes(4, sys.byteorder)
             receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)

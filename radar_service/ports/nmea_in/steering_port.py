@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any
 
+import numpy as np
 from typing_extensions import override
 
 from radar_service.ports.nmea.nmea_port import station_of
@@ -22,10 +23,12 @@ from radar_service.ports.port_thread import PortThread, described
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.poses import CommandedPose
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
+from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
+from radar_service.spoke_source import TellsShips
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.commands import Command, CommandError
-from radar_service.world.geo import map_from_geographic
+from radar_service.world.geo import map_bearing, map_from_geographic
 from radar_service.world.outline import SceneOutline
 
 LOOK = 0.1  # s between two looks at whether the port ends
@@ -33,6 +36,8 @@ ANSWER = 0.01  # s between two looks at whether the last command was carried out
 POSES = 20.0  # a second at most: each costs a block that is computed anew, and a world takes a million
 BETWEEN = 0.005  # s between two readings: so a flood takes a few per cent of a core
 BY = "nmea"
+ANGLES = ("heading_deg", "course_deg")
+FRESH = 1.0  # s: how old a position may be at which true north is taken
 
 
 class NmeaSteering:
@@ -49,6 +54,7 @@ class NmeaSteering:
         self._at = 0.0  # its simulated time
         self._answer: Future[Command] | None = None  # to the last one
         self._next = -math.inf  # when the next pose may be sent
+        self._place, self._placed = (0.0, 0.0), -math.inf  # position of own ship [m], and when it was so
         self._has_failed = False
         self._unfit: SceneOutline | None = None
 
@@ -83,7 +89,7 @@ class NmeaSteering:
             error, self._answer = self._answer.exception(), None
             self._tell(error)
         if self._values and self._clock() >= self._next:
-            pose, self._values = CommandedPose(None, self._at, self._values), {}
+            pose, self._values = CommandedPose(None, self._at, self._on_map(self._values)), {}
             self._next = self._clock() + 1.0 / POSES
             try:
                 self._answer = self._station.commands.put(None, pose.values_at, by=BY)
@@ -104,6 +110,27 @@ class NmeaSteering:
         if order.position is not None or "position_m" not in self._values:
             self._at = self._station.transmitter.simulated
         self._values |= order.motion
+
+    def _on_map(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of a pose with angles from the map's north: those of sentences count from true north at own ship."""
+        origin, angles = self._station.epoch.info.scene.origin, [key for key in ANGLES if key in values]
+        if origin is None or not angles:
+            return dict(values)
+        place = values.get("position_m")  # of this pose alone: it may be refused
+        if place is None:
+            place = self._own_place()
+        bearings = map_bearing(np.deg2rad([values[key] for key in angles]), np.array(place), origin)
+        return {**values, **dict(zip(angles, np.rad2deg(bearings).tolist(), strict=True))}
+
+    def _own_place(self) -> tuple[float, float]:
+        """Where own ship is [m], no longer than FRESH ago."""
+        source = self._station.epoch.spoke_source
+        if self._clock() - self._placed > FRESH and isinstance(source, TellsShips):
+            with contextlib.suppress(SpokeSourceFault):  # its process is being replaced: the last one will do
+                (states,) = source.ship_states([self._station.transmitter.simulated], [None])
+                east, north, _ = states.position[0].tolist()
+                self._place, self._placed = (east, north), self._clock()
+        return self._place
 
     def _tell(self, error: BaseException | None) -> None:
         """Counts a pose that was refused, and logs the first one of several."""

@@ -13,10 +13,13 @@ if TYPE_CHECKING:
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds the options of Signal K."""
-    where = groups["where"]
+    where, may = groups["where"], groups["who may"]
     where.add_argument("--signalk", action="store_true", help="serve the Signal K Radar API under /signalk")
     where.add_argument(
         "--gui", type=Path, metavar="DIR", help="with --signalk: serve the web page of another program under /gui/"
+    )
+    may.add_argument(
+        "--signalk-truth", action="store_true", help="tell bodies in sight as targets named TRUTH, with --truth alone"
     )
 
 
@@ -26,8 +29,12 @@ def opened(options: argparse.Namespace) -> "Port | None":
         raise UsageError("--gui: a page of others reads Signal K; give --signalk as well")
     if options.gui is not None and not options.gui.is_dir():
         raise UsageError(f"--gui: {options.gui} is not a folder; give the one that has the page")
+    if options.signalk_truth and not options.signalk:
+        raise UsageError("--signalk-truth: targets are told by Signal K; give --signalk as well")
+    if options.signalk_truth and not options.truth:
+        raise UsageError("--signalk-truth: tells the truth to all that read; give --truth too where they may know it")
     if not options.signalk:
         return None
     from radar_service.ports.signalk.signalk_port import SignalKPort
 
-    return SignalKPort(options.gui)
+    return SignalKPort(options.gui, options.signalk_truth)

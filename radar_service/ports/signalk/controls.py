@@ -148,7 +148,7 @@ def _power(values: Values) -> dict[str, Any]:
 
 def _range(values: Values) -> dict[str, Any]:
     unit = values.get("units", "m")
-    if unit not in METRES:
+    if not isinstance(unit, str) or unit not in METRES:
         raise ControlError(f"range: units {str(unit)[:20]!r} are not {', '.join(METRES)}; send one of them")
     return {"range_m": METRES[unit] * _number("range", values.get("value"))}
 

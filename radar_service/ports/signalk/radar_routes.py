@@ -1,6 +1,6 @@
 """The HTTP routes of the Signal K Radar API, and the websocket of spokes."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from typing import Any, cast
 
@@ -15,21 +15,25 @@ from radar_service.ports.roles import needs
 from radar_service.ports.signalk.answers import SignalKRoute, answered, problem
 from radar_service.ports.signalk.controls import control_of, own_change
 from radar_service.ports.signalk.radars import VERSION, Radars, capabilities, control_values, listed
+from radar_service.ports.signalk.subscriptions import SELF
 from radar_service.service.codecs.signalk.codec import RadarShape, SignalKCodec
 from radar_service.service.controls import ControlError
 from radar_service.service.radio.station import Station
 
 BASE = "/signalk/v2/api/vessels/self/radars"
 STREAM = "/signalk/v1/stream"
+API = "/signalk/v1/api/"  # of values, of which only `self` is there: all others come by the stream
+STREAM_VERSION = "1.7.0"  # of the Signal K specification, whose deltas the stream has
 NO_TARGETS = "targets: this server tracks none; it is what you test your tracker with"
+Targets = Callable[[str], Sequence[Any]]  # those of a radar, by its id in the API
 
 
-def radar_routes(service: Service, radars: Radars) -> APIRouter:
-    """Returns the routes under /signalk, but for the stream."""
+def radar_routes(service: Service, radars: Radars, targets: Targets | None = None) -> APIRouter:
+    """Returns the routes under /signalk, but for the stream. targets: None where none are told."""
     router = APIRouter(tags=["signalk"], route_class=SignalKRoute, include_in_schema=False)
     _add_lists(router, radars)
     _add_controls(router, radars)
-    _add_targets(router, radars)
+    _add_targets(router, radars, targets)
     _add_spokes(router, service, radars)
 
     @router.get("/signalk/{rest:path}")
@@ -48,11 +52,20 @@ def _add_lists(router: APIRouter, radars: Radars) -> None:
         """Returns where the parts of the API are."""
         host = request.url.netloc
         web, socket = ("https", "wss") if request.url.scheme == "https" else ("http", "ws")
-        endpoint = {"version": "v2", "signalk-http": f"{web}://{host}{BASE}", "signalk-ws": f"{socket}://{host}{STREAM}"}
+        stream = f"{socket}://{host}{STREAM}"
         return {
-            "endpoints": {"v2": endpoint},
+            "endpoints": {
+                "v1": {"version": STREAM_VERSION, "signalk-http": f"{web}://{host}{API}", "signalk-ws": stream},
+                "v2": {"version": "v2", "signalk-http": f"{web}://{host}{BASE}", "signalk-ws": stream},
+            },
             "server": {"version": metadata.version("radar-service"), "id": "radar-service"},
         }
+
+    @router.get(f"{API}self")
+    @needs("read")
+    async def get_self() -> str:
+        """Returns the context of own ship, which servers that read the stream ask for."""
+        return SELF
 
     @router.api_route(BASE, methods=["GET", "HEAD"])
     @needs("read")
@@ -111,13 +124,20 @@ def _add_controls(router: APIRouter, radars: Radars) -> None:
         return answered(400, "; ".join(failures)) if failures else answered(200)
 
 
-def _add_targets(router: APIRouter, radars: Radars) -> None:
+def _add_targets(router: APIRouter, radars: Radars, targets: Targets | None) -> None:
+    @router.get(f"{BASE}/{{radar}}/targets")
+    @needs("read")
+    async def get_targets(radar: str) -> Any:
+        """Returns the truth as targets, where it is told."""
+        _station(radars, radar)
+        return answered(501, NO_TARGETS) if targets is None else targets(radar)
+
     async def no_targets(radar: str) -> Response:
-        """Answers that there is no tracking."""
+        """Answers that nothing is tracked."""
         _station(radars, radar)
         return answered(501, NO_TARGETS)
 
-    for path, methods in (("targets", ["GET", "POST"]), ("targets/acquire", ["POST"]), ("targets/{target}", ["DELETE"])):
+    for path, methods in (("targets", ["POST"]), ("targets/acquire", ["POST"]), ("targets/{target}", ["DELETE"])):
         router.api_route(f"{BASE}/{{radar}}/{path}", methods=methods)(needs("read")(no_targets))
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +23,7 @@ from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.stream import Streams
 from radar_service.ports.signalk.subscriptions import Path as ValuePath
+from radar_service.ports.signalk.targets import targets_of
 from radar_service.ports.signalk.values import own_ship_values, vessel_values
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.state_changes import StateChange
@@ -44,42 +46,60 @@ class SignalKPort(Port):
     name, period = "signalk", 0.1
     refusals = MappingProxyType({"/signalk": refusal})
 
-    def __init__(self, gui: Path | None = None) -> None:
-        """gui: folder of a page that is served under /gui/."""
-        self._gui = gui
+    def __init__(self, gui: Path | None = None, tells_truth: bool = False) -> None:
+        """gui: folder of a page that is served under /gui/. tells_truth: whether bodies in sight are told as targets."""
+        self._gui, self._tells_truth = gui, tells_truth
+        self._stations: Mapping[str, Station] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: Streams | None = None
         self._station: Station | None = None  # the first radar: it tells of own ship
-        self._transponders, self._ticks = Transponders(), 0
+        self._transponders, self._ticks = Transponders(), Counter[str]()
 
     @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
         radars = Radars(service.stations)
         self._streams = Streams(service, radars)
-        routers = [self._streams.routes(), radar_routes(service, radars)]
+        targets = self._streams.values.targets if self._tells_truth else None
+        routers = [self._streams.routes(), radar_routes(service, radars, targets)]
         return [*routers, gui_routes(self._gui)] if self._gui else routers
 
     @override
     async def start(self, service: Service) -> None:
         self._loop, self._station = asyncio.get_running_loop(), station_of(service.stations, None)
+        self._stations = service.stations
 
     @override
     def tick(self, radar: str, time: float) -> None:
-        station = self._station
-        if station is None or radar != station.identity or not isinstance(station.epoch.spoke_source, TellsShips):
+        station = self._stations.get(radar)
+        if station is None or self._station is None:
             return
+        is_repeat = self._ticks[radar] % REPEAT == 0
+        self._ticks[radar] += 1
         with contextlib.suppress(SpokeSourceFault):  # its process is being replaced
-            (own,) = own_reports(station, [time])
-            values = own_ship_values(own)
-            for report in self._transponders.due(station, time):
-                values |= {} if report.is_own else vessel_values(report)
-            self._ticks += 1
-            self._put(values, self._ticks % REPEAT == 0)
+            if station is self._station and isinstance(station.epoch.spoke_source, TellsShips):
+                self._put(self._ship_values(station, time), is_repeat)
+            if self._tells_truth and is_repeat:
+                self._put_targets(
+                    station, targets_of(station.epoch.spoke_source.truth(time), station.epoch.info.scene.origin)
+                )
 
     @override
     def changed(self, change: StateChange) -> None:
         if change.kind in ("controls", "scene"):
             self._call(self._take)
+
+    def _ship_values(self, station: Station, time: float) -> dict[ValuePath, Any]:
+        """Own ship at a time [s], and what other ships have reported up to it."""
+        (own,) = own_reports(station, [time])
+        values = own_ship_values(own)
+        for report in self._transponders.due(station, time):
+            values |= {} if report.is_own else vessel_values(report)
+        return values
+
+    def _put_targets(self, station: Station, targets: Mapping[int, Any]) -> None:
+        if self._streams:
+            streams = self._streams
+            self._call(lambda: streams.values.put_targets(streams.radars.identity(station), targets))
 
     def _put(self, values: Mapping[ValuePath, Any], unchanged_too: bool) -> None:
         if self._streams:

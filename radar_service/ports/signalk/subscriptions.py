@@ -3,7 +3,6 @@
 Of a path that changes again before it was sent the newest value is sent, so that a client that does not read costs no memory.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +12,7 @@ POLICIES = ("instant", "ideal", "fixed")
 MAX_SUBSCRIPTIONS = 100  # of one client
 MAX_PERIOD = 86_400.0  # s
 PERIOD = 1000.0  # ms, of `fixed` and `ideal`, as Signal K has it
+MIN_FIXED = 0.1  # s: own ship is not told more often either
 
 
 class SubscriptionError(ValueError):
@@ -51,16 +51,32 @@ class Subscription:
         if path.startswith("vessels."):  # of other ships: context and path in one
             context, path = ".".join(path.split(".", 2)[:2]), ".".join(path.split(".", 2)[2:]) or "*"
         context = SELF if context == "self" else context
-        period = max(milliseconds / 1000.0, 0.01 if policy == "fixed" else 0.0)
+        period = max(milliseconds / 1000.0, MIN_FIXED if policy == "fixed" else 0.0)
         return cls(context[:200], path, period, policy == "fixed")
 
     def takes(self, context: str, path: str) -> bool:
         """Returns whether a path of a context belongs to it."""
-        return _matches(self.context, context) and _matches(self.path, path)
+        return matches(self.context, context) and matches(self.path, path)
 
 
-def _matches(pattern: str, text: str) -> bool:
-    return re.fullmatch(".*".join(map(re.escape, pattern.split("*"))), text, re.DOTALL) is not None
+def matches(pattern: str, text: str) -> bool:
+    """Returns whether a pattern, in which `*` stands for any characters, is that of a text.
+
+    The first place of each part is the best one, so nothing is tried twice: a regular expression would go back for each `*`.
+    """
+    first, *middle = pattern.split("*")
+    if not middle:
+        return pattern == text
+    last = middle.pop()
+    at, end = len(first), len(text) - len(last)
+    if at > end or not text.startswith(first) or not text.endswith(last):
+        return False
+    for part in middle:
+        at = text.find(part, at, end)
+        if at < 0:
+            return False
+        at += len(part)
+    return True
 
 
 Path = tuple[str, str]  # context, and path in it
@@ -71,6 +87,7 @@ class Subscriber:
 
     def __init__(self, *subscriptions: Subscription) -> None:
         self._subscriptions = [*subscriptions]
+        self._taking: dict[Path, Subscription | None] = {}  # which one sends a path, for paths that were looked up
         self._due: dict[Path, float] = {}
         self._sent: dict[Path, float] = {}
 
@@ -80,6 +97,7 @@ class Subscriber:
         if len(self._subscriptions) + len(added) > MAX_SUBSCRIPTIONS:
             raise SubscriptionError(f"subscribe: a client has at most {MAX_SUBSCRIPTIONS} subscriptions; unsubscribe some")
         self._subscriptions += added
+        self._taking.clear()
         for path in known:
             if any(each.takes(*path) for each in subscriptions):
                 self._due[path] = now
@@ -89,8 +107,9 @@ class Subscriber:
         self._subscriptions = [
             each
             for each in self._subscriptions
-            if not (_matches(context, each.context) and (_matches(path, each.path) or path == each.path))
+            if not (matches(context, each.context) and (matches(path, each.path) or path == each.path))
         ]
+        self._taking.clear()
         self._due = {each: due for each, due in self._due.items() if self._subscription(each)}
 
     def note(self, path: Path, now: float) -> None:
@@ -117,5 +136,7 @@ class Subscriber:
 
     def _subscription(self, path: Path) -> Subscription | None:
         """The subscription that sends a path, of several the one with the shortest period."""
-        taking = [each for each in self._subscriptions if each.takes(*path)]
-        return min(taking, key=lambda each: each.period, default=None)
+        if path not in self._taking:
+            taking = [each for each in self._subscriptions if each.takes(*path)]
+            self._taking[path] = min(taking, key=lambda each: each.period, default=None)
+        return self._taking[path]

@@ -7,6 +7,7 @@ from radar_service.ports.ais.transponders import AisReport
 from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.signalk.radars import Radars, control_values
 from radar_service.ports.signalk.subscriptions import SELF, Path
+from radar_service.ports.signalk.targets import target_path
 from radar_service.service.radio.station import Station
 
 
@@ -32,8 +33,8 @@ class Values:
 
     @property
     def paths(self) -> list[Path]:
-        """All paths, in the order in which they came."""
-        return list(self._values)
+        """All paths that have a value, in the order in which they came."""
+        return [path for path, value in self._values.items() if value is not None]
 
     def time(self, path: Path) -> str:
         """Returns when the value of a path was taken."""
@@ -48,9 +49,22 @@ class Values:
                 self._values[path] = value
                 self._changed(path)
 
+    def put_targets(self, radar: str, targets: Mapping[int, Any]) -> None:
+        """Takes the targets of a radar, by its id in the API; those that it has no more become null."""
+        present = {target_path(radar, number): target for number, target in targets.items()}
+        self.put(dict.fromkeys(self._of_targets(radar)) | present)
+
+    def targets(self, radar: str) -> list[Any]:
+        """Returns the targets of a radar, by its id in the API."""
+        return [self._values[path] for path in self._of_targets(radar)]
+
+    def _of_targets(self, radar: str) -> list[Path]:
+        beginning = target_path(radar, 0)[1][:-1]
+        return [path for path in self.paths if path[1].startswith(beginning)]
+
     def keep_radars(self, radars: Radars) -> None:
         """Forgets radars whose ids are no more, and takes the values of all others."""
-        for path in self.paths:
+        for path in list(self._values):
             if path[1].startswith("radars.") and path[1].split(".")[1] not in dict(radars):
                 del self._values[path]
         for identity, station in radars:

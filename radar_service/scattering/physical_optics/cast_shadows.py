@@ -42,6 +42,10 @@ class CastShadows:
 
     def __init__(self, picture: Picture, corners: Floats) -> None:
         """picture: in which they stand."""
+        self.picture = picture
+        if compiled := kernels():
+            self._compile(compiled, corners)
+            return
         a, b, c = corners.transpose(1, 0, 2)
         plane = np.stack([np.cross(a, b), np.cross(b, c), np.cross(c, a), np.cross(b - a, c - a)], axis=1)
         plane /= np.maximum(np.linalg.norm(plane, axis=2, keepdims=True), 1e-30)
@@ -50,9 +54,16 @@ class CastShadows:
         plane[:, 3] *= np.sign(away)[:, None]
         behind = np.abs(away) * (1.0 + NEAR / np.maximum(distance, NEAR) + NEAR_SHARE)
         casts = np.abs(away) > EDGE_ON * distance
-        self.picture, self.corners, self.plane = picture, corners[casts], plane[casts]  # inward normals
+        self.corners, self.plane = corners[casts], plane[casts]  # inward normals
         self.offset = np.concatenate([np.zeros((len(a), 3)), behind[:, None]], axis=1)[casts]
         self.distance = np.linalg.norm(self.corners, axis=2).min(axis=1)
+
+    def _compile(self, compiled: Kernels, corners: Floats) -> None:
+        """Runs the kernel that does what `__init__` does."""
+        count = len(corners)
+        results = np.empty((count, 3, 3)), np.empty((count, 4, 3)), np.empty((count, 4)), np.empty(count)
+        casting = compiled.run("shadow_planes", count, np.ascontiguousarray(corners), *results)
+        self.corners, self.plane, self.offset, self.distance = (result[:casting] for result in results)
 
     @staticmethod
     def none(picture: Picture) -> "CastShadows":
@@ -178,6 +189,11 @@ class CastShadows:
 _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))
 
 
+def most_triangles(of_body: int) -> int:
+    """How many triangles cast shadows exactly on a body of so many."""
+    return min(MAX_TRIANGLES, MAX_TESTS // of_body)
+
+
 def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
     """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
     from which all triangles lie on one side.
@@ -185,6 +201,10 @@ def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
     The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
     first one at both ends, and across the rays; their normals point to it.
     """
+    if compiled := kernels():
+        planes, offsets = np.empty((3 * len(corners), 4, 3)), np.empty((3 * len(corners), 4))
+        count = compiled.run("silhouettes", len(corners), np.ascontiguousarray(corners), planes, offsets)
+        return planes[:count], offsets[:count]
     points, number = np.unique(np.round(corners.reshape(-1, 3) / SAME_POINT), axis=0, return_inverse=True)
     number = number.reshape(-1, 3)
     ends = np.sort(np.concatenate([number[:, [0, 1]], number[:, [1, 2]], number[:, [2, 0]]]), axis=1)
@@ -234,8 +254,13 @@ class Onlooker(NamedTuple):
         for number, leg in enumerate(self.legs):
             shadows = self._along(number, corners)
             shadows = shadows.chosen(shadows.on(leg.virtual(self.box)))
-            result.append(shadows if len(shadows) <= min(MAX_TRIANGLES, MAX_TESTS // self.triangles) else None)
+            result.append(shadows if len(shadows) <= most_triangles(self.triangles) else None)
         return result
+
+    def before(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> Floats:
+        """The triangles (T, 3, 3) of another body, in its frame [m], that may stand before this one; others as of `nearest`."""
+        own = self._windows(own_moved)
+        return triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
 
     def nearest(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> float:
         """Distance in plan [m] of the nearest triangle of another body that may cast a shadow on this one; inf: none may.

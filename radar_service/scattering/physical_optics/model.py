@@ -4,7 +4,6 @@ Equal bodies share what does not depend on their motion.
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -13,8 +12,9 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from typing_extensions import override
 
+from radar_service.kernels.library import kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
@@ -22,7 +22,9 @@ from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, most_triangles
+from radar_service.scattering.physical_optics.convex_bodies import Centres
+from radar_service.scattering.physical_optics.convex_sights import casters_over, plain_sights
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
@@ -37,7 +39,7 @@ from radar_service.scattering.physical_optics.optical_body import (
     PathCentres,
     edge_limits,
     facet_enlargement,
-    optical_body,
+    optical_bodies,
 )
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
@@ -48,38 +50,17 @@ from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.occluder import Occluder
-from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
 
 # Facets are added coherently, and equal facets repeat their error of phase, so it forms a beam of its own. With these sags it
 # is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
-MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
-BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
-
-
-def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
-    """`optical_body` of each body. Those of equal meshes and materials are one object. rays: counts rays."""
-    keys = [_key(body) for body in bodies]
-    result: dict[tuple[bytes, str], OpticalBody] = {}
-    for key, body in zip(keys, bodies, strict=True):
-        if key not in result:
-            result[key] = optical_body(body, radar, bounces, rays)
-    for key, count in Counter(keys).items():
-        result[key].facets.grow(result[key].facets.size * min(count, MAX_SHARES))
-    return [result[key] for key in keys]
-
-
-def _key(body: Body) -> tuple[bytes, str]:
-    assert body.mesh is not None
-    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
 
 
 class _View(NamedTuple):
@@ -172,6 +153,31 @@ class PhysicalOptics(AspectModel):
         if seen.lean is not None:
             centres = [path._replace(position=path.position @ seen.lean) for path in centres]
         return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
+
+    @override
+    def passage_echoes(
+        self, b: int, antenna: Floats, times: Floats, instant: Instant
+    ) -> tuple[BodyEchoes, Complexes] | None:
+        optical = self._optical[b]
+        plain = optical.is_small_and_convex and instant.movers
+        sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
+        if sights is None:
+            return None
+        compiled, centres = kernels(), None
+        if compiled:
+            middle = len(times) // 2
+            pose = pose_at(self.bodies[b], float(times[middle]))
+            onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
+            casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
+            centres = optical.centres_at(compiled, sights, casters, most_triangles(len(optical.mesh.faces)))
+        if centres is None:
+            each = zip(antenna, times.tolist(), strict=True)
+            centres = Centres.of([self.body_echoes(b, at, replace(instant, time=time)) for at, time in each])
+        count = len(centres.path)
+        path = centres.path if sights.legs > 1 else np.full(count, ALL_PATHS)
+        return BodyEchoes(
+            centres.position, centres.amplitude[:, 0], np.full(count, b), path, np.zeros(count)
+        ), centres.amplitude
 
     @override
     def trace_step(self, b: int) -> float:
@@ -372,10 +378,7 @@ class PhysicalOptics(AspectModel):
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
     """The corners (8, 3) of the box around what of an upright body rises above the sea, on the map [m]."""
-    low, high = optical.mesh.vertices.min(axis=0), optical.mesh.vertices.max(axis=0)
-    low[2] = max(low[2], min(-pose.position[2], high[2]))
-    corners = np.where(BOX_CORNERS, high, low)
-    return map_from_body(corners, pose.position, pose.heading)
+    return map_from_body(optical.dry_box(float(pose.position[2])), pose.position, pose.heading)
 
 
 def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:

@@ -1,6 +1,7 @@
 """A body prepared for physical optics. Its columns are cut into facets once for each half octave of range."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -8,12 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.kernels.library import Kernels
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.body_columns import BodyColumn, body_columns
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.convex_bodies import Centres, ConvexFacets
+from radar_service.scattering.physical_optics.convex_sights import Casters, Sights
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
@@ -34,10 +38,13 @@ from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount, TriangleScene
+from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import power_reflectivity
 
 FACET_SETS = 4  # kept for each column: a body passes from one half octave of range to the next
+MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
@@ -85,6 +92,8 @@ class OpticalBody:
     rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
     facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
+    convex: of a convex one, by cell, longest edge, height of the sea and number of legs.
+    joined: the same of all columns, by the keys of each.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
@@ -100,6 +109,8 @@ class OpticalBody:
     rank: Indices
     outside: NDArray[np.int8]
     facets: ResultCache[tuple[int, float, float], BodyFacets]
+    convex: ResultCache[tuple[float, float, float, int], ConvexFacets | None]
+    joined: ResultCache[tuple[tuple[int, float, float], ...], BodyFacets]
     lean: Floats | None = None
 
     @property
@@ -107,6 +118,45 @@ class OpticalBody:
         """Whether parts of it may face each other, so that it has bounces and shadows of its own."""
         rises = self.planes.may_rebounce
         return bool((rises[:, 0] & (self.outside >= 0)).any() or (rises[:, 1] & (self.outside <= 0)).any())
+
+    @property
+    def is_small_and_convex(self) -> bool:
+        """Whether it is closed and convex, and cut by one distance."""
+        return not self.is_concave and len(self.columns) == 1 and bool((self.outside != 0).all())
+
+    def dry_box(self, height: float) -> Floats:
+        """The corners (8, 3) of the box around what rises above the sea, where the origin is at a height over it [m]."""
+        low, high = self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)
+        low[2] = max(low[2], min(-height, high[2]))
+        return np.asarray(np.where(BOX_CORNERS, high, low))
+
+    def centres_at(self, compiled: Kernels, sights: Sights, casters: Casters, most: int) -> Centres | None:
+        """The centres of a small convex body at instants; None where they have to be computed one after the other.
+
+        most: triangles that cast shadows exactly.
+        """
+        water, (column,) = -float(sights.position[0, 2]), self.columns
+        limits = [self.limits.at(column.distance(antenna)) for antenna in sights.antenna_in_frame]
+        parts, instants = [], []
+        for cell, edge in dict.fromkeys(limits):
+            which = np.flatnonzero([each == (cell, edge) for each in limits])
+            key = (cell, edge, water, sights.legs)
+            facets = self.convex.get(key, partial(self._convex_facets, *key))
+            part = facets and facets.centres(
+                compiled, sights.chosen(which), casters.chosen(which), self.wave, self.reflectivity, most
+            )
+            if part is None:
+                return None
+            parts.append(part)
+            instants.append(which)
+        return parts[0] if len(parts) == 1 else Centres.joined(parts, instants)
+
+    def _convex_facets(self, cell: float, edge: float, water: float, legs: int) -> ConvexFacets | None:
+        facets = self.facets.get((0, cell, edge), partial(self._cut, 0, cell, edge))
+        triangles = self.mesh.vertices[self.mesh.faces]
+        return ConvexFacets.of(
+            facets, self.mesh.used_vertices, triangles, self.planes, self.outside, water, legs, self.dry_box(-water)
+        )
 
     def leaning(self, lean: Floats) -> "OpticalBody":
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
@@ -242,8 +292,10 @@ class OpticalBody:
         longest: edge that no facet exceeds [m].
         """
         limits = [self.limits.at(column.distance(antenna)) for column in self.columns]
-        keys = [(number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits)]
-        facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        keys = tuple((number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits))
+        facets = self.joined.get(
+            keys, lambda: BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        )
         return facets if self.lean is None else facets.rotated(self.lean)
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
@@ -325,4 +377,24 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         ranks(patch),
         outward_side(mesh),
         ResultCache(FACET_SETS * len(parts)),
+        ResultCache(FACET_SETS),
+        ResultCache(1),
     )
+
+
+def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
+    """`optical_body` of each body. Those of equal meshes and materials are one object. rays: counts rays."""
+    keys = [_key(body) for body in bodies]
+    result: dict[tuple[bytes, str], OpticalBody] = {}
+    for key, body in zip(keys, bodies, strict=True):
+        if key not in result:
+            result[key] = optical_body(body, radar, bounces, rays)
+    for key, count in Counter(keys).items():
+        for cache in (result[key].facets, result[key].joined, result[key].convex):
+            cache.grow(cache.size * min(count, MAX_SHARES))
+    return [result[key] for key in keys]
+
+
+def _key(body: Body) -> tuple[bytes, str]:
+    assert body.mesh is not None
+    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name

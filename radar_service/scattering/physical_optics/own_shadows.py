@@ -57,6 +57,8 @@ class OwnShadows(NamedTuple):
             free = left[occluding == NO_TRIANGLE]
             result[free] = edge[free]
             known = np.flatnonzero(occluding >= 0)
+            if not len(known):
+                break
             left, corners = left[known], self.occluder.corners(occluding[known])
             further = _way_out(corners, by_axis(end[known]), by_axis(origin[known]), by_axis(curved_way[left]))
             edge[left] = np.minimum(share[left] + further, 1.0)
@@ -130,6 +132,8 @@ class OwnShadows(NamedTuple):
             at = (left, occluding, end, origin)
             count = compiled.run("shadow_edge_step", count, 2.0**step, *at, *known, share, edge, result, points, on)
             points, on = points[:count], on[:count]
+            if not count:
+                break
         return result
 
     def _lost(self, free: Flags, reflection: Floats, beyond: Floats) -> Indices:

@@ -221,6 +221,8 @@ def _searched(begin: Floats, way: Floats, triangle: Indices, tip: Flags, visible
     low, width = np.zeros(len(way)), np.ones(len(way))
     for _ in range(effort.searches):
         wide = np.flatnonzero(width * length > effort.precision)
+        if not len(wide):
+            break
         inner = low[wide, None] + width[wide, None] * share
         points = begin[wide, None] + inner[:, :, None] * way[wide, None]
         seen = visible(points.reshape(-1, 3), np.repeat(triangle[wide], len(share))).reshape(inner.shape)

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from radar_service.batch.jobs import Executor, Job, run
 from radar_service.numerics.types import Floats
 from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
@@ -31,6 +32,8 @@ from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene
 
 Result = TypeVar("Result")
+PanelResult = tuple[list[Point], dict[str, Any]]  # its points, and facts for chart.json
+MeasurePanel = Callable[[Scene, int, "Effort", bool], PanelResult]
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target
 MIN_POWER = 1e-300  # W
@@ -98,36 +101,37 @@ class Chart:
         }  # fmt: skip
 
 
-def measure(scene: Scene, seed: int = 0, effort: Effort = FULL, progress: bool = False) -> Chart:
+def measure(
+    scene: Scene, seed: int = 0, effort: Effort = FULL, progress: bool = False, executor: Executor | None = None
+) -> Chart:
     """Returns the chart of all methods on a scene; `progress` shows bars on a terminal.
 
-    Raises SceneError if the scene has nothing to compare.
+    executor: of the panels, as `batch.jobs.run`; times are those of the machine that measures a panel. Raises SceneError if the
+    scene has nothing to compare, and JobsFailed.
     """
-    frozen_scene = frozen(scene)
     points: list[Point] = []
     facts: dict[str, Any] = {"seed": seed}
-    for panel in (_field, _power):
-        panel_points, panel_facts = panel(frozen_scene, seed, effort, progress)
-        points += panel_points
-        facts |= panel_facts
-    if not points:
-        raise SceneError(
-            f'scene "{scene.name}": it has neither an echo within its range nor a diffuse surface in sight, so nothing can be '
-            "compared; add a body in sight"
-        )  # fmt: skip
-    points += _with_bar(
-        "scattering models",
-        effort.turns * MODELS,
-        progress,
-        lambda done: scattering_points(frozen_scene, effort.turns, seed, done),
-    )
-    if ships := rolling_ships(scene):
-        points += _with_bar("ships", effort.scans * METHODS, progress, lambda done: ships_points(ships, effort.scans, done))
+    for panels in ((_field, _power), (_scattering, _ships)):
+        jobs = [Job(panel.__name__, (panel, scene, seed, effort, progress and executor is None)) for panel in panels]
+        for panel_points, panel_facts in run(_measured, jobs, executor):
+            points += panel_points
+            facts |= panel_facts
+        if not points:
+            raise SceneError(
+                f'scene "{scene.name}": it has neither an echo within its range nor a diffuse surface in sight, so '
+                "nothing can be compared; add a body in sight"
+            )  # fmt: skip
     return Chart(scene, tuple(points), facts)
 
 
-def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[list[Point], dict[str, Any]]:
+def _measured(panel: MeasurePanel, scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Measures one panel, wherever an executor has it done."""
+    return panel(scene, seed, effort, progress)
+
+
+def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
     """Returns the points and facts of the signal chain, none if there is no echo."""
+    scene = frozen(scene)
     radar = scene.radar
     echoes = all_echoes(scene, seed)
     if not np.any(echoes.range < radar.range_max):
@@ -145,9 +149,9 @@ def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[lis
     }
 
 
-def _power(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[list[Point], dict[str, Any]]:
+def _power(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
     """Returns the points and facts of the samplers, none if there is no diffuse surface in sight."""
-    scene = only_diffuse(scene)
+    scene = only_diffuse(frozen(scene))
     if not scene.bodies:
         return [], {}
     windows = target_windows(scene, all_echoes(scene, seed + 1), effort.targets)
@@ -165,6 +169,23 @@ def _power(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[lis
     )  # fmt: skip
     uncertainty = float(np.abs(10.0 * np.log10(truth[visible] / coarse[visible])).max())
     return points, {"power_targets": len(kept), "reference_surface_error_db": uncertainty}
+
+
+def _scattering(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of the scattering models."""
+    points = _with_bar(
+        "scattering models", effort.turns * MODELS, progress,
+        lambda done: scattering_points(frozen(scene), effort.turns, seed, done),
+    )  # fmt: skip
+    return points, {}
+
+
+def _ships(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of ships in a seaway, none if there is no ship."""
+    ships = rolling_ships(scene)
+    if not ships:
+        return [], {}
+    return _with_bar("ships", effort.scans * METHODS, progress, lambda done: ships_points(ships, effort.scans, done)), {}
 
 
 def _reference_powers(

@@ -72,10 +72,9 @@ class Turntables:
         boresight = number % self.scene.radar.azimuths * self.scene.radar.azimuth_step
         azimuths = AzimuthTimes(np.array([number]), np.array([boresight]), np.array([time]))
         observed = passages.echoes(azimuths, boresight, self.scene.radar.beamwidth)
-        if observed is None:
-            return BodyEchoes.joined([])
-        weight = 1.0 if observed.fade is None else observed.fade[:, 0]
-        return replace(observed.echoes, amplitude=observed.echoes.amplitude * weight)
+        weights = [1.0 if each.fade is None else each.fade[:, 0] for each in observed]
+        parts = zip(observed, weights, strict=True)
+        return BodyEchoes.joined([replace(each.echoes, amplitude=each.echoes.amplitude * by) for each, by in parts])
 
 
 def turntables(

@@ -16,7 +16,8 @@ from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.physical_optics.facets import EdgeLimits
-from radar_service.scattering.physical_optics.model import PhysicalOptics, optical_bodies
+from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.physical_optics.optical_body import optical_bodies
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.trace.line_of_sight import OcclusionScene

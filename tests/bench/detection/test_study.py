@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.batch.jobs import processes
+from radar_service.batch.worker_processes import processes
 from radar_service.bench.detection import study as module
 from radar_service.bench.detection.study import Counts, count, detection_study, study_scene, targets_of
 from radar_service.bench.detection.verdicts import Measured, judged

@@ -17,8 +17,9 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
-from tests.ports.nmea.test_nmea_port import Kept, OneStation, simulator_of
+from tests.ports.nmea.test_nmea_port import SITES, Kept, OneStation, simulator_of, stations_of
 from tests.ports.nmea.test_senders import free_port
+from tests.reference.true_north import true_deg
 
 HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
 CIRCLE = {"name": "circle", **HULL, "position_m": [800, 0, -4], "speed_kn": 12, "course_deg": 40, "turn_rate_deg_s": 1.2,
@@ -108,8 +109,8 @@ def test_each_report_is_the_truth_of_its_second(origin: tuple[float, float]) -> 
         near(parts(message.lat), latitude * PARTS, 1.0)
         near(parts(message.lon), longitude * PARTS, 1.0, 360.0 * PARTS)
         near(message.speed, body.speed / KNOT, 0.1)
-        near(message.course, math.degrees(body.course), 0.1, 360.0)
-        near(message.heading, math.degrees(body.heading), 1.0, 360.0)
+        near(message.course, true_deg(body.course, body.position, origin), 0.1, 360.0)
+        near(message.heading, true_deg(body.heading, body.position, origin), 1.0, 360.0)
         checked.add(mmsi)
     assert checked >= {200, 201, 202}
 
@@ -171,6 +172,21 @@ def test_an_absent_ship_and_a_scene_without_origin() -> None:
 def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
     came = run(simulator_of({"body": "fast"}, body=[FAST, CIRCLE]), 20.0)
     assert {(kind, int(m.mmsi)) for _, kind, m in came} == {("VDO", 202), ("VDM", 201)}
+
+
+@pytest.mark.parametrize(
+    ("radar", "expected"), [("bow", {("VDO", 201), ("VDM", 202)}), ("pier", {("VDM", 202)}), ("ferry", {("VDO", 202)})]
+)
+def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
+    radar: str, expected: set[tuple[str, int]]
+) -> None:
+    """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""
+    kept = Kept()
+    port = AisPort([kept], radar)
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), threads=()))))
+    for time in np.arange(0.0, 30.0, 0.5).tolist():
+        port.tick(radar, time)
+    assert {(kind, int(m.mmsi)) for kind, m in messages(kept)} == expected
 
 
 def test_a_pause_repeats_own_ship_alone() -> None:

@@ -6,7 +6,7 @@ import socket
 import pytest
 
 from radar_service.ports.nmea.addresses import Address
-from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, bound, may_come
+from radar_service.ports.nmea.listeners import MAX_CLIENTS, Connection, TcpListener, bound, may_come
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.test_senders import HERE, free_port
 
@@ -24,11 +24,12 @@ def test_connections_are_taken_as_far_as_there_is_room() -> None:
         assert listener.accepted(0) == []
         for client in (one, other):
             client.connect(listener.address)
-        taken: list[socket.socket] = []
+        taken: list[Connection] = []
         while len(taken) + listener.refused < 2:
             taken += listener.accepted(MAX_CLIENTS - 1 + len(taken))
         assert len(taken) == listener.refused == 1
-        for each in (*taken, listener):
+        assert (taken[0].host, taken[0].port) in [client.getsockname() for client in (one, other)]
+        for each in (taken[0].socket, listener):
             each.close()
 
 

@@ -12,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pynmea2
 import pytest
+from pyproj import Geod
 
 from radar_service.commands.command_line import parser
 from radar_service.errors.reporter import ErrorReporter
@@ -29,12 +30,14 @@ from radar_service.world.geo import geographic_from_map
 from tests.ports.listening import PAUSED, play
 from tests.ports.nmea.reading import fields_of
 from tests.ports.nmea.test_senders import free_port
+from tests.reference.true_north import true_deg
 
 KNOT = 1852.0 / 3600.0
 START = datetime(2026, 12, 31, 23, 59, 30, tzinfo=UTC)
 ROUNDING = 1e-7  # beside half a digit: of decimal numbers
 RADAR = {"azimuths": 8, "range_max_m": 500, "coarse_azimuths": True}
 STREAM = {"current_kn": 2.5, "current_to_deg": 70}
+AREAS = [{"current_kn": 2, "current_to_deg": 200, "position_m": [200, 0], "radius_m": 150, "border_m": 120}]
 TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [
     {"time_s": 5, "turn_rate_deg_s": 3.0}, {"time_s": 25, "course_deg": 10, "turn_rate_deg_s": 1.5},
     {"time_s": 40, "speed_kn": 3},
@@ -61,6 +64,52 @@ class OneStation:
     def __init__(self, simulator: Any, start: datetime = START) -> None:
         self.identity, self.start_utc, self.errors = "0", start, ErrorStage(simulator, [])
         self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
+
+
+SITES = {
+    "origin": {"latitude_deg": 50.0, "longitude_deg": -1.0}, "environment": STREAM,
+    "radar": [{**RADAR, "id": "bow"}, {**RADAR, "id": "pier", "platform": {"position_m": [60e3, -2000], "heading_deg": 77}},
+              {**RADAR, "id": "ferry", "platform": {"body": "ferry"}}],
+    "own_ship": {**TURNING, "mmsi": 201, "gnss_offset_m": [0.0, 50.0]},
+    "body": [{"name": "ferry", "shape": "point", "rcs_dbsm": 60, "position_m": [60200, -1900, 5], "speed_kn": 5, "course_deg": 10,
+              "mmsi": 202}],
+}  # fmt: skip
+
+
+def stations_of(scene: dict[str, Any]) -> dict[str, OneStation]:
+    """The stations of a scene with several radars."""
+    loaded, result = load_scene(scene), {}
+    for radar in loaded.radar_ids:
+        result[radar] = OneStation(Simulator(loaded, fidelity="fast", radar=radar))
+        result[radar].identity = radar
+    return result
+
+
+def test_a_fixed_site_has_a_stream_of_its_own() -> None:
+    """`--nmea-of` a site: its place, not that of own ship; the stream passes it. And of a body, without own ship's antenna."""
+    stations, kept = stations_of(SITES), {name: Kept() for name in ("pier", "ferry")}
+    for name, sender in kept.items():
+        port = NmeaPort([sender], name, tells_truth=True)
+        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, threads=()))))
+        port.tick("bow", 5.0)
+        assert not sender.lines
+        port.tick(name, 5.0)
+    pier, ferry = (parsed(kept[name].lines, "RMC")[5] for name in kept)
+    latitude, longitude = geographic_from_map(np.array([60e3, -2000.0]), (50.0, -1.0))
+    for message in (pier, parsed(kept["pier"].lines, "GGA")[5]):
+        close(message.latitude, latitude, 1e-5 / 60)
+        close(message.longitude, longitude, 1e-5 / 60)
+    north = true_deg(0.0, [60e3, -2000.0], (50.0, -1.0))
+    assert {str(message.heading) for message in parsed(kept["pier"].lines, "HDT")} == {f"{77.0 + north:.2f}"}
+    assert {message.spd_over_grnd for message in parsed(kept["pier"].lines, "RMC")} == {0.0}
+    vbw = parsed(kept["pier"].lines, "VBW")[0]
+    close(vbw.lon_water_spd, -2.5 * math.cos(math.radians(70 - 77)), 0.01)
+    assert {float(message.rate_of_turn) for message in parsed(kept["pier"].lines, "ROT")} == {0.0}
+    assert [message.name for message in parsed(kept["pier"].lines, "TTM")] == ["TRUTH ferry"]
+    truth = stations["ferry"].epoch.spoke_source.truth(5.0).own_ship  # of the ferry, without own ship's antenna
+    close(ferry.latitude, truth.latitude_deg, 1e-5 / 60)
+    close(ferry.longitude, truth.longitude_deg, 1e-5 / 60)
+    close(ferry.spd_over_grnd, 5.0, 0.01)
 
 
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
@@ -99,6 +148,8 @@ SCENES: dict[str, tuple[dict[str, Any], tuple[float, float], dict[str, Any]]] = 
     "antimeridian": ({"course_deg": 90, "speed_kn": 40, "position_m": [-600, 0]}, (-20.0, 180.0), {}),
     "89 north": ({"course_deg": 300, "speed_kn": 25, "yaw_deg": 3}, (89.0, 12.0), {"environment": STREAM}),
     "equator": ({"course_deg": 215, "speed_kn": 12, "position_m": [100, 100]}, (0.0, 0.0), {}),
+    "areas": ({**TURNING, "drift_deg": 4.0}, (50.0, -1.0), {"environment": STREAM, "current": AREAS}),
+    "far from the origin": ({**TURNING, "position_m": [9000, 4000]}, (89.0, 12.0), {}),
     "at rest": ({"heading_deg": 359.999}, (50.0, -1.0), {"environment": STREAM}),
 }
 
@@ -113,7 +164,8 @@ def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
     hdt, ths = parsed(kept.lines, "HDT"), [fields_of(line)[1] for line in kept.lines if line[3:6] == b"THS"]
     assert len(hdt) == len(ths) == 599  # up to 59.8 s
     for k in range(0, 598, 7):
-        heading = math.degrees(simulator.truth(k / 10).own_ship.heading)
+        truth = simulator.truth(k / 10).own_ship
+        heading = true_deg(truth.heading, truth.position, origin)
         close(hdt[k].heading, heading, 0.01, 360.0)
         close(ths[k][0], heading, 0.01, 360.0)
     groups = [parsed(kept.lines, kind) for kind in ("ZDA", "RMC", "GGA", "VTG", "ROT", "VBW", "VHW")]
@@ -129,18 +181,46 @@ def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
             close(message.longitude, truth.longitude_deg, 1e-5 / 60, 360.0)
         close(vtg.spd_over_grnd_kts, truth.speed / KNOT, 0.01)
         close(rmc.spd_over_grnd, truth.speed / KNOT, 0.01)
-        close(vtg.true_track, math.degrees(truth.course), 0.01, 360.0)
-        close(rmc.true_course, math.degrees(truth.course), 0.01, 360.0)
+        close(vtg.true_track, true_deg(truth.course, truth.position, origin), 0.01, 360.0)
+        close(rmc.true_course, true_deg(truth.course, truth.position, origin), 0.01, 360.0)
         close(rot.rate_of_turn, 60 * math.degrees(simulator.ship_states([float(k)])[0].turn_rate[0]), 0.01)
         velocity = np.array(truth.velocity[:2])
-        stream = np.array(simulator.scene.environment.stream)
+        stream = simulator.scene.environment.currents.at(np.array(truth.position))
         ahead = np.array([math.sin(truth.heading), math.cos(truth.heading)])
         aside = np.array([math.cos(truth.heading), -math.sin(truth.heading)])
         expected = [v @ axis / KNOT for v in (velocity - stream, velocity) for axis in (ahead, aside)]
         for given, value in zip(vbw.data[:2] + vbw.data[3:5], expected, strict=True):
             close(given, value, 0.01)
         close(vhw.water_speed_knots, expected[0], 0.01)
-        close(vhw.heading_true, math.degrees(truth.heading), 0.01, 360.0)
+        close(vhw.heading_true, true_deg(truth.heading, truth.position, origin), 0.01, 360.0)
+
+
+@pytest.mark.parametrize("origin", [(89.0, 12.0), (50.0, -1.0), (-70.0, 180.0)])
+@pytest.mark.parametrize("place", [(8000.0, -3000.0), (60e3, 80e3)])
+def test_the_course_is_that_from_one_position_to_the_next(origin: tuple[float, float], place: tuple[float, float]) -> None:
+    """By geodesics between positions 10 s apart at 30 knots, 154 m. A position is off by 9 mm to each side, which is 0.007
+    degrees of their direction, beside half of a digit. Headings and bearings of targets count from the same north."""
+    body = {"name": "far", "shape": "point", "rcs_dbsm": 60, "position_m": [place[0] + 300.0, place[1] + 50.0, 5]}
+    own = {"position_m": place, "course_deg": 250, "speed_kn": 30, "heading_deg": 240}
+    port, kept = started(simulator_of(own, origin, body=[body]), tells_truth=True)
+    for time in (0.0, 5.0, 10.0):
+        port.tick("0", time)
+    rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
+    first, middle, last = (rmc[time] for time in (0.0, 5.0, 10.0))
+    earth = Geod(ellps="WGS84")
+    to, back, distance = earth.inv(first.longitude, first.latitude, last.longitude, last.latitude)
+    course = to + math.remainder(back + 180.0 - to, 360.0) / 2.0  # in the middle
+    close(middle.true_course, course, 0.01 + 2 * 0.007, 360.0)
+    close(parsed(kept.lines, "HDT")[50].heading, course - 10.0, 0.01 + 2 * 0.007, 360.0)
+    assert distance == pytest.approx(30 * KNOT * 10.0, abs=0.05)  # four times 9 mm, and a part in 10,000 of the map
+    _, tll = fields_of([line for line in kept.lines if line[3:6] == b"TLL"][1])
+    latitude, longitude = (
+        math.copysign(float(text[:-8]) + float(text[-8:]) / 60.0, {"N": 1, "E": 1}.get(side, -1))
+        for text, side in (tll[1:3], tll[3:5])
+    )
+    to, _, distance = earth.inv(middle.longitude, middle.latitude, longitude, latitude)
+    ttm = parsed(kept.lines, "TTM")[1]
+    close(ttm.bearing, to, 0.01 + 2 * math.degrees(0.018 / distance), 360.0)
 
 
 def test_the_position_is_that_of_an_antenna_that_turns_with_her() -> None:
@@ -174,7 +254,8 @@ def test_a_jump_by_a_command_is_followed_at_its_instant() -> None:
         truth = simulator.truth(time).own_ship
         close(messages[time].latitude, truth.latitude_deg or 0.0, 1e-5 / 60)
     assert abs(messages[4.0].latitude - messages[3.0].latitude) > 0.03
-    assert [float(message.heading) for message in parsed(kept.lines, "HDT")][30:33] == [0.0, 0.0, 123.0]
+    headings = [float(message.heading) for message in parsed(kept.lines, "HDT")][30:33]
+    assert headings == [0.0, 0.0, round(true_deg(math.radians(123.0), [9000.0, -4000.0], (50.0, -1.0)), 2)]
 
 
 ERRORS = {
@@ -190,7 +271,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
     port, kept = started(simulator)
     port.tick("0", 9.0)
     port.tick("0", 12.0)
-    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, stream=scene.environment.stream)
+    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, currents=scene.environment.currents)
     laws = reporter.laws_at(0)
     assert laws is not None
     rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
@@ -208,9 +289,10 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
         latitude, longitude = geographic_from_map(reported.position[0], (50.0, -1.0))
         close(rmc[time].latitude, latitude, 1e-5 / 60)
         close(rmc[time].longitude, longitude, 1e-5 / 60)
-        close(rmc[time].true_course, math.degrees(reported.course[0]), 0.01, 360.0)
+        place = scene.own_ship.pose(time).position[0]
+        close(rmc[time].true_course, true_deg(reported.course[0], place, (50.0, -1.0)), 0.01, 360.0)
         close(rmc[time].spd_over_grnd, reported.speed[0] / KNOT, 0.01)
-        close(vhw[int(time)].heading_true, math.degrees(reported.heading[0]), 0.01, 360.0)
+        close(vhw[int(time)].heading_true, true_deg(reported.heading[0], place, (50.0, -1.0)), 0.01, 360.0)
         truth = simulator.truth(time).own_ship
         assert truth.water_speed is not None
         error = reported.speed[0] - truth.speed

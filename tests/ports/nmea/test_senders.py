@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 
 import pytest
 
-from radar_service.ports.nmea import senders
+from radar_service.ports.nmea import listeners, senders
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS
-from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, TcpSender, UdpSender, datagrams
+from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, STALLED, TcpSender, UdpSender, datagrams
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
@@ -89,6 +89,50 @@ def test_clients_are_limited(sender: TcpSender) -> None:
         client.close()
 
 
+def test_one_that_only_reads_gets_all_and_gives_way_when_there_is_no_room(sender: TcpSender) -> None:
+    """`ncat --recv-only` ends what it says at once, as one does that has gone."""
+    clients = [dialled(sender) for _ in range(MAX_CLIENTS)]
+    clients[7].shutdown(socket.SHUT_WR)
+    for _ in range(3):
+        sender.send([LINE])
+    assert sender.clients == MAX_CLIENTS and clients[7].recv(1000)[: len(LINE)] == LINE
+    clients.append(dialled(sender))
+    sender.send([LINE])
+    assert sender.clients == MAX_CLIENTS and sender.refused == 0 and clients[-1].recv(1000) == LINE
+    while clients[7].recv(1000):
+        pass
+    for client in clients:
+        client.close()
+
+
+def test_who_is_behind_for_long_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One whose line is full, not the one that has taken all."""
+    monkeypatch.setattr(listeners, "MAX_CLIENTS", 2)
+    now = [0.0]
+    sender = TcpSender("--nmea-tcp", Address(HERE, free_port()), [], lambda: now[0])
+    slow, quick = dialled(sender), dialled(sender)
+    quick.setblocking(False)
+
+    def send(lines: list[bytes]) -> None:
+        sender.send(lines)
+        with contextlib.suppress(BlockingIOError):
+            while quick.recv(2**20):
+                pass
+
+    while not sender.lost:
+        send([LINE] * 500)
+    late = []
+    for now[0], refused in ((STALLED - 1.0, 1), (STALLED, 1)):
+        send([])
+        late.append(dialled(sender))
+        assert (sender.clients, sender.refused) == (2, refused)
+    sender.send([LINE])
+    assert late[1].recv(1000) == LINE == quick.recv(1000)
+    for client in (slow, quick, *late):
+        client.close()
+    sender.close()
+
+
 def test_a_port_that_is_taken_ends_the_start(sender: TcpSender) -> None:
     with pytest.raises(UsageError, match=f"--nmea-tcp: 127.0.0.1:{sender.address[1]} cannot be opened .*another port"):
         TcpSender("--nmea-tcp", Address(*sender.address), [])
@@ -135,6 +179,30 @@ def test_a_network_that_goes_away_is_told_once_and_tried_again(
     sender.close()
     assert sender.lost == 8  # of 16
     assert [record.message for record in caplog.records] == ["network lost", "network back"] * 2
+
+
+def test_an_interface_that_came_back_as_another_one_gets_another_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first socket fails for ever; another one is opened after a second, and not before."""
+    now, opened = [0.0], list[socket.socket]()
+
+    class Gone(Unplugged):
+        def __init__(self, *words: Any) -> None:
+            super().__init__(*words)
+            opened.append(self)
+
+        def send(self, *_: Any) -> int:
+            if self is opened[0]:
+                raise OSError(errno.ENODEV, "no device")
+            return 1
+
+    monkeypatch.setattr(senders.socket, "socket", Gone)
+    sender = UdpSender("--nmea-udp", Address(HERE, 9), lambda: now[0])
+    for later, lost in ((0.5, 1), (0.9, 2), (1.0, 3), (1.1, 3)):
+        now[0] = later
+        sender.send([LINE])
+        assert sender.lost == lost
+    assert len(opened) == 2 and opened[0].fileno() == -1
+    sender.close()
 
 
 def test_an_address_where_nobody_listens_yet_is_no_fault(caplog: pytest.LogCaptureFixture) -> None:

@@ -2,6 +2,7 @@
 
 import contextlib
 import socket
+import struct
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -9,7 +10,17 @@ from typing import Any
 import pytest
 
 from radar_service.ports.nmea.addresses import Address
-from radar_service.ports.nmea_in.receivers import AT_ONCE, MAX_CLIENTS, MAX_READ, RATE, Receiver, TcpReceiver, UdpReceiver
+from radar_service.ports.nmea_in.receivers import (
+    AT_ONCE,
+    IDLE,
+    MAX_CLIENTS,
+    MAX_READ,
+    RATE,
+    REJOIN,
+    Receiver,
+    TcpReceiver,
+    UdpReceiver,
+)
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.test_senders import HERE, free_port
 
@@ -105,6 +116,38 @@ def test_clients_are_limited_and_counted(tcp: TcpReceiver) -> None:
         client.close()
 
 
+def test_who_has_said_nothing_for_long_gives_way(tcp: TcpReceiver, clock: Clock) -> None:
+    """Bytes without an end are nothing. One that speaks stays, and so do all while nobody else comes."""
+    clients = []
+    while len(tcp.sockets) < 1 + MAX_CLIENTS:
+        clients.append(dialled(tcp))
+        tcp.received(Counts())
+    clock.now = IDLE - 1.0
+    clients[0].sendall(b"here\n")
+    assert lines(tcp, 1) == [b"here"]
+    clock.now = IDLE
+    clients[1].sendall(b"$")
+    tcp.received(Counts())
+    late, counts = dialled(tcp), Counts()
+    late.sendall(b"late\n")
+    assert lines(tcp, 1, counts) == [b"late"] and counts["connection"] == 0 and len(tcp.sockets) == 1 + MAX_CLIENTS
+    clients[0].sendall(b"still\n")
+    assert lines(tcp, 1) == [b"still"]
+    for client in (*clients, late):
+        client.close()
+
+
+def test_who_has_gone_before_he_was_taken_takes_nobody_along(tcp: TcpReceiver) -> None:
+    """A connection that was reset has no other end any more; those that came with it are taken."""
+    gone = dialled(tcp)
+    gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    gone.close()
+    client = dialled(tcp)
+    client.sendall(b"next\n")
+    assert lines(tcp, 1) == [b"next"]
+    client.close()
+
+
 @pytest.mark.parametrize("kind", [TcpReceiver, UdpReceiver])
 def test_a_port_that_is_taken_ends_the_start(kind: Any) -> None:
     with (
@@ -138,6 +181,24 @@ def test_senders_of_datagrams_that_are_remembered_are_few() -> None:
                 sender.sendto(b"x", receiver.address)
                 lines(receiver, 1)
         assert receiver.remembered == MAX_CLIENTS
+
+
+def test_a_group_is_joined_again_that_was_left(clock: Clock) -> None:
+    """As the system leaves it with an interface that goes away."""
+    where = Address("239.255.77.8", free_port(), HERE)
+    with (
+        contextlib.closing(UdpReceiver("--nmea-in-udp", where, None, clock)) as receiver,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(HERE))
+        (joined,) = receiver.sockets
+        joined.setsockopt(
+            socket.IPPROTO_IP, socket.IP_DROP_MEMBERSHIP, socket.inet_aton(where.host) + socket.inet_aton(HERE)
+        )
+        clock.now = REJOIN
+        receiver.received(Counts())
+        sender.sendto(b"again", (where.host, where.port))
+        assert lines(receiver, 1) == [b"again"]
 
 
 def test_a_multicast_group_is_joined() -> None:

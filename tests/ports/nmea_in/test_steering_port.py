@@ -142,7 +142,10 @@ def test_one_service_steers_another_one_and_the_truths_agree(protocol: str) -> N
         )
         serving = Address(HERE, free_port())
         sender = TcpSender("--nmea-tcp", serving, []) if protocol == "tcp" else UdpSender("--nmea-udp", listening)
-        leader, follower = station(scene(TURNING)), station(scene({"steerable": {}, "position_m": [5000, 5000]}))
+        leader = station(
+            scene({**TURNING, "position_m": [60e3, 30e3]})
+        )  # true north is 0.6 degrees off that of the map there
+        follower = station(scene({"steerable": {}, "position_m": [5000, 5000]}))
         async with served(leader, NmeaPort([sender])) as a, served(follower, SteeringPort([receiver])) as b:
             pipe = asyncio.create_task(piped(serving[:2], listening[:2])) if protocol == "tcp" else None
             for _ in range(2):
@@ -185,7 +188,8 @@ def test_the_state_says_who_steers_and_the_last_one_wins() -> None:
             say(writer, hdt(34))
             await until(lambda: steered_by(server, "nmea"))
             last = await latest(server)
-            assert (last["heading_deg"], last["course_deg"], last["speed_kn"]) == (34.0, 80.0, 6.0)
+            motion = [last[key] for key in ("heading_deg", "course_deg", "speed_kn")]
+            assert motion == pytest.approx([34.0, 80.0, 6.0], abs=ROUNDING)  # at the origin true north is that of the map
             assert last["position_m"] is None  # the fix before the others steered does not come again
 
     play(test)
@@ -222,7 +226,7 @@ def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPa
             await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 16}})
             await until(lambda: is_at(server, 2.0))
             await until(lambda: read_all(server))
-            assert (await latest(server))["heading_deg"] == 20.0
+            assert (await latest(server))["heading_deg"] == pytest.approx(20.0, abs=ROUNDING)
 
     async def read_all(server: Server) -> bool:
         text = (await server.http.get("/metrics")).text
@@ -238,7 +242,7 @@ def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPa
 
 
 async def heads(server: Server, heading_deg: float) -> bool:
-    return (await latest(server)).get("heading_deg") == heading_deg
+    return bool(abs((await latest(server)).get("heading_deg", math.inf) - heading_deg) < ROUNDING)
 
 
 async def is_at(server: Server, time: float) -> bool:
@@ -266,7 +270,8 @@ class FakeStation:
         self.show(input_)
 
     def show(self, input_: dict[str, Any]) -> None:
-        self.epoch = SimpleNamespace(info=InProcess(SceneRequest(input_), "fast").info)
+        source = InProcess(SceneRequest(input_), "fast")
+        self.epoch = SimpleNamespace(info=source.info, spoke_source=source)
 
 
 def steering(input_: dict[str, Any] | None = None) -> tuple[NmeaSteering, FakeStation, Clock, Refusals]:
@@ -292,7 +297,7 @@ def test_the_time_of_arrival_counts() -> None:
     answer.set_result(Command(0, 0.0, None))
     made.steer()
     second = fake.commands.put_[1][0](6.2)
-    assert second["heading_deg"] == 45.0
+    assert second["heading_deg"] == pytest.approx(45.0, abs=1e-3)  # 0.2 minutes of the origin's meridian
     assert second["position_m"][0] == pytest.approx(
         6.0 * KNOT * 0.2, abs=ROUNDING
     )  # of 6.0 s, though the heading came later
@@ -319,6 +324,18 @@ def test_a_pose_that_is_refused_is_counted_and_logged_once(caplog: pytest.LogCap
             fake.commands.put_[-1][2].set_exception(CommandError("speed_kn: 99 is not allowed"))
         made.steer()
     assert refused.counts["nmea-refused"] == 3 and [record.message for record in caplog.records] == ["own ship not steered"]
+
+
+def test_a_position_that_is_refused_turns_no_heading() -> None:
+    """One beyond the map, where true north is another: the next heading counts from north at own ship."""
+    made, fake, clock, _ = steering()
+    made.hear("a", [rmc("120000.00", "8959.0000,N,17000.0000,E", 6.0, 90.0), hdt(10.0)])
+    made.steer()
+    fake.commands.put_[-1][2].set_exception(CommandError("position_m"))
+    clock.now = 1.0
+    made.hear("a", [hdt(20.0)])
+    made.steer()
+    assert fake.commands.put_[-1][0](5.0)["heading_deg"] == pytest.approx(20.0, abs=1e-9)
 
 
 UNFIT = {

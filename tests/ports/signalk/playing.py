@@ -25,12 +25,12 @@ FLAT_OUT = Settings(pace=Pace("run", float("inf")))
 
 def play(
     test: Callable[[Server], Awaitable[None]], *scenes: Scene, settings: Settings = PAUSED, access: Access | None = None,
-    gui: Path | None = None, wait_for: int = 0,
+    gui: Path | None = None, wait_for: int = 0, tells_truth: bool = False,
 ) -> None:  # fmt: skip
     """Runs a test against radars of these scenes, by default of the test scene."""
 
     async def whole() -> None:
-        host = PortHost((RestPort(), FeedPort(), SignalKPort(gui)))
+        host = PortHost((RestPort(), FeedPort(), SignalKPort(gui, tells_truth)))
         stations = [
             Station(
                 str(number), FakeEngine(of), factory(), settings=settings, sinks=host.sinks(str(number)), wait_for=wait_for

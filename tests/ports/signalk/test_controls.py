@@ -101,6 +101,8 @@ def test_changes(control: str, given: Any, changed: dict[str, Any]) -> None:
         ("gain", "1" * 400, "is not a number"),
         ("gain", {"auto": "perhaps"}, "is not one of 0 .false., 1 .true."),
         ("range", {"value": 1, "units": "furlong"}, "units 'furlong'"),
+        ("range", {"value": 1, "units": ["m"]}, "are not m, km, nm"),
+        ("range", {"value": 1, "units": {}}, "units '{}'"),
         ("range", 9, "range_m: 9.0"),
         ("targetExpansion", 2.5, "echo_stretch: 2.5"),
         ("rotationSpeed", 3, "read-only"),

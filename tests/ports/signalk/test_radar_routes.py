@@ -24,10 +24,13 @@ def assert_failed(answer: Any, status: int, *words: str) -> None:
 def test_a_client_finds_the_radars() -> None:
     async def test(server: Server) -> None:
         found = (await server.http.get("/signalk")).json()
-        endpoint = found["endpoints"]["v2"]
-        assert endpoint == {
-            "version": "v2", "signalk-http": f"http://radar{BASE}", "signalk-ws": "ws://radar/signalk/v1/stream",
+        assert found["endpoints"] == {
+            "v1": {
+                "version": "1.7.0", "signalk-http": "http://radar/signalk/v1/api/", "signalk-ws": "ws://radar/signalk/v1/stream",
+            },
+            "v2": {"version": "v2", "signalk-http": f"http://radar{BASE}", "signalk-ws": "ws://radar/signalk/v1/stream"},
         }  # fmt: skip
+        assert (await server.http.get("/signalk/v1/api/self")).json() == "vessels.self"
         assert found["server"]["id"] and (await server.http.head(BASE)).status_code == 200
         listing = (await server.http.get(BASE)).json()
         assert listing["version"] == "3.4.0" and list(listing["radars"]) == ["sim-0", "sim-1"]

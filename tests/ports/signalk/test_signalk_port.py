@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,10 +34,23 @@ def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
     play(test, gui=folder, access=Access("command" * 5, "read" * 5))
 
 
+def options(**given: Any) -> argparse.Namespace:
+    """The options of a service with Signal K alone, but for those given."""
+    return argparse.Namespace(**{"signalk": True, "gui": None, "signalk_truth": False, "truth": False} | given)
+
+
 def test_the_port_is_opened_on_request_alone(tmp_path: Path) -> None:
-    assert signalk.opened(argparse.Namespace(signalk=False, gui=None)) is None
-    assert signalk.opened(argparse.Namespace(signalk=True, gui=tmp_path)) is not None
+    assert signalk.opened(options(signalk=False)) is None
+    assert signalk.opened(options(gui=tmp_path)) is not None
     with pytest.raises(UsageError, match="--gui: a page of others reads Signal K"):
-        signalk.opened(argparse.Namespace(signalk=False, gui=tmp_path))
+        signalk.opened(options(signalk=False, gui=tmp_path))
     with pytest.raises(UsageError, match="is not a folder"):
-        signalk.opened(argparse.Namespace(signalk=True, gui=tmp_path / "nowhere"))
+        signalk.opened(options(gui=tmp_path / "nowhere"))
+
+
+def test_the_truth_is_told_on_request_and_with_the_truth_alone() -> None:
+    assert signalk.opened(options(signalk_truth=True, truth=True)) is not None
+    with pytest.raises(UsageError, match="--signalk-truth: targets are told by Signal K"):
+        signalk.opened(options(signalk=False, signalk_truth=True, truth=True))
+    with pytest.raises(UsageError, match="--signalk-truth: tells the truth"):
+        signalk.opened(options(signalk_truth=True))

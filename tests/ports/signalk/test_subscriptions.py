@@ -1,10 +1,21 @@
 """Subscriptions of the Signal K stream: which paths they take, and when each is due. Times are given, none is measured."""
 
+import functools
+import random
+from collections import Counter
 from typing import Any
 
 import pytest
 
-from radar_service.ports.signalk.subscriptions import MAX_SUBSCRIPTIONS, SELF, Subscriber, Subscription, SubscriptionError
+from radar_service.ports.signalk.subscriptions import (
+    MAX_SUBSCRIPTIONS,
+    MIN_FIXED,
+    SELF,
+    Subscriber,
+    Subscription,
+    SubscriptionError,
+    matches,
+)
 
 GAIN, RAIN = (SELF, "radars.sim-0.controls.gain"), (SELF, "radars.sim-0.controls.rain")
 OTHER = ("vessels.urn:mrn:imo:mmsi:211000001", "navigation.position")
@@ -23,6 +34,37 @@ def of(path: str, **row: Any) -> Subscription:
 )  # fmt: skip
 def test_paths_with_stars(pattern: str, taken: bool) -> None:
     assert of(pattern).takes(*GAIN) is taken
+
+
+def slow_match(pattern: str, text: str) -> bool:
+    """By the definition: character by character, a star taking none or one more."""
+
+    @functools.cache
+    def of_rest(p: int, t: int) -> bool:
+        if p == len(pattern):
+            return t == len(text)
+        if pattern[p] == "*":
+            return of_rest(p + 1, t) or (t < len(text) and of_rest(p, t + 1))
+        return t < len(text) and pattern[p] == text[t] and of_rest(p + 1, t + 1)
+
+    return of_rest(0, 0)
+
+
+def test_stars_stand_for_any_characters() -> None:
+    """Against the definition, for patterns and texts of two letters, which repeat and overlap in all ways."""
+    draw = random.Random(11)
+    found = Counter[bool]()
+    for _ in range(4000):
+        pattern = "".join(draw.choices("ab*", k=draw.randrange(9)))
+        text = "".join(draw.choices("ab", k=draw.randrange(9)))
+        found[slow_match(pattern, text)] += 1
+        assert matches(pattern, text) is slow_match(pattern, text), (pattern, text)
+    assert min(found[True], found[False]) > 300
+
+
+def test_many_stars_cost_nothing() -> None:
+    """A regular expression tries more ways than there is time for: some 10 to the power of 50 here."""
+    assert not matches("*a" * 99 + "b", "a" * 1000) and matches("*a" * 99, "a" * 1000)
 
 
 def test_contexts_with_stars() -> None:
@@ -46,6 +88,18 @@ def test_values_come_no_faster_than_their_period() -> None:
     client.note(GAIN, 5.2)
     client.note(GAIN, 5.4)
     assert client.next_due == 6.0 and client.take(5.99) == [] and client.take(6.0) == [GAIN] and client.next_due is None
+
+
+def test_a_later_subscription_counts_for_paths_that_came_before() -> None:
+    client = Subscriber(of("radars.*", policy="ideal", period=1000))
+    client.note(GAIN, 5.0)
+    assert client.take(5.0) == [GAIN]
+    client.subscribe([of("*gain")], [], now=5.0)
+    client.note(GAIN, 5.1)
+    assert client.take(5.1) == [GAIN]
+    client.unsubscribe(SELF, "*")
+    client.note(GAIN, 9.0)
+    assert client.take(9.0) == []
 
 
 def test_a_period_alone_is_the_shortest_one() -> None:
@@ -117,4 +171,4 @@ def test_a_fixed_period_of_nothing_does_not_spin() -> None:
     client = Subscriber()
     client.subscribe([of("*", policy="fixed", period=0)], [GAIN], now=0.0)
     client.take(0.0)
-    assert client.next_due == pytest.approx(0.01, abs=1e-15)
+    assert client.next_due == pytest.approx(MIN_FIXED, abs=1e-15)

@@ -1,8 +1,11 @@
 """Charts of scenes."""
 
+import pickle
 import subprocess
+from concurrent.futures import Future
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +18,27 @@ from tests.study.chart.settings import SMALL
 def test_a_scene_with_nothing_in_sight_is_refused() -> None:
     with pytest.raises(rs.SceneError, match="add a body in sight"):
         chart.measure(scene([], radar=SMALL), effort=chart.QUICK)
+
+
+class Pickling:
+    """An executor that does each job at once, with what is left of it after pickling."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def submit(self, function: Any, /, *arguments: Any) -> "Future[Any]":
+        self.calls += 1
+        function, arguments = pickle.loads(pickle.dumps((function, arguments)))
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def test_panels_are_measured_wherever_an_executor_says() -> None:
+    elsewhere = Pickling()
+    with pytest.raises(rs.SceneError, match="add a body in sight"):
+        chart.measure(scene([], radar=SMALL), effort=chart.QUICK, executor=elsewhere)
+    assert elsewhere.calls == 2  # panels that show whether there is anything to compare
 
 
 GIT = ("git", "-c", "user.name=test", "-c", "user.email=test@localhost")

@@ -114,7 +114,12 @@ def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
     warnings = told_warnings(scene.warnings, knows_truth)
-    stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
+    stream: dict[str, Any] = {"stream": list(scene.currents.everywhere)} if scene.currents else {}
+    if scene.currents.areas:
+        stream["streams"] = [
+            {"stream": list(area.stream), "border": area.border, "corners": area.corners, "radius": area.radius}
+            for area in scene.currents.areas
+        ]
     return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 
 
@@ -146,7 +151,10 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     """Returns all spokes of a batch in the view's encoding and bins, not compressed."""
     block, known = batch.block, batch.epoch.info
     to = batch.epoch.layout(view.bins)
-    data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power, batch.before, batch.earlier)
+    if view.encoding == "u8":
+        data: NDArray[np.generic] = batch.video_bytes(to)
+    else:
+        data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power)
     message = {
         "type": "spokes",
         "epoch": batch.epoch.name,

@@ -10,14 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.display.video import display_video
 from radar_service.numerics.types import Floats
 from radar_service.records.truth import Truth
 from radar_service.service.codecs.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.geo import geographic_from_map
+from radar_service.world.geo import geographic_from_map, true_bearing
 
 MAX_SAMPLES = 1024  # of a spoke: what the sets that clients know send
 LEVELS = 252  # of a sample, as Furuno's have; stronger ones, the last dB of the 63, are shown as the highest
@@ -90,8 +89,7 @@ class SignalKCodec:
 
 def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     block, known, to = batch.block, batch.epoch.info, batch.epoch.layout(view.bins)
-    video = display_video(block.power, to, batch.video, known.noise_power, batch.before, batch.earlier)
-    rows = np.minimum(video, LEVELS - 1)
+    rows = np.minimum(batch.video_bytes(to), LEVELS - 1)
     azimuths = known.radar.azimuths
     lost = np.isnan(block.heading)  # the azimuth then counts from the bow
     bearing = _in_spokes(block.azimuth, azimuths)
@@ -99,14 +97,17 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     angle = np.mod(bearing - _in_spokes(np.where(lost, 0.0, block.heading), azimuths), azimuths)
     times = _milliseconds(batch.epoch.start_utc, block.time)
     origin = known.scene.origin
-    positions = None if origin is None else geographic_from_map(block.position, origin)
+    positions = (
+        None if origin is None else [(north, east) for north, east in geographic_from_map(block.position, origin).tolist()]
+    )
+    north = np.zeros(len(block)) if origin is None else true_bearing(0.0, block.position, origin)
+    true = np.mod(bearing + _in_spokes(north, azimuths), azimuths)  # each comes once in a revolution, too
+    bearings = [None if is_lost else int(each) for each, is_lost in zip(true.tolist(), lost.tolist(), strict=True)]
+    angles, to_edge = angle.astype(int).tolist(), round(to.range)
     return [
-        SpokeFields(
-            int(angle[k]), None if lost[k] else int(bearing[k]), round(to.range), times[k],
-            None if positions is None else (float(positions[k, 0]), float(positions[k, 1])), rows[k].tobytes(),
-        )
+        SpokeFields(angles[k], bearings[k], to_edge, times[k], positions[k] if positions else None, rows[k].tobytes())
         for k in range(len(block))
-    ]  # fmt: skip
+    ]
 
 
 def _milliseconds(start: datetime, times: Floats) -> list[int]:

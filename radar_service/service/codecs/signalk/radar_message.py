@@ -7,6 +7,7 @@ The encoding is that of Protocol Buffers: a key (field << 3 | wire type) and its
 
 import struct
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 VARINT, DOUBLE, BYTES = 0, 1, 2  # wire types
@@ -42,20 +43,25 @@ def varint(value: int) -> bytes:
     return bytes(groups)
 
 
+_keyed = lru_cache(maxsize=1 << 16)(
+    lambda key, value: bytes((key,)) + varint(value)
+)  # of angles and sizes, which come again
+
+
 def spoke_bytes(spoke: SpokeFields) -> bytes:
     """Returns one spoke as an element of a message."""
-    parts = [bytes((ANGLE,)), varint(spoke.angle)]
+    parts = [_keyed(ANGLE, spoke.angle)]
     if spoke.bearing is not None:
-        parts += [bytes((BEARING,)), varint(spoke.bearing)]
-    parts += [bytes((RANGE,)), varint(spoke.range)]
+        parts.append(_keyed(BEARING, spoke.bearing))
+    parts.append(_keyed(RANGE, spoke.range))
     if spoke.time is not None:
         parts += [bytes((TIME,)), varint(spoke.time)]
-    parts += [bytes((DATA,)), varint(len(spoke.data)), spoke.data]
+    parts += [_keyed(DATA, len(spoke.data)), spoke.data]
     if spoke.position is not None:
         latitude, longitude = spoke.position
         parts.append(struct.pack("<BdBd", LATITUDE, latitude, LONGITUDE, longitude))
     content = b"".join(parts)
-    return bytes((SPOKES,)) + varint(len(content)) + content
+    return _keyed(SPOKES, len(content)) + content
 
 
 def last_spokes(message: bytes, count: int) -> bytes:

@@ -11,6 +11,7 @@ from radar_service.display.video import Controls, display_video
 from radar_service.scene_file.load import load_scene
 from radar_service.service.codecs.signalk.codec import LEVELS, MAX_SAMPLES, RadarShape, SignalKCodec
 from radar_service.service.spokes import Epoch, SpokeBatch
+from tests.reference.true_north import true_deg
 from tests.service.codecs.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, BINS, RADAR, STEP, FakeEngine, scene
 
@@ -49,6 +50,16 @@ def test_each_angle_comes_once_at_a_heading_between_two_spokes() -> None:
         for k in range(AZIMUTHS)
     ]
     assert sorted(angles) == list(range(AZIMUTHS))
+
+
+def test_bearings_count_from_true_north_at_own_ship() -> None:
+    """At 60 N 600 km to the east of the origin it is 9.3 degrees off the map's: 0.6 of 24 spokes, so one. Angles stay."""
+    engine = FakeEngine(load_scene({"radar": RADAR, "origin": {"latitude_deg": 60.0, "longitude_deg": 5.0}}))
+    east = np.tile([600e3, 0.0], (5, 1))
+    assert true_deg(0.0, east[0].tolist(), (60.0, 5.0)) == pytest.approx(9.3, abs=0.1)
+    sent, far = (spokes(CODEC.spokes(batch(engine, 0, 5, **more), VIEW)) for more in ({}, {"position": east}))
+    assert [each.get("angle", 0) for each in far] == [each.get("angle", 0) for each in sent]
+    assert [(b.get("bearing", 0) - a.get("bearing", 0)) % AZIMUTHS for a, b in zip(sent, far, strict=True)] == [1] * 5
 
 
 def test_a_spoke_without_heading_has_the_angle_from_the_bow_and_no_bearing() -> None:

@@ -1,6 +1,6 @@
 """The message of spokes: what the library of Protocol Buffers reads is what was written, for any values."""
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radar_service.service.codecs.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes, varint
@@ -18,6 +18,7 @@ def test_varints_of_the_encoding_guide() -> None:
     assert varint(1) == b"\x01" and varint(150) == b"\x96\x01" and varint(0) == b"\x00" and varint(127) == b"\x7f"
 
 
+@settings(deadline=None)
 @given(st.lists(SPOKE, max_size=5))
 def test_what_was_written_is_read(written: list[SpokeFields]) -> None:
     read = spokes(b"".join(map(spoke_bytes, written)))
@@ -29,6 +30,7 @@ def test_what_was_written_is_read(written: list[SpokeFields]) -> None:
         assert (got.get("lat"), got.get("lon")) == (spoke.position or (None, None))
 
 
+@settings(deadline=None)
 @given(st.lists(SPOKE, min_size=1, max_size=5), st.data())
 def test_the_last_spokes_of_a_message(written: list[SpokeFields], data: st.DataObject) -> None:
     count = data.draw(st.integers(0, len(written)))

@@ -1,0 +1,47 @@
+/* What kernels of shadows share: windows in the antenna's picture, and virtual positions, of picture.py; what they call. */
+
+#ifndef SHADOWS_H
+#define SHADOWS_H
+
+#include "geometry.h"
+
+enum { WINDOW_SIZES = 6 }; /* numbers of a window */
+
+static const double NEAREST = 1e-3; /* m, of picture.py */
+
+typedef struct {
+    double middle, half, low, high, nearest, farthest;
+} Window;
+
+/* The virtual height of a point at a distance along the earth: `Picture.height`. */
+static inline double virtual_height(double distance, double height, double antenna_height, double earth_radius, int by_sea) {
+    if (!by_sea) return height - antenna_height - distance * distance / (2.0 * earth_radius);
+    distance = larger(distance, NEAREST);
+    double reflection = reflection_distance(distance, larger(height, 0.0), antenna_height, earth_radius);
+    reflection = larger(reflection, NEAREST * NEAREST);
+    return -distance * (antenna_height / reflection + reflection / (2.0 * earth_radius));
+}
+
+/* The virtual position of a point on the map: `Picture.virtual`. */
+static inline void virtual_of(const double *point, const double *antenna, double earth_radius, int by_sea, double *result) {
+    result[0] = point[0] - antenna[0];
+    result[1] = point[1] - antenna[1];
+    double distance = sqrt(result[0] * result[0] + result[1] * result[1]);
+    result[2] = virtual_height(distance, point[2], antenna[2], earth_radius, by_sea);
+}
+
+Window window_of(const double *points, int64_t corners, const double *antenna, double earth_radius, int by_sea);
+
+KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const double *points, const double *matrix,
+                     const double *position, const double *antenna, double earth_radius, double moved, const double *own,
+                     uint8_t *stand);
+
+KERNEL int64_t shadow_planes(int64_t count, const double *corners, double *kept, double *plane, double *offset, double *distance);
+
+KERNEL int64_t silhouettes(int64_t count, const double *corners, double *plane, double *offset);
+
+KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_t room, const double *corners, const double *virtual,
+                  const double *edge_plane, const double *edge_offset, const double *plane, const double *offset, double *parts,
+                  int64_t *origin, uint8_t *bright);
+
+#endif
