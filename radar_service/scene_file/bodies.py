@@ -18,6 +18,7 @@ from radar_service.scene_file.model.body import (
     BodyOfAKind,
     HeightMapBodyModel,
     MeshBodyModel,
+    PlatingModel,
     ShapeBodyModel,
 )
 from radar_service.scene_file.model.seaway import HullModel
@@ -28,7 +29,7 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
-from radar_service.world.body import Body, Material, Mesh
+from radar_service.world.body import Body, Material, Mesh, Plating
 from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
@@ -74,6 +75,7 @@ class BodyLoader:
         return Body(
             model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
+            plating=_plating(model),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
@@ -168,6 +170,13 @@ class BodyLoader:
 
 def _scattering(model: BodyModel, material: Material) -> str:
     return "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
+
+
+def _plating(model: BodyOfAKind) -> Plating | None:
+    """How the walls of a body are dented; those of hull types other than `plain` by default."""
+    drawn = isinstance(model, ShapeBodyModel) and model.hull_type not in (None, PLAIN)
+    table = model.plating or (PlatingModel() if drawn else None)
+    return None if table is None else Plating(table.dent_m, table.frame_m, table.panel_height_m, table.seed)
 
 
 def _is_vessel(model: BodyOfAKind, material: Material) -> bool:

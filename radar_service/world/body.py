@@ -21,6 +21,22 @@ class Material:
     scattering: str  # name of a model in radar_service.scattering.models: default for bodies of this material
 
 
+@dataclass(frozen=True)
+class Plating:
+    """Dents that welding and the sea leave in plates between frames (IACS Rec. 47: 4 mm standard, 8 mm limit).
+
+    depth: mean over panels of their largest depth [m].
+    frame: distance of frames [m].
+    tier: height over which the depth of a panel is drawn [m].
+    seed: of the draws.
+    """
+
+    depth: float
+    frame: float
+    tier: float
+    seed: int
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range.
@@ -76,6 +92,7 @@ class Body:
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     presence: when it is in the scene at all.
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
+    plating: how its walls are dented, where it scatters by physical optics; None: they are flat.
     """
 
     name: str
@@ -91,6 +108,7 @@ class Body:
     is_vessel: bool = False
     presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
     one_sided: bool = field(default=False, metadata={"added": 2})
+    plating: Plating | None = field(default=None, metadata={"added": 3})
 
     @property
     def at_rest(self) -> bool:

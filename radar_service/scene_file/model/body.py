@@ -63,6 +63,19 @@ class FadingModel(Section):
         return [unit * self.present % self.of < self.present for unit in range(self.of)]
 
 
+class PlatingModel(Section):
+    """Dents of the walls of a metal body between its frames, drawn for each panel."""
+
+    dent_m: Annotated[float, Field(strict=True, ge=0, le=0.02)] = Field(
+        0.004, description="mean of the largest depths of panels (IACS: 0.004 standard, 0.008 limit); 0: flat"
+    )
+    frame_m: Annotated[float, Field(strict=True, ge=0.3, le=3)] = Field(0.7, description="distance of frames")
+    panel_height_m: Annotated[float, Field(strict=True, ge=0.5, le=20)] = Field(
+        2.5, description="height over which the depth of a panel is drawn"
+    )
+    seed: Whole = Field(0, ge=0, le=2**32 - 1, description="of the depths")
+
+
 if TYPE_CHECKING:
     ScatteringName = str
     HullType = str
@@ -142,6 +155,9 @@ class BodyModel(NamedSection):
     ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
         None, description="that AIS reports; default: how deep her mesh reaches"
+    )
+    plating: PlatingModel | None = Field(
+        None, description="how its walls are dented; default: flat, and a table {} for hull types other than `plain`"
     )
     errors: PlatformErrorsModel | None = Field(None, description="of the sensors of a body that carries a radar, on purpose")
     start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
@@ -233,6 +249,8 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         for key in ("start_s", "end_s", "fading"):
             if key in self.model_fields_set:
                 raise ValueError(f"{key}: a height map is land and always there; remove {key}")
+        if self.plating is not None:
+            raise ValueError("plating: a height map is land, without plates; remove plating")
         self._check_heights_and_corners()
         self._check_rest()
         east_north = (self.position_m or (0.0, 0.0))[:2]
