@@ -21,6 +21,7 @@ from radar_service.scene_file.model.body import (
     BodyOfAKind,
     HeightMapBodyModel,
     MeshBodyModel,
+    PlatingModel,
     ShapeBodyModel,
 )
 from radar_service.scene_file.model.seaway import HullModel
@@ -31,10 +32,11 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
-from radar_service.world.body import Body, Material, Mesh, Reflector
+from radar_service.world.body import Body, Material, Mesh, Plating, Reflector
 from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
+from radar_service.world.hull_types import PLAIN, hull_mesh
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
@@ -76,7 +78,7 @@ class BodyLoader:
         return Body(
             model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
-            reflector=reflector, beacon=beacon_from_model(model, mesh),
+            plating=_plating(model), reflector=reflector, beacon=beacon_from_model(model, mesh),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
@@ -129,6 +131,9 @@ class BodyLoader:
         if model.shape in ("point", "reflector"):
             return None
         sizes = model.sizes()
+        if model.shape == "hull":
+            kind, seed = model.hull_type or PLAIN, model.hull_seed or 0
+            return _cached(self._shapes, (kind, seed, *sizes.values()), lambda: hull_mesh(kind, seed, *sizes.values()))
         sag = model_at(SCATTERING_MODELS[scattering]).shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
         key = (model.shape, sag, *sizes.values())
         return _cached(self._shapes, key, lambda: shape_mesh(model.shape, sizes, sag))
@@ -188,6 +193,13 @@ def _scattering(model: BodyOfAKind, material: Material) -> str:
     if _is_reflector(model):
         return "reflector"
     return "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
+
+
+def _plating(model: BodyOfAKind) -> Plating | None:
+    """How the walls of a body are dented; those of hull types other than `plain` by default."""
+    drawn = isinstance(model, ShapeBodyModel) and model.hull_type not in (None, PLAIN)
+    table = model.plating or (PlatingModel() if drawn else None)
+    return None if table is None else Plating(table.dent_m, table.frame_m, table.panel_height_m, table.seed)
 
 
 def _is_vessel(model: BodyOfAKind, material: Material) -> bool:

@@ -37,6 +37,22 @@ class Reflector:
     hung: str = "catch-rain"
 
 
+@dataclass(frozen=True)
+class Plating:
+    """Dents that welding and the sea leave in plates between frames (IACS Rec. 47: 4 mm standard, 8 mm limit).
+
+    depth: mean over panels of their largest depth [m].
+    frame: distance of frames [m].
+    tier: height over which the depth of a panel is drawn [m].
+    seed: of the draws.
+    """
+
+    depth: float
+    frame: float
+    tier: float
+    seed: int
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range.
@@ -94,6 +110,7 @@ class Body:
     reflector: the radar reflector that it is; None of all else.
     beacon: a racon or a search and rescue transponder on it.
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
+    plating: how its walls are dented, where it scatters by physical optics; None: they are flat.
     """
 
     name: str
@@ -111,6 +128,7 @@ class Body:
     one_sided: bool = field(default=False, metadata={"added": 2})
     reflector: Reflector | None = field(default=None, metadata={"added": 3})
     beacon: Beacon | None = field(default=None, metadata={"added": 3})
+    plating: Plating | None = field(default=None, metadata={"added": 4})
 
     @property
     def at_rest(self) -> bool:

@@ -227,6 +227,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "manoeuvre": lambda: section("ManoeuvreModel"),
     "seaway": lambda: section("SeawayModel"),
     "hull": lambda: section("HullModel"),
+    "plating": lambda: section("PlatingModel"),
     "fading": lambda: section("FadingModel"),
     "racon": lambda: section("RaconModel"),
     "sart": lambda: section("SartModel"),

@@ -25,7 +25,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, most_triangles
 from radar_service.scattering.physical_optics.convex_bodies import Centres
 from radar_service.scattering.physical_optics.convex_sights import casters_over, plain_sights
-from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, edge_limits
 from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
@@ -37,7 +37,6 @@ from radar_service.scattering.physical_optics.mesh_quality import (
 from radar_service.scattering.physical_optics.optical_body import (
     OpticalBody,
     PathCentres,
-    edge_limits,
     facet_enlargement,
     optical_bodies,
 )

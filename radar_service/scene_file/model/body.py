@@ -23,6 +23,7 @@ from radar_service.scene_file.model.fields import (
     Whole,
 )
 from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.world.hull_types import HULL_TYPES, PLAIN
 
 MAX_UNITS = 1000  # of a schedule
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
@@ -65,10 +66,25 @@ class FadingModel(Section):
         return [unit * self.present % self.of < self.present for unit in range(self.of)]
 
 
+class PlatingModel(Section):
+    """Dents of the walls of a metal body between its frames, drawn for each panel."""
+
+    dent_m: Annotated[float, Field(strict=True, ge=0, le=0.02)] = Field(
+        0.004, description="mean of the largest depths of panels (IACS: 0.004 standard, 0.008 limit); 0: flat"
+    )
+    frame_m: Annotated[float, Field(strict=True, ge=0.3, le=3)] = Field(0.7, description="distance of frames")
+    panel_height_m: Annotated[float, Field(strict=True, ge=0.5, le=20)] = Field(
+        2.5, description="height over which the depth of a panel is drawn"
+    )
+    seed: Whole = Field(0, ge=0, le=2**32 - 1, description="of the depths")
+
+
 if TYPE_CHECKING:
     ScatteringName = str
+    HullType = str
 else:
     ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+    HullType = Literal[HULL_TYPES]
 
 
 def _with_null_keys(schema: dict[str, Any]) -> None:
@@ -98,6 +114,10 @@ class ShapeSection(NamedSection):
     )
     hung: Literal["catch-rain", "point-up"] = Field(
         "catch-rain", description="of an octahedral reflector: what is on top, an opening or a corner of the plates"
+    )
+    hull_type: HullType | None = Field(None, description="what stands on a hull, and its flare; default: `plain`")
+    hull_seed: Whole | None = Field(
+        None, ge=0, le=2**32 - 1, description="of the parts of a hull that is not `plain`; default: 0"
     )
 
 
@@ -146,6 +166,9 @@ class BodyModel(NamedSection):
     sart: SartModel | None = Field(None, description="it answers X-band radars by sweeps, in distress")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
         None, description="that AIS reports; default: how deep her mesh reaches"
+    )
+    plating: PlatingModel | None = Field(
+        None, description="how its walls are dented; default: flat, and a table {} for hull types other than `plain`"
     )
     errors: PlatformErrorsModel | None = Field(None, description="of the sensors of a body that carries a radar, on purpose")
     start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
@@ -216,6 +239,10 @@ class ShapeBodyModel(BodyModel, ShapeSection):
                 raise ValueError(f'{key}: missing; shape = "{self.shape}" needs {", ".join(required)}: add it')
             if given and key not in required:
                 raise ValueError(f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}')
+        if self.hull_type is not None and self.shape != "hull":
+            raise ValueError(f'hull_type: shape = "{self.shape}" has none; remove it, or take shape = "hull"')
+        if self.hull_seed is not None and self.hull_type in (None, PLAIN):
+            raise ValueError("hull_seed: a plain hull has no parts to draw; add hull_type or remove hull_seed")
         if self.shape == "point" and self.rcs_dbsm is None:
             raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
 
@@ -260,6 +287,8 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         for key in ("racon", "sart"):
             if getattr(self, key) is not None:
                 raise ValueError(f"{key}: a height map is land; give the beacon to a body that stands on it")
+        if self.plating is not None:
+            raise ValueError("plating: a height map is land, without plates; remove plating")
         self._check_heights_and_corners()
         self._check_rest()
         east_north = (self.position_m or (0.0, 0.0))[:2]
