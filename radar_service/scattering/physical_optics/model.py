@@ -47,6 +47,7 @@ from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspec
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
+from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.line_of_sight import SurfacePoints
@@ -371,8 +372,9 @@ class PhysicalOptics(AspectModel):
     @staticmethod
     @override
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """They are those of `mesh_quality`."""
-        return mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
+        """They are those of `mesh_quality`, and of `vessel_remarks`."""
+        quality = mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
+        return quality + vessel_remarks(body, conditions.environment)
 
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
