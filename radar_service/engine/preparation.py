@@ -109,7 +109,7 @@ def prepare(
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
-    beam = _beam_table(radar, fidelity, max_tile)
+    beam = beam_table(radar, fidelity, max_tile)
     return Prepared(
         scene,
         fidelity,
@@ -179,7 +179,7 @@ def _land_rows(
     return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
 
 
-def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
+def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
     """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
     extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
     span = max_tile * radar.azimuth_step
