@@ -26,6 +26,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT, in_order
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.parameters import Radar
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
 
 
@@ -219,6 +220,8 @@ def add_clutter(
 ) -> None:
     """Adds sea and rain clutter."""
     rows = None if prepared.clutter is None else prepared.clutter.rows(azimuths.number, ~blind[:, None])
+    if rows is not None and (shadow := structure_shadow(prepared.scene.radar)) is not None:
+        rows = rows.behind(shadow.clutter_power(azimuths.boresight - prepared.scene.platform.heading(azimuths.time)))
     if rows is not None:
         rows.add_to(field)
     if record is not None:

@@ -12,6 +12,7 @@ from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.world.beacon import Beacon
@@ -85,9 +86,13 @@ class BeaconLink:
         east, north, up = np.einsum("kij,kj->ik", level, curved)
         return np.arctan2(east, north), np.arctan2(up, np.hypot(east, north))
 
-    def azimuth_gain(self, link: Link, boresight: Floats) -> Floats:
-        """One-way gain (K,) of the antenna toward the beacon at boresights (K,) [rad], sidelobes included."""
-        return self._scene.radar.azimuth_gain(wrap_angle(boresight - link.azimuth))
+    def azimuth_gain(self, link: Link, boresight: Floats, time: Floats) -> Floats:
+        """One-way power gain (K,) of the antenna toward the beacon at boresights (K,) [rad] and times (K,) [s], over that on
+        boresight: sidelobes and own ship's structures included."""
+        offset = link.azimuth - boresight
+        if (shadow := structure_shadow(self._scene.radar)) is None:
+            return self._scene.radar.azimuth_gain(wrap_angle(offset))
+        return np.abs(shadow.one_way(link.azimuth - self._scene.platform.heading(time), offset)) ** 2
 
     def triggers(self, link: Link, gain: Floats, time: Floats) -> Flags:
         """Whether pulses at times (K,) [s] trigger the beacon, by azimuth gains (K,): in its band, strong enough, while it is

@@ -51,7 +51,7 @@ class BeaconAnswers:
         azimuths are not blind: no other triggers it. They are those of a tile: visibility is that of the strongest one.
         """
         link = self.link.at(time)
-        gain = self.link.azimuth_gain(link, boresight)
+        gain = self.link.azimuth_gain(link, boresight, time)
         power = self.beacon.power * link.transfer * gain
         answered = transmitting & self.link.triggers(link, gain, time) & (power > MIN_ANSWER_TO_NOISE * self._noise)
         delay = self.link.delay(link)

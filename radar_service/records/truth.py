@@ -188,7 +188,8 @@ class Crossing(Radiometry, Kinematics):
     """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
-    which is `bearing` where own ship neither rolls nor pitches; beacon: of the body, None where it has none.
+    which is `bearing` where own ship neither rolls nor pitches; beacon: of the body, None where it has none;
+    structure_db: two-way loss on boresight behind own ship's structures [dB], None for a radar without any.
     """
 
     scan: int
@@ -196,12 +197,14 @@ class Crossing(Radiometry, Kinematics):
     boresight: float
     own_ship: OwnShipTruth
     beacon: BeaconTruth | None = None
+    structure_db: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`; no `beacon` without one."""
+        """Plain data, as files and feeds have it: the names of the fields that apply, and `type`."""
         content = asdict(self)
-        if self.beacon is None:
-            del content["beacon"]
+        for name in ("beacon", "structure_db"):
+            if content[name] is None:
+                del content[name]
         return {"type": "crossing", **content}
 
 

@@ -27,7 +27,7 @@ class BeaconTruths:
             return None
         radar, beacon, when = self._scene.radar, link.beacon, np.array([time])
         state = link.at(when)
-        gain = link.azimuth_gain(state, np.array([boresight]))
+        gain = link.azimuth_gain(state, np.array([boresight]), when)
         reachable = not self._scene.blind(when, np.array([boresight]))[0] and link.visible(time)
         begin = link.delay(state)[0] * SPEED_OF_LIGHT / 2.0
         pulses = beacon.pulses(radar.frequency, time)

@@ -155,3 +155,20 @@ def test_the_link_follows_both_ends(body: dict[str, Any], own_ship: dict[str, An
     for name in ("range", "azimuth", "transfer"):
         np.testing.assert_allclose(getattr(together, name), [getattr(one, name)[0] for one in single], rtol=1e-12)
     assert bool(np.ptp(together.range) > 100.0) is bool(body or own_ship)
+
+
+def test_own_ships_structures_shadow_it_as_it_turns() -> None:
+    """Late in a turn at 2 degrees a second a mast comes between: the one-way gain on boresight is half, in dB, of what truth
+    says of the same crossing both ways (0.01 dB)."""
+    mast = {"bearing_deg": 88.0, "distance_m": 6.0, "width_m": 0.8}
+    own_ship = {"course_deg": 20, "speed_kn": 14, "turn_rate_deg_s": 2.0}
+    of = scene(
+        [point("racon", 700, -400, racon={"letter": "K"})],
+        radar=RADAR | {"pattern": "cosine2", "structure": [mast]}, environment=FLAT, own_ship=own_ship,
+    )  # fmt: skip
+    link, sim, lost = linked(of), rs.Simulator(of, "fast"), []
+    for crossing in (each for k in range(60, 75) for each in sim.crossings(k)):
+        when = np.array([crossing.time])
+        lost.append(-10 * np.log10(link.azimuth_gain(link.at(when), np.array([crossing.boresight]), when)[0]))
+        assert crossing.structure_db == pytest.approx(2 * lost[-1], abs=0.01)
+    assert max(lost) > 3.0 and min(lost) < 0.5

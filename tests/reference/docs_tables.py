@@ -218,6 +218,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "named-radar": lambda: section("NamedRadarModel", beyond="RadarModel"),
     "platform": lambda: section("PlatformModel"),
     "pulse": lambda: section("PulseModel"),
+    "structure": lambda: section("StructureModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
     "current": lambda: section("CurrentModel"),
