@@ -9,6 +9,7 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Generator, Mapping
 from pathlib import Path
+from statistics import median_low
 from typing import Any
 
 import pytest
@@ -29,13 +30,20 @@ def folder_of(nodeid: str) -> str:
     return parts[1] if len(parts) > 2 else "."
 
 
+def pace(spent: Mapping[str, float], budget: Mapping[str, float]) -> float:
+    """Returns what this machine takes for a second of the budgets: the median of the folders; 1 at least."""
+    paces = [seconds / budget[folder] for folder, seconds in spent.items() if budget.get(folder)]
+    return max(1.0, median_low(paces or [1.0]))
+
+
 def excesses(spent: Mapping[str, float], budget: Mapping[str, float], factor: float) -> list[str]:
-    """Returns a sentence for each folder that spent more than `factor` times its budget [s], which is 0 where none is named."""
+    """Returns a sentence for each folder that spent more than `factor` times its budget [s], at this machine's pace."""
+    slower = pace(spent, budget)
     return [
-        f"{folder} took {seconds:.1f} s of processor time, more than {factor:g} times its budget of {budget.get(folder, 0):g} s: "
-        "make its tests cheaper, or raise its budget and say why in the commit"
+        f"{folder} took {seconds:.1f} s of processor time, more than {factor:g} times its budget of {budget.get(folder, 0):g} s "
+        f"on a machine that takes {slower:.2g} s for one: make its tests cheaper, or raise its budget and say why in the commit"
         for folder, seconds in spent.items()
-        if seconds > factor * budget.get(folder, 0)
+        if seconds > factor * slower * budget.get(folder, 0)
     ]
 
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.cpu_budget import COLLECTION, excesses, folder_of
+from tests.cpu_budget import COLLECTION, excesses, folder_of, pace
 
 BUSY = """
 import time
@@ -23,9 +23,20 @@ def test_tests_belong_to_the_folder_below_tests() -> None:
 
 
 def test_only_a_clear_excess_is_one() -> None:
-    spent = {"echo": 14.9, "scene": 15.1, "new": 0.5}
-    scene, new = excesses(spent, {"echo": 10, "scene": 10}, 1.5)
+    spent, budget = (
+        {"echo": 14.9, "scene": 15.1, "trace": 9.0, "wire": 8.0, "new": 0.5},
+        dict.fromkeys(["echo", "scene", "trace", "wire"], 10),
+    )
+    scene, new = excesses(spent, budget, 1.5)
     assert scene.startswith("scene took 15.1 s") and "1.5 times its budget of 10 s" in scene and new.startswith("new took")
+
+
+def test_a_slower_machine_is_no_excess_and_a_folder_that_doubled_on_it_is() -> None:
+    budget = {"echo": 10, "scene": 10, "trace": 2, "wire": 2}
+    slow = {folder: 3.0 * seconds for folder, seconds in budget.items()}
+    assert excesses(slow, budget, 2.0) == [] and pace(slow, budget) == 3.0
+    [only] = excesses(slow | {"scene": 61.0}, budget, 2.0)
+    assert only.startswith("scene took 61.0 s") and "a machine that takes 3 s for one" in only
 
 
 def test_a_run_whose_folder_is_far_above_its_budget_fails(tmp_path: Path) -> None:

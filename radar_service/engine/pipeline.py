@@ -39,6 +39,7 @@ class Contributions:
     rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
     clutter: of sea and rain, where there is any.
     interference: profiles (bins,) [sqrt(W)] by row.
+    beacons: those of answers of beacons, by kind ("racon", "sart") and row.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
@@ -46,6 +47,7 @@ class Contributions:
     rows: Profiles | None = None
     clutter: ClutterRows | None = None
     interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
+    beacons: dict[str, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
 
 
 @BLAS_LIMIT.held()
@@ -64,6 +66,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
     add_interference(prepared, field, azimuths, record)
+    add_beacons(prepared, field, azimuths, blind, record)
     return field
 
 
@@ -76,6 +79,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
     add_clutter(prepared, unused, azimuths, blind, record)
     add_interference(prepared, unused, azimuths, record)
+    add_beacons(prepared, unused, azimuths, blind, record)
     return record
 
 
@@ -235,6 +239,17 @@ def add_interference(
             field[row] += received
             if record is not None:
                 record.interference[row] = record.interference.get(row, 0.0) + received
+
+
+def add_beacons(
+    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
+) -> None:
+    """Adds the answers of racons and SARTs."""
+    for answers in prepared.beacons:
+        kept = {} if record is None else record.beacons.setdefault(answers.beacon.kind, {})
+        for row, received in answers.rows(azimuths.number, azimuths.boresight, azimuths.time, ~blind):
+            field[row] += received
+            kept[row] = kept.get(row, 0.0) + received
 
 
 def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:

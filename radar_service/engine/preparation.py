@@ -23,6 +23,7 @@ from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
 from radar_service.radar.structure_shadow import structure_reflectors
+from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -57,6 +58,7 @@ class Prepared:
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
     interference: of each other radar.
+    beacons: the answers of each racon and SART.
     indirect: false echoes by own ship's structures; None without any.
     """
 
@@ -75,6 +77,7 @@ class Prepared:
     compression: Compression
     clutter: Clutter | None
     interference: tuple[Interference, ...]
+    beacons: tuple[BeaconAnswers, ...] = ()
     indirect: IndirectEchoes | None = None
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
@@ -116,11 +119,9 @@ def prepare(
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
-    beam = _beam_table(radar, fidelity, max_tile)
+    beam = beam_table(radar, fidelity, max_tile)
     paths = _paths(scene, beam.extent)
-    unit = (
-        beam if not paths else BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span)
-    )  # then paths have the gain
+    unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     return Prepared(
         scene,
         fidelity,
@@ -137,6 +138,9 @@ def prepare(
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
+        tuple(
+            BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
+        ),
         _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight),
     )
 
@@ -216,7 +220,7 @@ def _land_rows(
     return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
 
 
-def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
+def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
     """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
     extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
     span = max_tile * radar.azimuth_step

@@ -206,6 +206,8 @@ def multipath_db(scene: Scene) -> float:
 
 
 def _reflected_db(body: Body, scene: Scene) -> float:
+    if body.beacon is not None:  # its antenna may be higher than the body, and receives more from the sea
+        return 0.0
     height = body.motion.position[:, 2]
     level = bool(np.ptp(height) == 0.0 and body.motion.final_velocity[2] == 0.0 and body.motion.sway is None)
     if body.mesh is not None or not level or height[0] <= 0.0 or scene.own_ship.sway is not None:

@@ -16,6 +16,7 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
+from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.trace.ray_sampling import missed_area_range
@@ -94,6 +95,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
         *_interference(scene, None if costs is None else costs.interference),
+        *_beacons(scene, None if costs is None else costs.beacons),
     ]
 
 
@@ -262,6 +264,7 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
         "interference": scene.interference,
+        "beacons": any(body.beacon is not None for body in scene.bodies),
     }
     return [PlanItem(what, False, "requested, but not in the specification") for what, value in requested.items() if value]
 
@@ -314,3 +317,22 @@ def _interference(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
     how = f"{others}, each pulse at its time through both beams and the filter"
     return [PlanItem("interference", True, how, microseconds=microseconds)]
+
+
+def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
+    """How the answers of racons and SARTs are modelled, with those that cannot answer this radar."""
+    beacons = [(body.name, body.beacon) for body in scene.bodies if body.beacon is not None]
+    if not beacons:
+        return []
+    kinds = [beacon.kind for _, beacon in beacons]
+    count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
+    deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
+    none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
+    how = (
+        f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
+        f"filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
+    )
+    if len(deaf) == len(beacons):
+        return [PlanItem("beacons", False, how)]
+    error = 10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
+    return [PlanItem("beacons", True, how, error, microseconds=microseconds)]

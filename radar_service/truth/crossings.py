@@ -10,6 +10,7 @@ from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
+from radar_service.truth.beacon_truth import BeaconTruths
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
 from radar_service.truth.false_echoes import FalseEchoTruth
 from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
@@ -40,6 +41,7 @@ class CrossingTruth:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
         self._motions = [body.motion for body in bodies]
+        self._beacons = BeaconTruths(truth.scene, truth.line_of_sight)
         self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
@@ -56,15 +58,16 @@ class CrossingTruth:
         spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
         offset = self._offsets(bodies, time)
         boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
+        beacons = map(self._beacons.at, bodies.tolist(), time.tolist(), boresights)
         states = self._own_ship(time), self._kinematics(bodies, time)
-        rows = zip(bodies.tolist(), spokes, boresights, *states, strict=True)
+        rows = zip(bodies.tolist(), spokes, boresights, beacons, *states, strict=True)
         return tuple(
             Crossing(
-                scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship,
+                scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, beacon=beacon,
                 structure_db=self._false.structure_db(kinematics["relative_bearing"]),
                 false_echoes=self._false.at(body, kinematics["range"], kinematics["bearing"], own_ship.heading), **kinematics,
             )
-            for body, spoke, boresight, own_ship, kinematics in rows
+            for body, spoke, boresight, beacon, own_ship, kinematics in rows
         )  # fmt: skip
 
     @BLAS_LIMIT.held()

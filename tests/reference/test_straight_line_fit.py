@@ -24,7 +24,10 @@ from tests.reference.straight_line_fit import RUNS as REFERENCE_RUNS
 DRAWS = 3000
 WORST_SHARE = 0.025  # half of what the standard allows: of 1000 runs more than 38 miss it in 0.4 % of benches
 STANDARD = {(1, "true_speed_kn_3min"): 0.5, (4, "cpa_nm_1min"): 1.0}  # where limits follow the scenario, as table 3 has them
-OURS = {"velocity_kn_median", "localisation_m"}  # over all scans of a run: no clause has them, and these draws end with an instant
+OURS = {
+    "velocity_kn_median",
+    "localisation_m",
+}  # over all scans of a run: no clause has them, and these draws end with an instant
 
 
 @cache

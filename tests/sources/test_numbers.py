@@ -29,6 +29,13 @@ def test_numbers_of_land_stay_below_those_of_bodies() -> None:
     assert 16 + len(MATERIALS) <= BODY
 
 
+def test_answers_of_beacons_are_sources_of_their_own() -> None:
+    """Scenes without beacons have no such names."""
+    made = scene([point("tower", 0, 500, racon={"letter": "K"}), point("raft", 500, 0, sart={})])
+    assert (source_names(made)[5], source_names(made)[6]) == ("racon", "sart")
+    assert source_names(scene([point("raft", 500, 0, sart={})])).keys() == {0, 1, 2, 3, 4, 6, 256}
+
+
 def test_false_echoes_are_sources_of_their_own_where_a_scene_has_any() -> None:
     """Indexed by what stands in place of a body; without them nothing changes."""
     structure = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
