@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.radar.structure_shadow import structure_reflectors
+from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.structures import Structure
+from radar_service.receive.interference import Interference
 from tests.reference.cylinder_shadow import elements, past_strip, received
 from tests.scenes import point, scene
 
@@ -68,6 +69,21 @@ def test_a_ship_passes_behind_the_funnel_late_in_a_turn() -> None:
     assert min(lost) < -6.0
 
 
+def test_at_rest_it_is_the_same() -> None:
+    """Own ship and a point at rest, 3 degrees off the funnel's middle: all azimuths of the beam, -40 dB of the strongest."""
+    bearing = np.radians(173.0)
+    target = [point("t", 400.0 * np.sin(bearing), 400.0 * np.cos(bearing), rcs_dbsm=20.0)]
+    with_funnel, without = (simulator(each, target, environment={"noise": False}) for each in ([FUNNEL], []))
+    shadowed, plain = with_funnel.scan(), without.scan()
+    row = round(bearing / (2.0 * np.pi) * 512) + np.arange(-4, 5)
+    column = np.abs(plain.field[row[4]]).argmax()
+    offset = bearing - row * 2.0 * np.pi / 512
+    expected = np.array([two_way(with_funnel, bearing, float(each)) for each in offset])
+    ratio = shadowed.field[row, column] / plain.field[row, column] * with_funnel.scene.radar.azimuth_gain(offset)
+    assert np.abs(ratio - expected).max() < 10.0 ** (-40.0 / 20.0)
+    assert np.abs(expected).max() < 0.5
+
+
 def ghost_of(sim: rs.Simulator, number: int) -> tuple[float, complex]:
     """Range [m] of the indirect echo by the funnel of the only body at an azimuth from the start, and its two-way field over that
     of the direct one on boresight at that instant."""
@@ -118,7 +134,7 @@ def test_absorbers_make_no_false_echoes() -> None:
     assert 7 not in dark.label_names and scan.labels is not None and not (scan.labels == 7).any()
 
 
-def test_sea_rain_and_other_radars_are_weaker_behind_it() -> None:
+def test_sea_and_rain_are_weaker_behind_it() -> None:
     """In the middle of the shadow clutter has the share of power that it lets pass; the receiver's noise stays."""
     environment = {"noise": True, "sea_state": 5, "rain_mm_h": 5.0}
     with_funnel, without = (
@@ -133,6 +149,24 @@ def test_sea_rain_and_other_radars_are_weaker_behind_it() -> None:
     assert power[1] == pytest.approx(power[3], rel=0.02)
     assert 10.0 * np.log10(power[0] / power[2]) < -15.0
     assert np.isin(shadowed.labels[away, near], (1, 2)).mean() > 0.9
+
+
+def test_pulses_of_other_radars_pass_a_structure_one_way() -> None:
+    """Behind the middle of the funnel each pulse has the one-way field that it lets pass; opposite to it nothing changes."""
+    ratios = []
+    for bearing in (173.0, 10.0):
+        other = [{"bearing_deg": bearing, "prf_hz": 3000.0, "rpm": 24, "level_db": 90, "beamwidth_deg": 2}]
+        with_funnel, without = (simulator(each, [], interference=other).scene for each in ([FUNNEL], []))
+        boresight, time = np.full(200, np.radians(bearing)), np.arange(200) * 0.01
+        behind, plain = (Interference(each, 0, 3).arrivals(boresight, time) for each in (with_funnel, without))
+        kept = np.isin(plain.delay, behind.delay)
+        assert len(behind.delay) > 20
+        ratios.append(np.abs(behind.amplitude / plain.amplitude[kept]))
+        shadow = structure_shadow(with_funnel.radar)
+        assert shadow is not None
+        expected = abs(shadow.one_way(np.radians([bearing]), np.zeros(1))[0])
+        np.testing.assert_allclose(ratios[-1], expected, rtol=1e-6)
+    assert ratios[0].max() < 0.5 and ratios[1].min() > 0.99
 
 
 def test_the_noise_of_the_receiver_stays() -> None:

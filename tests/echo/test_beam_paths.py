@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from radar_service.echo.beam_paths import DirectPath, MultiplePaths, Sights
+from radar_service.echo.beam_paths import DirectPath, IndirectPaths, MultiplePaths, Sights
 from radar_service.echo.echoes import BeamWeightedEchoes
 from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from tests.scenes import radar
 
 RADAR = radar(structure=[{"bearing_deg": 30, "distance_m": 2, "width_m": 0.3}])
@@ -69,3 +69,26 @@ def test_all_echoes_of_a_ship_make_one_field() -> None:
     np.testing.assert_allclose(two_ships.amplitude[0], one.amplitude[0], rtol=1e-5)
     assert len(multiple([200.0], [1], [50.0]).range) == 0 and len(multiple([301.0], [0], [50.0]).range) == 0
     assert len(multiple([200.0], [-1], [50.0]).range) == 0
+
+
+def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
+    """Of one echo abeam of a mast that is lit: F = f^2 at R + d, and 2 g f at R + d / 2, g of the direct beam and d the detour, which
+    changes as own ship turns."""
+    made = radar(structure=[{"bearing_deg": 30, "distance_m": 2, "width_m": 0.3}], azimuths=720)
+    (reflector,) = structure_reflectors(made)
+    heading, boresight = np.radians([0.0, 1.0, 2.0]), np.radians([30.0, 30.5, 31.0])
+    bearing = np.radians([[72.0, 72.0, 72.0]])
+    echoes = BeamWeightedEchoes(
+        np.array([100.0]), np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.complex64), np.array([0])
+    )
+    received = IndirectPaths(made, 1.0).received(echoes, Sights(bearing, boresight, heading))
+    field, ray = reflector.field(bearing - heading, boresight - heading)
+    shadow = structure_shadow(made, 1.0)
+    assert shadow is not None
+    direct = shadow.one_way(bearing - heading, bearing - boresight)
+    assert abs(direct[0, 1]) > 0.01 and abs(field[0, 1]) > 0.01  # both count
+    np.testing.assert_allclose(received.amplitude, np.concatenate([field**2, 2.0 * direct * field]), rtol=1e-5)
+    np.testing.assert_allclose(received.range, 100.0 + np.array([1.0, 0.5]) * ray.detour[0, 1])
+    change = ray.detour[0] - ray.detour[0, 1]
+    np.testing.assert_allclose(received.range_migration, np.outer([1.0, 0.5], change), atol=1e-7)
+    assert set(received.body.tolist()) == {-2}
