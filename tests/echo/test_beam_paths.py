@@ -72,7 +72,7 @@ def test_all_echoes_of_a_ship_make_one_field() -> None:
 
 
 def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
-    """Of one echo abeam of a mast that is lit: F = f^2 at R + d, and 2 g f at R + d / 2, g of the direct beam and d the detour, which
+    """Of one echo abeam of a mast that is lit: f^2 at R + d, and 2 g f at R + d / 2, g of the direct beam and d the detour, which
     changes as own ship turns."""
     made = radar(structure=[{"bearing_deg": 30, "distance_m": 2, "width_m": 0.3}], azimuths=720)
     (reflector,) = structure_reflectors(made)
