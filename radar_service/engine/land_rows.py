@@ -43,11 +43,13 @@ MAX_BEAM = 1.8 * np.pi  # rad that the beam, and pieces at its ends, may cover: 
 
 
 class GridPiece(NamedTuple):
-    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, and how many all are."""
+    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, which points these are, and
+    how many all echoes are."""
 
     rows: Profiles
     first_column: int
     near: ObservedEchoes
+    near_points: Indices
     echoes: int
 
 
@@ -94,7 +96,8 @@ class LandRows:
 
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
-        return joined([self._piece(number).near for number in self._pieces_of(azimuths)])
+        pieces = [self._piece(number) for number in self._pieces_of(azimuths)]
+        return joined([piece.near for piece in pieces], [piece.near_points for piece in pieces])
 
     def echoes_about(self, azimuths: AzimuthTimes) -> int:
         """How many echoes the pieces have that the beam may meet at these azimuths."""
@@ -157,7 +160,7 @@ class LandRows:
         shape = self.passages.per_piece * self._per_azimuth + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
-        return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
+        return GridPiece(rows, first, piece.near, piece.near_points, len(piece.row) + len(piece.near.echoes))
 
     def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: float) -> Profiles:
         """The field (K, R) at each azimuth of what boresight points at on each row, `distance` [m] away, over that on boresight
