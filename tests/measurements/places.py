@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, zoom
+from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
 import radar_service as rs
 from radar_service.numerics.types import Singles
@@ -58,13 +58,19 @@ def low_coast(
 
 def low_channel(folder: Path) -> rs.Scene:
     """The real buildings, marks and pontoons of the Swinomish Channel on a low coast of 1 to 5 m, half a million triangles; five
-    ships by optics in its bay, four of them under way, own ship at 8 kn, noise, multipath, sea state 2, 2048 azimuths."""
-    coast, _ = _coast(folder, 640, 5556.2, 5.0)
-    radar = {"range_max_m": 5556.2, "beamwidth_deg": 1.2, "height_m": 15.0, "rpm": 24}
+    ships by optics on open water 1 to 5 km off, four of them under way; own ship at 8 kn, noise, multipath, sea state 2, 2048
+    azimuths."""
+    reach = 5556.2
+    coast, heights = _coast(folder, 640, reach, 5.0)
+    row, column = np.nonzero(distance_transform_edt(heights < 0.0) > 100.0 / (2.0 * reach / 639.0))
+    water = np.column_stack([(2.0 * column / 639.0 - 1.0) * reach, (1.0 - 2.0 * row / 639.0) * reach])
+    off = np.hypot(*water.T)
+    water = np.random.default_rng(6).permutation(water[(off > 1000.0) & (off < 5000.0)])
+    radar = {"range_max_m": reach, "beamwidth_deg": 1.2, "height_m": 15.0, "rpm": 24}
     environment = {"sea_state": 2, "multipath": True}
     table = places.swinomish(folder, radar=radar, environment=environment, own_ship={"course_deg": 200.0, "speed_kn": 8.0})
     ships = ("coaster", "ferry", "freighter", "tanker", "coaster")
-    for k, ((east, north), mesh) in enumerate(zip(_spread(np.random.default_rng(6), 5, 350.0, 850.0), ships, strict=True)):
+    for k, ((east, north), mesh) in enumerate(zip(water[:5].tolist(), ships, strict=True)):
         ship = {"name": f"ship {k}", "mesh": f"{mesh}.obj", "scattering": "optics", "position_m": [east, north, 0.0]}
         shutil.copy(SCENES / f"{mesh}.obj", folder)
         table["body"].append({**ship, "course_deg": 72.0 * k, "speed_kn": 2.0 * k})
