@@ -23,6 +23,7 @@ from radar_service.world.wave_drawing import WAVES
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
+SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
@@ -136,9 +137,10 @@ def _land(scene: Scene, border: float | None) -> list[PlanItem]:
     if border is None:
         return []
     way = scene.own_ship.top_speed * PIECE * scene.radar.spoke_period
+    error = f", which errs by {SIGHT_DB:g} dB at most" if way <= SIGHT_WAY else ""
     how = (
         f"diffuse land at rest from {border:.0f} m on, each point once a passage of the beam; its visibility updated every scan, "
-        f"within {way:.2g} m of way of the passage"
+        f"in steps of {way:.2g} m of way{error}"
     )
     return [PlanItem("land under way", True, how, field_db=LAND_DB)]
 

@@ -280,8 +280,8 @@ def test_visibility_of_each_passage_is_that_of_steps_of_a_metre(tmp_path: Path, 
 
 
 def test_a_coast_of_few_points_keeps_range_histories() -> None:
-    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too; of 1.8
-    million, buildings on a low coast, the grid takes 0.77 of the time of range histories (tests/measurements)."""
+    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too. Of
+    1.8 million, real buildings on a low coast, the grid takes 0.77 of the time of range histories (tests/measurements)."""
     made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
     prepared = prepare(made, PRESETS["balanced"], 1)
     assert prepared.land is None and len(prepared.moving) == 1
