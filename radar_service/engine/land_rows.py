@@ -185,11 +185,20 @@ class LandRows:
 
 def follows_own_ship(scene: Scene, fidelity: Fidelity, per_piece: int = PIECE) -> bool:
     """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
-    beam covers no point twice, its pulse has the first echoes alone, and is not its own kernel, and own ship sways gently."""
+    beam covers no point twice, no structures shadow it, its pulse has the first echoes alone, and is not its own kernel, and own
+    ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
     narrow = beam + 4 * per_piece * radar.azimuth_step < MAX_BEAM
+    plain = not radar.structures
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    return narrow and not pulse and fidelity.azimuths_per_block > 1 and not scene.own_ship.at_rest and _sways_gently(scene)
+    return (
+        plain
+        and narrow
+        and not pulse
+        and fidelity.azimuths_per_block > 1
+        and not scene.own_ship.at_rest
+        and _sways_gently(scene)
+    )
 
 
 def _sways_gently(scene: Scene) -> bool:

@@ -9,11 +9,13 @@ from radar_service.numerics.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
 SPECKLE, TEXTURE, INTERFERENCE = 21, 22, 23
+BEACON = 26  # purpose of the phases of answers of beacons
 ORDER_STATISTIC = 41  # purpose of the factor of OS-CFAR
 SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench
 BIASES = 44  # purpose of the signs of the biases of sensors in the test bench
 SEAWAY, LEAN = 45, 46  # purposes of the waves of a seaway, and of the lists and trims of ships
+HULL_PARTS = 47  # purpose of the parts of hulls
 SWEEP_SEED, SWEEP_LIST, SWEEP_DRAW = 48, 49, 50  # purposes of seeds of runs, of drawn lists, of draws of each run
 SENSOR, FEED = 31, 32  # errors on purpose
 NEAR_PULSE = 25  # noise and speckle of the pulses of a radar that serve nearer ranges

@@ -155,7 +155,7 @@ def hull(length: float, beam: float, height: float) -> Mesh:
         rings.append(_section(k, low, high if first <= k <= last else _DECK * height, length, beam, height))
         if k == last:
             rings.append(_section(k, low, _DECK * height, length, beam, height))
-    return _loft(np.array(rings))
+    return loft(np.array(rings))
 
 
 def _section(k: int, house: float, top: float, length: float, beam: float, height: float) -> Floats:
@@ -167,7 +167,7 @@ def _section(k: int, house: float, top: float, length: float, beam: float, heigh
     return np.array(starboard + [(-p[0], p[1], p[2]) for p in reversed(starboard)])
 
 
-def _loft(rings: Floats) -> Mesh:
+def loft(rings: Floats) -> Mesh:
     """Returns the closed surface over rings (s, n, 3) that are counter-clockwise seen from ahead, with caps at both ends."""
     s, n, _ = rings.shape
     k, i = np.meshgrid(np.arange(s - 1) * n, np.arange(n), indexing="ij")

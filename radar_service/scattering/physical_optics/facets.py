@@ -7,6 +7,7 @@ import numpy as np
 
 from radar_service.kernels.library import kernels
 from radar_service.numerics.types import Floats, Indices
+from radar_service.radar.parameters import Radar
 from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Mesh
 
@@ -45,6 +46,12 @@ class EdgeLimits(NamedTuple):
     def _widest(self, distance: float) -> float:
         """What the beam and the body's extent allow at `distance` [m]."""
         return min(BEAM_SHARE * self.beamwidth * _half_octave(distance), EXTENT_SHARE * self.extent)
+
+
+def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
+    """What bounds the facets of a mesh for this radar."""
+    extent = float(np.ptp(mesh.used_vertices, axis=0).max())
+    return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 
 def bend_edge(distance: float, wavelength: float) -> float:

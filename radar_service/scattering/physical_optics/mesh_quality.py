@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, centroids
-from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, centroids, edge_limits
+from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import TriangleScene

@@ -25,7 +25,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, most_triangles
 from radar_service.scattering.physical_optics.convex_bodies import Centres
 from radar_service.scattering.physical_optics.convex_sights import casters_over, plain_sights
-from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, edge_limits
 from radar_service.scattering.physical_optics.illumination import Illumination, lift
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
@@ -37,7 +37,6 @@ from radar_service.scattering.physical_optics.mesh_quality import (
 from radar_service.scattering.physical_optics.optical_body import (
     OpticalBody,
     PathCentres,
-    edge_limits,
     facet_enlargement,
     optical_bodies,
 )
@@ -48,6 +47,7 @@ from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspec
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
+from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.line_of_sight import SurfacePoints
@@ -372,8 +372,9 @@ class PhysicalOptics(AspectModel):
     @staticmethod
     @override
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """They are those of `mesh_quality`."""
-        return mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
+        """They are those of `mesh_quality`, and of `vessel_remarks`."""
+        quality = mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
+        return quality + vessel_remarks(body, conditions.environment)
 
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:

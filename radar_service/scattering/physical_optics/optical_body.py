@@ -18,10 +18,10 @@ from radar_service.scattering.physical_optics.body_facets import BodyFacets, bod
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.convex_bodies import Centres, ConvexFacets
 from radar_service.scattering.physical_optics.convex_sights import Casters, Sights
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, edge_limits
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
-from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
+from radar_service.scattering.physical_optics.patches import outward_side, patch_spans, ranks
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
     Wave,
@@ -31,6 +31,7 @@ from radar_service.scattering.physical_optics.path_fields import (
     received_fields,
     tube_fields,
 )
+from radar_service.scattering.physical_optics.plating import PlatedWalls, plated_fields
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.sea_field import FLATTEST
@@ -39,7 +40,7 @@ from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.trace.tree_cache import content_key
-from radar_service.world.body import Body, Mesh
+from radar_service.world.body import Body, Mesh, Plating
 from radar_service.world.materials import power_reflectivity
 
 FACET_SETS = 4  # kept for each column: a body passes from one half octave of range to the next
@@ -47,7 +48,6 @@ MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at t
 BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
-SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 DIVERGING = 0.99  # of the field: what the curved sea lowers less is shared linearly
 NO_FIELD = 1e-9  # beyond the horizon
@@ -94,6 +94,7 @@ class OpticalBody:
     facets: by column, cell and longest edge, of the upright body; those of a few half octaves are kept.
     convex: of a convex one, by cell, longest edge, height of the sea and number of legs.
     joined: the same of all columns, by the keys of each.
+    walls: those that are dented between frames; None: there are none.
     lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
@@ -111,6 +112,7 @@ class OpticalBody:
     facets: ResultCache[tuple[int, float, float], BodyFacets]
     convex: ResultCache[tuple[float, float, float, int], ConvexFacets | None]
     joined: ResultCache[tuple[tuple[int, float, float], ...], BodyFacets]
+    walls: PlatedWalls | None = None
     lean: Floats | None = None
 
     @property
@@ -121,8 +123,8 @@ class OpticalBody:
 
     @property
     def is_small_and_convex(self) -> bool:
-        """Whether it is closed and convex, and cut by one distance."""
-        return not self.is_concave and len(self.columns) == 1 and bool((self.outside != 0).all())
+        """Whether it is closed and convex, not dented, and cut by one distance."""
+        return self.walls is None and not self.is_concave and len(self.columns) == 1 and bool((self.outside != 0).all())
 
     def dry_box(self, height: float) -> Floats:
         """The corners (8, 3) of the box around what rises above the sea, where the origin is at a height over it [m]."""
@@ -196,9 +198,12 @@ class OpticalBody:
         self, lit: LitFacets, tubes: list[tuple[int, PathFields]], legs: tuple[BodyLeg, ...], water: float
     ) -> list[PathCentres]:
         """The centres of each path, of facets and of tubes by path."""
-        phases = facet_phases(lit, self.wave)
         paths = PATHS if len(legs) > 1 else PATHS[:1]
-        fields = [facet_fields(lit, phases, out, back, self.wave) * self.reflectivity**0.5 for out, back in paths]
+        if self.walls is None:
+            phases = facet_phases(lit, self.wave)
+            fields = [facet_fields(lit, phases, out, back, self.wave) for out, back in paths]
+        else:
+            fields = plated_fields(self.walls, lit, self.planes, legs, self.lean, self.wave, paths)
         parts = [[field for ways, field in tubes if ways == out + back] for out, back in paths]
         position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
@@ -209,7 +214,7 @@ class OpticalBody:
         for (out, back), field, part in zip(paths, fields, parts, strict=True):
             facets, tubes_there = weights[out + back]
             amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(field.amplitude for field in part)])
-            sums = lattice.sums(slice(len(lit.points)), field * facets)
+            sums = lattice.sums(slice(len(lit.points)), field * self.reflectivity**0.5 * facets)
             sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude * tubes_there)
             begin += len(amplitude)
             sums *= path_phasor(-lengths[out] - lengths[back], self.wave)
@@ -256,6 +261,8 @@ class OpticalBody:
             seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
             which = which[seen]
             factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
+            if self.walls is not None:
+                factor *= self.walls.of_tubes(tubes.chosen(which), self.planes.normal)
             fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
                 some = np.flatnonzero(out[which] == number)
@@ -348,25 +355,15 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     return cut_facets(largest, limit).enlargement
 
 
-def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
-    """What bounds the facets of a mesh for this radar."""
-    extent = float(np.ptp(mesh.used_vertices, axis=0).max())
-    return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
-
-
-def ranks(patch: Floats) -> Indices:
-    """Ranks (F,) of triangles by the size of their patches (F,) [m]."""
-    return np.asarray(np.round(np.log(np.maximum(patch, 1e-9)) / SAME_SIZE), dtype=np.int64)
-
-
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
     """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
     mesh, parts = body.mesh, body_columns(body.mesh)
-    patch = patch_sizes(mesh)
+    spans, planes = patch_spans(mesh), Planes.of(mesh)
+    patch = np.asarray(np.linalg.norm(spans, axis=1))
     return OpticalBody(
         mesh,
-        Planes.of(mesh),
+        planes,
         parts,
         Wave(radar.wavelength, radar.polarization),
         edge_limits(radar, mesh),
@@ -379,13 +376,14 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         ResultCache(FACET_SETS * len(parts)),
         ResultCache(FACET_SETS),
         ResultCache(1),
+        PlatedWalls.of(mesh, planes.normal, spans, body.plating, radar.wavelength),
     )
 
 
 def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
-    """`optical_body` of each body. Those of equal meshes and materials are one object. rays: counts rays."""
+    """`optical_body` of each body. Those of equal meshes, materials and plating are one object. rays: counts rays."""
     keys = [_key(body) for body in bodies]
-    result: dict[tuple[bytes, str], OpticalBody] = {}
+    result: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
     for key, body in zip(keys, bodies, strict=True):
         if key not in result:
             result[key] = optical_body(body, radar, bounces, rays)
@@ -395,6 +393,6 @@ def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: Ray
     return [result[key] for key in keys]
 
 
-def _key(body: Body) -> tuple[bytes, str]:
+def _key(body: Body) -> tuple[bytes, str, Plating | None]:
     assert body.mesh is not None
-    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
+    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating

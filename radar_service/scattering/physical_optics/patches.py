@@ -9,16 +9,17 @@ from radar_service.world.body import Mesh
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
 SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with less has only rounding, and is a sheet
+SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 
 
-def patch_sizes(mesh: Mesh) -> Floats:
-    """Size (F,) [m] of each triangle's flat patch: the diagonal of the box about all coplanar triangles that are connected to it
-    by edges."""
+def patch_spans(mesh: Mesh) -> Floats:
+    """Sides (F, 3) [m] of the box about each triangle's flat patch: all coplanar triangles that are connected to it by edges."""
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
@@ -30,7 +31,12 @@ def patch_sizes(mesh: Mesh) -> Floats:
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, patch, corners.min(axis=1))
     np.maximum.at(high, patch, corners.max(axis=1))
-    return np.asarray(np.linalg.norm(high - low, axis=1)[patch])
+    return np.asarray((high - low)[patch])
+
+
+def ranks(patch: Floats) -> Indices:
+    """Ranks (F,) of triangles by the size of their patches (F,) [m]."""
+    return np.asarray(np.round(np.log(np.maximum(patch, 1e-9)) / SAME_SIZE), dtype=np.int64)
 
 
 def neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

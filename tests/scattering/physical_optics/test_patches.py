@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_sizes
+from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_spans
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
@@ -12,10 +12,10 @@ from tests.scattering.physical_optics.test_mesh_quality import united
 
 def test_coplanar_neighbours_make_one_patch() -> None:
     """The side of a box is one patch of two triangles, whose size is its diagonal; a sphere's facets stand alone."""
-    sizes = patch_sizes(box(90.0, 13.0, 18.0))
+    sizes = np.linalg.norm(patch_spans(box(90.0, 13.0, 18.0)), axis=1)
     assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
     ball = sphere(1.0)
-    assert patch_sizes(ball).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
+    assert np.linalg.norm(patch_spans(ball), axis=1).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
 
 
 def test_convex_bodies_face_nothing_and_corners_do() -> None:
