@@ -96,8 +96,8 @@ def aspects(per_window: int, abeam: int) -> Floats:
     return np.concatenate([windows.ravel(), (np.array([[90.0], [270.0]]) + 2.0 * BROADSIDE * off).ravel()])
 
 
-def echoes(body: Mapping[str, Any], sea: str, per_window: int, abeam: int = 0) -> Echoes:
-    """The cross-sections of a ship of a scene file on one of SEAS."""
+def echoes(body: Mapping[str, Any], sea: str, aspect: Floats) -> Echoes:
+    """The cross-sections of a ship of a scene file on one of SEAS, at aspects (K,) [degrees from the bow]."""
     table = {"name": "ship", "position_m": [0, DISTANCE, 0], "course_deg": 180.0, "turn_rate_deg_s": TURN,
              "scattering": "optics", "plating": {}, **body}  # fmt: skip
     if "mesh" in table:
@@ -106,7 +106,6 @@ def echoes(body: Mapping[str, Any], sea: str, per_window: int, abeam: int = 0) -
         {"radar": {"range_max_m": 6000, "height_m": ANTENNA}, "environment": SEAS[sea], "body": [table]},
         folder=(SCENES / body.get("mesh", "")).parent,
     )
-    aspect = aspects(per_window, abeam)
     mesh = scene.bodies[0].mesh
     assert mesh is not None
     length = float(np.ptp(mesh.used_vertices[:, 1]))
@@ -154,7 +153,7 @@ def measured(name: str, body: Mapping[str, Any], folder: Path) -> dict[str, Echo
     for sea in SEAS:
         file = folder / f"{name.replace(', ', '-').replace(' ', '')}-{sea}.npz"
         if not file.exists():
-            each = echoes(body, sea, PER_WINDOW, ABEAM if sea == UNDER_WAY else 0)
+            each = echoes(body, sea, aspects(PER_WINDOW, ABEAM if sea == UNDER_WAY else 0))
             np.savez(file, **each._asdict())
         with np.load(file) as kept:
             seas[sea] = Echoes(kept["aspect"], kept["section"], float(kept["length"]))
@@ -167,7 +166,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--mesh", action="append", default=[], metavar="NAME=FILE")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     others = {name: {"mesh": file} for name, _, file in (each.partition("=") for each in options.mesh)}
     options.folder.mkdir(exist_ok=True)
     columns = ["ship", *SEAS, "all waves", "band", "inside", "broadside dB", "in 5 degrees dB"]
