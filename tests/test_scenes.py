@@ -22,7 +22,7 @@ from tests.scattering.physical_optics.meshes import cross_section, decibels
 Floats = NDArray[np.float64]
 
 FOLDER = Path(__file__).parents[1] / "scenes"
-NAMES = ["far-target", "harbour", "open-sea", "orientation", "worked-example"]
+NAMES = ["aids", "far-target", "harbour", "open-sea", "orientation", "worked-example"]
 
 
 @cache
@@ -69,6 +69,22 @@ def test_orientation_shows_each_target_where_it_belongs(bearing_deg: float, dist
     # 50 dB above the noise the peak of the beam wanders by less than a spoke (0.5 degrees)
     assert offset(scan.azimuth[row], np.deg2rad(bearing_deg)) < 1.01 * np.deg2rad(0.5)
     assert 45.0 < 10 * np.log10(scan.power.max(where=rows[:, None], initial=0.0) / simulator.noise_power) < 55.0
+
+
+def test_aids_answer_as_promised() -> None:
+    """The SART from the third scan on, by 12 dots where the truth has them, and the racon K of the tower."""
+    simulator = rs.Simulator(scene("aids"), "fast", labels=True)
+    assert [c.beacon.triggered for c in simulator.crossings(1) if c.beacon is not None and c.body == "raft"] == [False]
+    simulator.skip_to(2)
+    scan, beacons = simulator.scan(), {c.body: (c.spoke, c.beacon) for c in simulator.crossings(2) if c.beacon is not None}
+    spoke, tower = beacons["light tower"]
+    assert scan.labels is not None and tower.letters == "K" and tower.dot is not None
+    dashes_and_dot = (tower.begin + np.array([1.5, 4.5, 7.5]) * tower.dot) / scan.range_step
+    assert (scan.labels[spoke % len(scan.labels), dashes_and_dot.astype(int)] == 5).all()
+    spoke, raft = beacons["raft"]
+    assert raft.triggered and raft.first_dot is not None and raft.dot_spacing is not None
+    dots = (raft.first_dot + raft.dot_spacing * np.arange(12)) / scan.range_step
+    assert (scan.labels[spoke % len(scan.labels), dots.astype(int)] == 6).all()
 
 
 def test_harbour_is_as_rich_as_promised() -> None:

@@ -31,7 +31,7 @@ class ClutterRows:
 
     field: (K, columns) [sqrt(W)].
     amplitude: root of the local mean power, (K, columns) or (columns,) [sqrt(W)], wherever the radar transmits.
-    rain: mean power of the rain alone in the first bins (n,) [W], 0 beyond.
+    rain: mean power of the rain alone in the first bins (n,), or (K, n) behind structures [W], 0 beyond.
     """
 
     field: Profiles
@@ -42,11 +42,18 @@ class ClutterRows:
         """Adds the clutter to profiles (K, bins) [sqrt(W)]."""
         profiles[:, : self.field.shape[1]] += self.field
 
+    def behind(self, power: Floats) -> "ClutterRows":
+        """The clutter behind structures that leave a share (K,) of its power."""
+        share = power.astype(np.float32)[:, None]
+        rain = self.rain if not len(self.rain) else self.rain * share
+        return ClutterRows(self.field * np.sqrt(share), self.amplitude * np.sqrt(share), rain)
+
     @property
     def rain_share(self) -> Singles:
         """Share of the rain in the local mean power, as `amplitude`."""
         columns = self.field.shape[1]
-        rain = np.pad(self.rain[:columns], (0, max(0, columns - len(self.rain))))
+        rain = self.rain[..., :columns]
+        rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
         mean = self.amplitude * self.amplitude
         share = np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0)
         share[share > NEARLY_ALL] = 1.0

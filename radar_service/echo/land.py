@@ -55,14 +55,21 @@ class LandPassages:
     """Pieces of land at rest on the map, as the antenna of a scene passes it."""
 
     def __init__(
-        self, scene: Scene, key: Indices, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
+        self,
+        scene: Scene,
+        key: Indices,
+        line_of_sight: OcclusionScene,
+        max_range: float,
+        points: RestingPoints,
+        per_piece: int = PIECE,
     ) -> None:
-        """key: (B,) index in the scene of each body that `points` name; max_range: beyond it no echo is received [m].
+        """key: (B,) index in the scene of each body that `points` name; max_range: beyond it no echo is received [m]; per_piece:
+        azimuths of a piece.
 
         top_way: of the antenna while boresight turns by 1 rad, at its highest speed [m]; least_border: of any piece [m].
         """
         self._scene, self._key, self._line_of_sight, self._max_range = scene, key, line_of_sight, max_range
-        self.points, self.track = points, BoresightTrack(scene)
+        self.points, self.track, self.per_piece = points, BoresightTrack(scene), per_piece
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
         self.top_way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
@@ -72,7 +79,7 @@ class LandPassages:
 
     def of_scene(self, scene: Scene) -> "LandPassages":
         """Returns the passages in a scene whose rotation has another origin."""
-        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points)
+        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points, self.per_piece)
 
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
@@ -98,14 +105,15 @@ class LandPassages:
 
     def piece(self, number: int) -> LandPiece:
         """The piece of that number; number 0 begins at azimuth number 0."""
-        part = self.track.between(number * PIECE - 1.0, (number + 1) * PIECE + 1.0)
+        first, end = number * self.per_piece, (number + 1) * self.per_piece
+        part = self.track.between(first - 1.0, end + 1.0)
         (antenna,), _, _ = part.at(np.array([part.middle]))
         way = self.way_at(part.middle)
         which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), way)
         crossing = part.crossings(self._middles(which))
-        passed = np.flatnonzero((crossing >= number * PIECE) & (crossing < (number + 1) * PIECE))
+        passed = np.flatnonzero((crossing >= first) & (crossing < end))
         passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
-        return self._evaluated(part, way, number * PIECE, which[passed], crossing[passed], amplitude[passed])
+        return self._evaluated(part, way, first, which[passed], crossing[passed], amplitude[passed])
 
     def _evaluated(
         self, part: TrackPart, way: float, first: int, which: Indices, crossing: Floats, amplitude: Complexes
@@ -125,7 +133,7 @@ class LandPassages:
     def _facing(self, antenna: Floats, boresight: float, way: float) -> tuple[Indices, Complexes]:
         """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
         cross-sections [m]; those that the beam may pass meanwhile, and some more."""
-        points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
+        points, sway, turn = self.points, self._scene.own_ship.sway, self.per_piece * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
         wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * way)
         which = points.cells.within(wedge)

@@ -7,6 +7,7 @@ Range, phase, sea reflection and beam weight are exact at each azimuth. Visibili
 import numpy as np
 
 from radar_service.echo.beam_passage import BeamPassages
+from radar_service.echo.beam_paths import BeamPath, Sights
 from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, PartGeometry
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.moving_beam import BeamTable, received_field
@@ -44,8 +45,13 @@ ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2
 class MovingEchoes:
     """All moving echoes of a scene, at any azimuths. Safe to call from several threads."""
 
-    def __init__(self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False) -> None:
-        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`."""
+    def __init__(
+        self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False,
+        path: BeamPath | None = None,
+    ) -> None:  # fmt: skip
+        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`; path: by which echoes are
+        received, with a beam of gain 1; None: directly."""
+        self._path = path
         self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
         self._earth_radius = visibility.line_of_sight.earth_radius
@@ -60,7 +66,7 @@ class MovingEchoes:
 
     def of_scene(self, scene: Scene) -> "MovingEchoes":
         """Returns the same echoes as a scene has them whose rotation has another origin."""
-        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest)
+        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest, self._path)
 
     def __len__(self) -> int:
         """How many bodies there are."""
@@ -187,7 +193,12 @@ class MovingEchoes:
         if sea is not None:
             sea.apply(amplitude)
         body = self.visibility.scatterers.key[observed.echoes.body[which]]
-        return BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
+        echoes = BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
+        if self._path is None:
+            return echoes
+        heading = self._scene.platform.heading(block.azimuths.time)
+        bearing = part.azimuth[:, None] + history.azimuth_change
+        return self._path.received(echoes, Sights(bearing, block.azimuths.boresight, heading))
 
     def _sea_history(
         self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry

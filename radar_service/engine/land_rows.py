@@ -58,7 +58,13 @@ class LandRows:
     """
 
     def __init__(
-        self, scene: Scene, passages: LandPassages, echoes: MovingEchoes, fidelity: Fidelity, compression: Compression
+        self,
+        scene: Scene,
+        passages: LandPassages,
+        echoes: MovingEchoes,
+        fidelity: Fidelity,
+        compression: Compression,
+        rings: int = RINGS,
     ) -> None:
         radar = scene.radar
         self.passages, self.echoes = passages, echoes
@@ -70,21 +76,21 @@ class LandRows:
         self._kernel = Kernel(fidelity.beam_kernel_width, oversampling)
         self._table = KernelTable(self._kernel.tables()[0])
         self._extent = fidelity.beam_extent * radar.beamwidth
-        rings = np.arange(RINGS)
-        self._ring_begin = np.append(0.0, NEAREST_BORDER * RINGS / (RINGS - rings[1:]))
-        self._ring_middle = NEAREST_BORDER * RINGS / (RINGS - rings - 0.5)
-        pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // PIECE + SPARE
+        self._rings, ring = rings, np.arange(rings)
+        self._ring_begin = np.append(0.0, NEAREST_BORDER * rings / (rings - ring[1:]))
+        self._ring_middle = NEAREST_BORDER * rings / (rings - ring - 0.5)
+        pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // passages.per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
 
     def of_scene(self, scene: Scene) -> "LandRows":
         """Returns the rows in a scene whose rotation has another origin."""
         passages, echoes = self.passages.of_scene(scene), self.echoes.of_scene(scene)
-        return LandRows(scene, passages, echoes, self._fidelity, self._compression)
+        return LandRows(scene, passages, echoes, self._fidelity, self._compression, self._rings)
 
     def holds(self, azimuths: AzimuthTimes) -> bool:
         """Whether the land at these azimuths is taken from the grid."""
-        pieces = self._pieces_of(azimuths)
-        return self.passages.is_regular(pieces[0] * PIECE, (pieces[-1] + 1) * PIECE)
+        pieces, per_piece = self._pieces_of(azimuths), self.passages.per_piece
+        return self.passages.is_regular(pieces[0] * per_piece, (pieces[-1] + 1) * per_piece)
 
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
@@ -111,7 +117,7 @@ class LandRows:
         begins = np.rint(self._ring_begin / self._scene.radar.range_step).astype(np.int64)
         edges = [*begins.tolist(), self._compression.size]
         total = np.zeros((len(azimuths.number), self._compression.size), dtype=np.complex64)
-        for ring in range(RINGS):
+        for ring in range(self._rings):
             weights: Profiles | None = None
             for number, piece in pieces.items():
                 begin = max(edges[ring], piece.first_column)
@@ -123,7 +129,7 @@ class LandRows:
 
     def _add(self, total: Profiles, weights: Profiles, first_row: int, number: int, piece: GridPiece, begin: int) -> None:
         """Adds to columns (K, C), from column `begin` on, those of a piece, by weights (K, R) of rows from `first_row` on."""
-        start = number * PIECE * self._per_azimuth - (self._kernel.width // 2 - 1)
+        start = number * self.passages.per_piece * self._per_azimuth - (self._kernel.width // 2 - 1)
         low, high = max(start, first_row), min(start + len(piece.rows), first_row + weights.shape[1])
         columns = slice(begin - piece.first_column, begin - piece.first_column + total.shape[1])
         if low < high:
@@ -137,7 +143,7 @@ class LandRows:
 
     def _pieces_of(self, azimuths: AzimuthTimes) -> range:
         """The numbers of the pieces whose rows, with their kernels, the beam covers at these azimuths."""
-        rows, size = self._band(azimuths)[[0, -1]], PIECE * self._per_azimuth
+        rows, size = self._band(azimuths)[[0, -1]], self.passages.per_piece * self._per_azimuth
         return range(int(rows[0] - self._kernel.width) // size, int(rows[1] + self._kernel.width) // size + 1)
 
     def _piece(self, number: int) -> GridPiece:
@@ -148,7 +154,7 @@ class LandRows:
         column = piece.distance / self._scene.radar.range_step - 0.5
         first = int(column.min(initial=self._compression.size)) - self._compression.kernel.width
         columns = max(0, int(column.max(initial=0.0)) + self._compression.kernel.width - first)
-        shape = PIECE * self._per_azimuth + self._kernel.width, columns
+        shape = self.passages.per_piece * self._per_azimuth + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
         return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
@@ -172,13 +178,22 @@ class LandRows:
         return np.ascontiguousarray(corrected, dtype=np.complex64)
 
 
-def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
+def follows_own_ship(scene: Scene, fidelity: Fidelity, per_piece: int = PIECE) -> bool:
     """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
-    beam covers no point twice, its pulse has the first echoes alone, and is not its own kernel, and own ship sways gently."""
+    beam covers no point twice, no structures shadow it, its pulse has the first echoes alone, and is not its own kernel, and own
+    ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
-    narrow = beam + 4 * PIECE * radar.azimuth_step < MAX_BEAM
+    narrow = beam + 4 * per_piece * radar.azimuth_step < MAX_BEAM
+    plain = not radar.structures
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    return narrow and not pulse and fidelity.azimuths_per_block > 1 and not scene.own_ship.at_rest and _sways_gently(scene)
+    return (
+        plain
+        and narrow
+        and not pulse
+        and fidelity.azimuths_per_block > 1
+        and not scene.own_ship.at_rest
+        and _sways_gently(scene)
+    )
 
 
 def _sways_gently(scene: Scene) -> bool:

@@ -26,6 +26,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT, in_order
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.parameters import Radar
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
 
 
@@ -38,6 +39,7 @@ class Contributions:
     rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
     clutter: of sea and rain, where there is any.
     interference: profiles (bins,) [sqrt(W)] by row.
+    beacons: those of answers of beacons, by kind ("racon", "sart") and row.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
@@ -45,6 +47,7 @@ class Contributions:
     rows: Profiles | None = None
     clutter: ClutterRows | None = None
     interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
+    beacons: dict[str, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
 
 
 @BLAS_LIMIT.held()
@@ -63,6 +66,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
     add_interference(prepared, field, azimuths, record)
+    add_beacons(prepared, field, azimuths, blind, record)
     return field
 
 
@@ -75,6 +79,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
     add_clutter(prepared, unused, azimuths, blind, record)
     add_interference(prepared, unused, azimuths, record)
+    add_beacons(prepared, unused, azimuths, blind, record)
     return record
 
 
@@ -215,6 +220,8 @@ def add_clutter(
 ) -> None:
     """Adds sea and rain clutter."""
     rows = None if prepared.clutter is None else prepared.clutter.rows(azimuths.number, ~blind[:, None])
+    if rows is not None and (shadow := structure_shadow(prepared.scene.radar)) is not None:
+        rows = rows.behind(shadow.clutter_power(azimuths.boresight - prepared.scene.platform.heading(azimuths.time)))
     if rows is not None:
         rows.add_to(field)
     if record is not None:
@@ -230,6 +237,17 @@ def add_interference(
             field[row] += received
             if record is not None:
                 record.interference[row] = record.interference.get(row, 0.0) + received
+
+
+def add_beacons(
+    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
+) -> None:
+    """Adds the answers of racons and SARTs."""
+    for answers in prepared.beacons:
+        kept = {} if record is None else record.beacons.setdefault(answers.beacon.kind, {})
+        for row, received in answers.rows(azimuths.number, azimuths.boresight, azimuths.time, ~blind):
+            field[row] += received
+            kept[row] = kept.get(row, 0.0) + received
 
 
 def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:

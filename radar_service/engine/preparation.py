@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 
 from radar_service.clutter.clutter import Clutter, prepare_clutter
+from radar_service.echo.beam_paths import ShadowedBeam
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.land import LandPassages
 from radar_service.echo.moving import MovingEchoes
@@ -20,6 +21,8 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
+from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -53,6 +56,7 @@ class Prepared:
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
     interference: of each other radar.
+    beacons: the answers of each racon and SART.
     """
 
     scene: Scene
@@ -70,6 +74,7 @@ class Prepared:
     compression: Compression
     clutter: Clutter | None
     interference: tuple[Interference, ...]
+    beacons: tuple[BeaconAnswers, ...] = ()
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
         """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
@@ -106,7 +111,9 @@ def prepare(
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
-    beam = _beam_table(radar, fidelity, max_tile)
+    beam = beam_table(radar, fidelity, max_tile)
+    shadow = structure_shadow(radar, beam.extent)
+    path = None if shadow is None else ShadowedBeam(shadow)
     return Prepared(
         scene,
         fidelity,
@@ -116,13 +123,16 @@ def prepare(
         resting_set,
         resting,
         _resting_profiles(radar, fidelity, resting.echoes, compression),
-        MovingEchoes(scene, visibility, beam, seed),
+        MovingEchoes(scene, visibility, beam, seed, path=path),
         _land_rows(scene, land_set, line_of_sight, max_range, fidelity, compression, beam, seed),
         PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
         MovingEchoes(scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), beam, seed, True),
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
+        tuple(
+            BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
+        ),
     )
 
 
@@ -157,7 +167,8 @@ def _scatterers(
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
+    """Whether a body is the same in every scan; not where structures shadow it, whose beam differs from azimuth to azimuth."""
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and not scene.radar.structures
 
 
 def _land_rows(
@@ -173,11 +184,12 @@ def _land_rows(
     return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
 
 
-def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
+def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
     """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
     extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
     span = max_tile * radar.azimuth_step
-    return BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
+    gain = np.ones_like if radar.structures else radar.azimuth_gain  # then paths have the gain
+    return BeamTable(gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
 
 
 def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:

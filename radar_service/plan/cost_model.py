@@ -16,6 +16,7 @@ import numpy as np
 
 from radar_service.echo.visibility import Visibility
 from radar_service.engine.pipeline import (
+    add_beacons,
     add_clutter,
     add_interference,
     add_resting,
@@ -120,7 +121,9 @@ class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
     stages: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles", "aspects"), 0.0)
+        default_factory=lambda: dict.fromkeys(
+            ("moving", "receiver", "clutter", "interference", "profiles", "aspects", "beacons"), 0.0
+        )
     )
     azimuths: int = 0
     updates: dict[int, float] = field(default_factory=dict)
@@ -209,6 +212,8 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     watch.add("clutter")
     add_interference(prepared, profiles, azimuths)
     watch.add("interference")
+    add_beacons(prepared, profiles, azimuths, blind)
+    watch.add("beacons")
     square_law(profiles)
     radar.schedule(azimuths.number)
     prepared.scene.own_ship.pose(azimuths.time)

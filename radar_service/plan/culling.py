@@ -15,6 +15,7 @@ from radar_service.propagation.attenuation import attenuation_amplitude
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
 from radar_service.propagation.sea_surface import rms_wave_height
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
@@ -45,7 +46,7 @@ class Culling:
     """What a scene does not need.
 
     bodies: culled bodies by their index in the scene.
-    effects: relative field error [dB] of each culled effect, by name ("multipath", "gas").
+    effects: relative field error [dB] of each culled effect, by name ("multipath", "gas", "structures").
     """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
@@ -68,6 +69,8 @@ class Culling:
             environment = replace(environment, multipath=False)
         if "gas" in self.effects:
             environment = replace(environment, gas_db_per_km=0.0)
+        if "structures" in self.effects:
+            scene = replace(scene, radar=replace(scene.radar, structures=()))
         return scene.with_world(environment=environment)
 
 
@@ -132,7 +135,7 @@ def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
 
 
 def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
-    """Relative field errors [dB] of culling sea reflection ("multipath") and gas loss ("gas").
+    """Relative field errors [dB] of culling sea reflection ("multipath"), gas loss ("gas") and own ship's "structures".
 
     An effect is included where the scene has it and the error is below the budget of the numerical methods.
     """
@@ -141,6 +144,8 @@ def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
         result["multipath"] = multipath_db(scene)
     if environment.gas_db_per_km > 0.0:
         result["gas"] = gas_db(scene)
+    if (shadow := structure_shadow(scene.radar)) is not None:
+        result["structures"] = _relative_db(2.0 * shadow.max_taken)  # two ways
     allowed = ErrorBudget(fidelity.error_db).method_db
     return {name: error for name, error in result.items() if error < allowed}
 
@@ -160,6 +165,8 @@ def multipath_db(scene: Scene) -> float:
 
 
 def _reflected_db(body: Body, scene: Scene) -> float:
+    if body.beacon is not None:  # its antenna may be higher than the body, and receives more from the sea
+        return 0.0
     height = body.motion.position[:, 2]
     level = bool(np.ptp(height) == 0.0 and body.motion.final_velocity[2] == 0.0 and body.motion.sway is None)
     if body.mesh is not None or not level or height[0] <= 0.0 or scene.own_ship.sway is not None:

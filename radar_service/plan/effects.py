@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from radar_service.clutter.rain import RAIN_HEIGHT
 from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.clutter.sea import MAX_SEA_STATE
@@ -12,7 +14,9 @@ from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
+from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
@@ -26,6 +30,7 @@ PLATED_SHARE = 0.02  # rms of 300 walls against elements with real dents (tests/
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
+STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 
@@ -45,6 +50,7 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
+        *_undocumented_structures(scene.radar),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
         *_documented_clutter(scene),
@@ -61,6 +67,10 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     ]
 
 
+def _undocumented_structures(radar: Radar) -> list[PlanItem]:
+    return [PlanItem("structures", False, "requested, but not in the specification")] if radar.structures else []
+
+
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     environment, costs = scene.environment, statistics.costs
     receiver = None if costs is None else costs.receiver
@@ -69,6 +79,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
+        *_structures(scene, statistics),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
@@ -81,6 +92,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
         *_interference(scene, None if costs is None else costs.interference),
+        *_beacons(scene, None if costs is None else costs.beacons),
     ]
 
 
@@ -123,6 +135,21 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
         if scene.own_ship.at_rest:
             extent = f"the full circle, {extent} for moving echoes"
     return PlanItem("beam", True, f"{radar.pattern.description}, {extent}", field_db=error if math.isfinite(error) else None)
+
+
+def _structures(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+    """How own ship's structures near the antenna are modelled, with the loss behind the middle of each."""
+    structures, shadow = scene.radar.structures, structure_shadow(scene.radar)
+    if shadow is None:
+        return []
+    if "structures" in statistics.culling.effects:
+        how = "they take nothing from the beam that the error budget would notice"
+        return [PlanItem("structures", False, how, field_db=statistics.culling.effects["structures"])]
+    bearings = np.array([structure.bearing for structure in structures])
+    loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
+    losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
+    how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}; what rests costs as what moves"
+    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB)]
 
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
@@ -205,6 +232,7 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
         "interference": scene.interference,
+        "beacons": any(body.beacon is not None for body in scene.bodies),
     }
     return [PlanItem(what, False, "requested, but not in the specification") for what, value in requested.items() if value]
 
@@ -270,3 +298,22 @@ def _interference(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
     how = f"{others}, each pulse at its time through both beams and the filter"
     return [PlanItem("interference", True, how, microseconds=microseconds)]
+
+
+def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
+    """How the answers of racons and SARTs are modelled, with those that cannot answer this radar."""
+    beacons = [(body.name, body.beacon) for body in scene.bodies if body.beacon is not None]
+    if not beacons:
+        return []
+    kinds = [beacon.kind for _, beacon in beacons]
+    count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
+    deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
+    none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
+    how = (
+        f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
+        f"filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
+    )
+    if len(deaf) == len(beacons):
+        return [PlanItem("beacons", False, how)]
+    error = 10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
+    return [PlanItem("beacons", True, how, error, microseconds=microseconds)]

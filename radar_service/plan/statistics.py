@@ -43,6 +43,7 @@ class Costs:
     interference: pulses of other radars.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
+    beacons: answers of racons and SARTs.
     """
 
     looks: float
@@ -52,11 +53,13 @@ class Costs:
     interference: float
     profiles: float
     aspects: float = 0.0
+    beacons: float = 0.0
 
     @property
     def total(self) -> float:
         """The sum of all stages [us]."""
-        return self.looks + self.moving + self.aspects + self.receiver + self.clutter + self.interference + self.profiles
+        echoes = self.looks + self.moving + self.aspects
+        return echoes + self.receiver + self.clutter + self.interference + self.profiles + self.beacons
 
 
 @dataclass(frozen=True)

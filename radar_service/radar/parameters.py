@@ -9,6 +9,7 @@ import numpy as np
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
+from radar_service.radar.structures import Structure
 
 if TYPE_CHECKING:
     from radar_service.radar.waveform import Chirp
@@ -77,6 +78,7 @@ class Radar:
     blind_sectors: start and end clockwise from the bow [rad].
     near_pulses: other pulses, which serve the nearer ranges, by rising range.
     origin: of its rotation; a change of its rate gives another one.
+    structures: of own ship near the antenna, which shadow sectors and reflect.
     """
 
     frequency: float
@@ -109,6 +111,7 @@ class Radar:
     compression: str = field(default="matched", metadata={"added": 1})  # see truth.scene_hash
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
     origin: Origin = field(default=START, metadata={"added": 1})
+    structures: tuple[Structure, ...] = field(default=(), metadata={"added": 1})
 
     @property
     def of_each_pulse(self) -> tuple["Radar", ...]:

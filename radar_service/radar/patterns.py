@@ -211,6 +211,13 @@ PATTERNS: Mapping[str, AntennaPattern] = MappingProxyType(
 )
 
 
+def line_source(pattern: AntennaPattern) -> LineSource | None:
+    """Returns the illumination of a pattern's aperture; None for patterns that are no sum of cosines."""
+    if isinstance(pattern, Sinc2):
+        return LineSource((0.0,), (1.0,), HALF_POWER_U)
+    return pattern.source if isinstance(pattern, CosineSum) else None
+
+
 def _line_source(positions: tuple[float, ...], weights: tuple[float, ...]) -> LineSource:
     low, high = 0.1, 1.5  # the main lobe passes half power once in between
     for _ in range(4):  # to 1e-12; scipy.optimize takes a tenth of a second to load

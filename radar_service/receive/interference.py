@@ -16,6 +16,7 @@ from radar_service.numerics.random import INTERFERENCE, generator
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
+from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
 from radar_service.world.environment import Interferer
 from radar_service.world.scene import Scene
@@ -79,12 +80,20 @@ class Interference:
         arrived = self._first + pulse / other.prf
         bearing = self._bearing(time)[row]
         other_boresight = self._start + 2.0 * np.pi * arrived / other.rotation_period
-        gain = radar.azimuth_gain(wrap_angle(boresight[row] - bearing))
+        gain = self._gain(bearing, boresight[row], time[row])
         gain = gain * PATTERNS["taylor"].gain(wrap_angle(other_boresight - bearing - np.pi), other.beamwidth)
         strong = np.flatnonzero(gain * other.level > MIN_PULSE_TO_NOISE)
         phase = np.array([self._phase(int(p)) for p in pulse[strong]])
         amplitude = np.sqrt(self._power * gain[strong]) * np.exp(1j * phase)
         return Arrivals(row[strong], arrived[strong] - transmitted[row[strong]], amplitude)
+
+    def _gain(self, bearing: Floats, boresight: Floats, time: Floats) -> Floats:
+        """One-way power gain (P,) towards the other radar at bearings, boresights [rad] and times [s] (P,)."""
+        shadow = structure_shadow(self.scene.radar)
+        if shadow is None:
+            return self.scene.radar.azimuth_gain(wrap_angle(boresight - bearing))
+        field = shadow.one_way(bearing - self.scene.platform.heading(time), bearing - boresight)
+        return np.abs(field) ** 2
 
     def _phase(self, pulse: int) -> float:
         """Random phase [rad] of a pulse: a magnetron starts each pulse with a new one."""

@@ -158,21 +158,54 @@ class Radiometry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BeaconTruth:
+    """A racon or a search and rescue transponder (SART) as the boresight meets its body. Ranges are those of a profile [m].
+
+    kind: "racon" or "sart"; letters: of the Morse code of a racon.
+    triggered: whether the radar's pulse reaches it, by line of sight and strong enough, and it answers.
+    pulse_dbm: power of the pulse at an isotropic antenna there; answer_dbm: of its answer at the radar's receiver; None: nothing.
+    carrier_offset: of a racon's carrier from the radar's [Hz]: out of the receiver's band it is not seen.
+    begin, end: ranges of the leading and the trailing edge of the answer, before the receiver's filter.
+    dot: length of a racon's dot [m].
+    first_dot, dot_spacing: range at which the first slow sweep of a SART passes the radar's carrier, and from there to the next.
+    """
+
+    kind: str
+    letters: str | None
+    triggered: bool
+    pulse_dbm: float | None
+    answer_dbm: float | None
+    carrier_offset: float | None
+    begin: float
+    end: float
+    dot: float | None
+    first_dot: float | None
+    dot_spacing: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Crossing(Radiometry, Kinematics):
     """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
-    which is `bearing` where own ship neither rolls nor pitches.
+    which is `bearing` where own ship neither rolls nor pitches; beacon: of the body, None where it has none;
+    structure_db: two-way loss on boresight behind own ship's structures [dB], None for a radar without any.
     """
 
     scan: int
     spoke: int
     boresight: float
     own_ship: OwnShipTruth
+    beacon: BeaconTruth | None = None
+    structure_db: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
-        return {"type": "crossing", **asdict(self)}
+        """Plain data, as files and feeds have it: the names of the fields that apply, and `type`."""
+        content = asdict(self)
+        for name in ("beacon", "structure_db"):
+            if content[name] is None:
+                del content[name]
+        return {"type": "crossing", **content}
 
 
 @dataclass(frozen=True, kw_only=True)

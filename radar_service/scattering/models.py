@@ -18,6 +18,7 @@ SCATTERING_MODELS = {  # by the name in scene files: module and class in this ro
     "optics": "physical_optics.model:PhysicalOptics",
 }
 RAYS = "rays:RaySampledSurfaces"
+REFLECTORS = "reflectors:ReflectorScattering"
 
 
 @cache
@@ -29,6 +30,8 @@ def model_at(place: str) -> "type[ScatteringModel]":
 
 def scattering_model(body: "Body", sampler: str = "scatterers") -> "type[ScatteringModel]":
     """The model of a body. sampler: of the fidelity; by any other than "scatterers", rays sample diffuse surfaces."""
+    if body.reflector is not None:
+        return model_at(REFLECTORS)
     name = "rcs" if body.mesh is None or body.rcs is not None else body.scattering
     return model_at(RAYS if name == "diffuse" and sampler != "scatterers" else SCATTERING_MODELS[name])
 

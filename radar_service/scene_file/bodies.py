@@ -9,11 +9,14 @@ import numpy as np
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
+from radar_service.scattering.reflector_patterns import size_of
+from radar_service.scene_file.beacons import beacon_from_model
 from radar_service.scene_file.checks.mesh_axes import axis_findings
 from radar_service.scene_file.checks.mesh_findings import Findings
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (
+    REFLECTOR_SIZES,
     BodyModel,
     BodyOfAKind,
     HeightMapBodyModel,
@@ -29,7 +32,7 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
-from radar_service.world.body import Body, Material, Mesh, Plating
+from radar_service.world.body import Body, Material, Mesh, Plating, Reflector
 from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
@@ -69,13 +72,13 @@ class BodyLoader:
         mesh, position = self._surface(model, location, _scattering(model, material), coverage)
         self._count(mesh, location)
         motion = self._motion(k) if position is None else constant_motion(position, 0.0, 0.0, 0.0)
-        rcs = None if model.rcs_dbsm is None else 10.0 ** (model.rcs_dbsm / 10.0)
+        rcs, reflector = _cross_section(model), _reflector(model)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
         presence = presence_from_model(model, self._radars[0].rotation_period)
         return Body(
             model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
-            plating=_plating(model),
+            plating=_plating(model), reflector=reflector, beacon=beacon_from_model(model, mesh),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
@@ -125,7 +128,7 @@ class BodyLoader:
         return self._mesh_file(model, f"{location}.mesh")
 
     def _shape(self, model: ShapeBodyModel, scattering: str) -> Mesh | None:
-        if model.shape == "point":
+        if model.shape in ("point", "reflector"):
             return None
         sizes = model.sizes()
         if model.shape == "hull":
@@ -168,7 +171,27 @@ class BodyLoader:
             )
 
 
-def _scattering(model: BodyModel, material: Material) -> str:
+def _cross_section(model: BodyOfAKind) -> float | None:
+    """The declared cross-section [m^2] that holds at all frequencies; a reflector has none."""
+    return None if model.rcs_dbsm is None or _is_reflector(model) else 10.0 ** (model.rcs_dbsm / 10.0)
+
+
+def _reflector(model: BodyOfAKind) -> Reflector | None:
+    """The reflector that a body is; its size by the peak of its lobes where the file tells that."""
+    if not isinstance(model, ShapeBodyModel) or model.reflector is None:
+        return None
+    if model.rcs_dbsm is not None:
+        return Reflector(model.reflector, size_of(model.reflector, 10.0 ** (model.rcs_dbsm / 10.0)), model.hung)
+    return Reflector(model.reflector, getattr(model, REFLECTOR_SIZES[model.reflector]), model.hung)
+
+
+def _is_reflector(model: BodyOfAKind) -> bool:
+    return isinstance(model, ShapeBodyModel) and model.shape == "reflector"
+
+
+def _scattering(model: BodyOfAKind, material: Material) -> str:
+    if _is_reflector(model):
+        return "reflector"
     return "rcs" if model.rcs_dbsm is not None else model.scattering or material.scattering
 
 

@@ -7,10 +7,12 @@ import numpy as np
 
 from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
+from radar_service.radar.structures import Structure
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
+from radar_service.scene_file.model.structure import StructureModel
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.currents import Currents
 from radar_service.world.environment import Environment, Interferer
@@ -59,6 +61,15 @@ def _single_pulse(model: RadarModel) -> Radar:
         eclipsing=model.eclipsing,
         rays=model.rays,
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
+        structures=tuple(map(structure_from_model, model.structure)),
+    )
+
+
+def structure_from_model(model: StructureModel) -> Structure:
+    """Returns a structure near the antenna in SI units."""
+    top = math.inf if model.top_m is None else model.top_m
+    return Structure(
+        model.name, math.radians(model.bearing_deg), model.distance_m, 0.5 * model.width_m, top, model.reflection
     )
 
 

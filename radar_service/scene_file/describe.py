@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
+from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.model.scene import SceneModel
+from radar_service.world.beacon import FORWARD_SWEEP, RETURN_SWEEP, SART_CYCLES, Beacon, Racon
 from radar_service.world.body import Body
 from radar_service.world.currents import CurrentArea
 from radar_service.world.motion import Motion
@@ -223,11 +225,27 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     route = _motion_text(body.motion) + _presence_text(body.presence)
+    if body.reflector is not None:
+        shape = reflector_text(body.reflector, scene.radar)
     return [
         f"  {body.name}: {shape}",
         f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
+        *([] if body.beacon is None else [f"    {_beacon_text(body.beacon, scene.radar)}"]),
     ]
+
+
+def _beacon_text(beacon: Beacon, radar: Radar) -> str:
+    """What answers this radar from a body, and from how far at boresight in free space."""
+    if not beacon.receives(radar.frequency, radar.pulse):
+        return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
+    spacing = (RETURN_SWEEP + FORWARD_SWEEP) * SPEED_OF_LIGHT / 2.0
+    what = f"{SART_CYCLES} cycles of sweeps, dots {spacing:.0f} m apart"
+    if isinstance(beacon, Racon):
+        carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
+        silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
+        what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
+    return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"
 
 
 def _visibility_text(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:

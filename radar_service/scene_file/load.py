@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from radar_service.scene_file.bodies import BodyLoader
+from radar_service.scene_file.checks.beacons import beacon_warnings
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
@@ -80,6 +81,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         remarks = validity_warnings(world, installation.radar, installation.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
         loader.warnings.extend(placement_warnings(world, installation.radar, installation.platform, terrain))
+    loader.warnings.extend(beacon_warnings(bodies, radars))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(

@@ -16,6 +16,7 @@ NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
 BODY = 256  # of the first body of the scene; the others follow in their order
 COMMON = ("noise", "sea", "rain", "interference", "second time around")
+BEACONS = {"racon": 5, "sart": 6}  # numbers of answers of beacons, by their kind
 
 
 def source_numbers(scene: Scene) -> Indices:
@@ -27,6 +28,8 @@ def source_numbers(scene: Scene) -> Indices:
 def source_names(scene: Scene) -> dict[int, str]:
     """The name of each source number that the scene may have, by rising number."""
     names = dict(enumerate(COMMON))
+    kinds = {body.beacon.kind for body in scene.bodies if body.beacon is not None}
+    names |= {number: kind for kind, number in BEACONS.items() if kind in kinds}
     land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
     bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
     return names | dict(sorted(land.items())) | bodies

@@ -1,4 +1,4 @@
-"""Records of bodies: the material, the triangle mesh and the body itself."""
+"""Records of bodies: the material, the radar reflector, the triangle mesh and the body itself."""
 
 import math
 from dataclasses import dataclass, field
@@ -8,6 +8,7 @@ import numpy as np
 
 from radar_service.numerics.frames import map_from_body, turned
 from radar_service.numerics.types import Floats, Indices
+from radar_service.world.beacon import Beacon
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 
@@ -19,6 +20,21 @@ class Material:
     name: str
     gamma: float  # sigma0 = gamma cos(incidence), power ratio
     scattering: str  # name of a model in radar_service.scattering.models: default for bodies of this material
+
+
+@dataclass(frozen=True)
+class Reflector:
+    """A radar reflector at the origin of its body's frame.
+
+    kind: "corner", one trihedral of triangular plates that opens ahead, its axis level; "octahedral", eight of them in three
+        crossed square plates; "lens", a Luneburg lens whose reflecting cap covers its after half.
+    size: leg of the trihedrals, or radius of the lens [m].
+    hung: of an octahedral one: "catch-rain", one trihedral opens up; "point-up", a corner of the plates is on top.
+    """
+
+    kind: str
+    size: float
+    hung: str = "catch-rain"
 
 
 @dataclass(frozen=True)
@@ -91,6 +107,8 @@ class Body:
     length, beam: horizontal extents in its own frame [m], 0 for a point.
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     presence: when it is in the scene at all.
+    reflector: the radar reflector that it is; None of all else.
+    beacon: a racon or a search and rescue transponder on it.
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
     plating: how its walls are dented, where it scatters by physical optics; None: they are flat.
     """
@@ -108,7 +126,9 @@ class Body:
     is_vessel: bool = False
     presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
     one_sided: bool = field(default=False, metadata={"added": 2})
-    plating: Plating | None = field(default=None, metadata={"added": 3})
+    reflector: Reflector | None = field(default=None, metadata={"added": 3})
+    beacon: Beacon | None = field(default=None, metadata={"added": 3})
+    plating: Plating | None = field(default=None, metadata={"added": 4})
 
     @property
     def at_rest(self) -> bool:

@@ -48,6 +48,19 @@ def test_out_of_range_unless_earlier_pulses_are_received() -> None:
     assert not reasons(scene([far], radar=folded))
 
 
+def test_the_sea_is_not_left_out_where_a_beacon_answers() -> None:
+    """A point 2 m up, 0.01 mm before its horizon, where nothing of the reflected ray is left; its racon is higher."""
+    horizon = scene().horizon(2.0)
+    radar, fidelity = LOW | {"range_max_m": 30_000}, fidelity_for(scene(), ErrorBudget(0.5))
+    plain, with_racon = (
+        negligible_effects(
+            scene([point("t", 0, horizon - 1e-5, 2) | more], radar=radar, environment={"multipath": True}), fidelity
+        )
+        for more in ({}, {"racon": {"letter": "K", "offset_m": [0, 0, 5]}})
+    )
+    assert "multipath" in plain and "multipath" not in with_racon
+
+
 def test_presets_leave_nothing_out() -> None:
     made = scene([point("t", 0, 90_000)])
     for name in ("documented", "fast", "balanced", "reference"):

@@ -149,3 +149,22 @@ def test_second_time_echoes_fold_at_the_unambiguous_range() -> None:
     assert folded.modelled and "beyond 14990 m" in folded.how
     assert not items(scene(radar={"prf_hz": 10_000}))["second-time echoes"].modelled
     assert "second-time echoes" not in items(scene())
+
+
+def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
+    """An answer of a thousandth of the noise is left out: 0.0087 dB of two in one cell. A SART does not answer in S band."""
+    bodies = [
+        point("k", 0, 500, racon={"letter": "K"}),
+        point("d", 0, 900, racon={"letter": "D"}),
+        point("raft", 50, 90, sart={}),
+    ]
+    s_band, statistics = (
+        {"frequency_hz": 3.05e9},
+        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, beacons=64.0)),
+    )
+    item = items(scene(bodies, radar=s_band, environment={"noise": True}), statistics=statistics)["beacons"]
+    assert item.modelled and item.microseconds == 64.0 and item.power_db == pytest.approx(10 * math.log10(1.002))
+    assert item.how.startswith("2 racons, 1 sart: ") and item.how.endswith("carrier or pulse: raft")
+    silent = items(scene(bodies[2:], radar=s_band), statistics=statistics)["beacons"]
+    assert not silent.modelled and silent.power_db is None
+    assert items(scene(bodies))["beacons"].power_db is None and "beacons" not in items(scene([point("t", 0, 500)]))

@@ -25,7 +25,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"body": [point(position_m="here")]}, 'body[0].position_m: "here" is not allowed; a list of 3 values'),
     (
         {"body": [point(positon_m=[0, 0, 0])]},
-        'body[0].positon_m: this is not a known key; did you mean "position_m"? (nearest of 63 keys: position_m, ',
+        'body[0].positon_m: this is not a known key; did you mean "position_m"? (nearest of 67 keys: position_m, ',
     ),
     (
         {"zzz": 1},

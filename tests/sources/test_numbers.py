@@ -26,3 +26,10 @@ def test_land_is_one_source_for_each_material_and_every_other_body_one_of_its_ow
 
 def test_numbers_of_land_stay_below_those_of_bodies() -> None:
     assert 16 + len(MATERIALS) <= BODY
+
+
+def test_answers_of_beacons_are_sources_of_their_own() -> None:
+    """Scenes without beacons have no such names."""
+    made = scene([point("tower", 0, 500, racon={"letter": "K"}), point("raft", 500, 0, sart={})])
+    assert (source_names(made)[5], source_names(made)[6]) == ("racon", "sart")
+    assert source_names(scene([point("raft", 500, 0, sart={})])).keys() == {0, 1, 2, 3, 4, 6, 256}

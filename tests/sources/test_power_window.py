@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+import radar_service as rs
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA, source_numbers
 from radar_service.sources.power_window import PowerWindow, SourcePowers, pulse_powers, scan_powers
 from tests.alone import crowded, crowded_alone
+from tests.scenes import point, scene
 
 
 @pytest.mark.sample(2)
@@ -63,3 +65,19 @@ def test_nothing_but_noise_and_interference_is_received_where_the_radar_is_blind
     assert not part.transmitting[row] and part.transmitting[0]
     assert not part.clutter[row].any()
     assert [number for number, power in part.power.items() if power[row].any() and number != 3] == [NOISE]
+
+
+def test_the_answer_of_a_beacon_is_the_field_without_it() -> None:
+    """Without noise and with a buoy that hardly reflects, the power of source 5 is that of the scan, at any number of threads and
+    from any start."""
+    radar = {"range_max_m": 3000, "azimuths": 90, "beamwidth_deg": 8, "modulation": "none", "pulse_s": 2e-7, "bandwidth_hz": 5e6,
+             "sample_rate_hz": 15e6}  # fmt: skip
+    made = scene([point("b", 0, 1500, rcs_dbsm=-90.0, racon={"letter": "K", "mark_m": 900})], radar=radar)
+    scan = rs.Simulator(made, "fast", seed=3).scan()
+    powers = rs.Simulator(made, "fast", seed=3).source_powers(0)[5]
+    strong = scan.power > 1e-6 * scan.power.max()
+    np.testing.assert_allclose(powers[strong], scan.power[strong], rtol=1e-2)
+    again = rs.Simulator(made, "fast", seed=3, threads=2)
+    np.testing.assert_array_equal(again.scan().field, scan.field)
+    labels = rs.Simulator(made, "fast", seed=3, labels=True).scan().labels
+    assert labels is not None and (labels[strong] == 5).all()

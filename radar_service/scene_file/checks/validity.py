@@ -11,6 +11,7 @@ from radar_service.numerics.constants import KNOT
 from radar_service.radar.folding import least_chirp_error_db, remedies
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import pulse_doppler_shift
+from radar_service.scattering.reflector_patterns import highest_rcs
 from radar_service.world.body import Body
 from radar_service.world.error import SceneError
 from radar_service.world.motion import Motion
@@ -34,6 +35,7 @@ def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterato
 def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
     """Raises SceneError if an echo at radar.range_min_m could overflow single precision."""
     rcs = sum(body.rcs for body in bodies if body.rcs is not None)
+    rcs += sum(highest_rcs(body.reflector, radar.wavelength) for body in bodies if body.reflector is not None)
     constant = radar.power * radar.gain**2 * radar.wavelength**2 / ((4.0 * np.pi) ** 3 * radar.loss)
     with np.errstate(over="ignore", divide="ignore"):
         maximum = float(np.float64(constant) * rcs / np.float64(radar.range_min) ** 4)

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_v
 
 from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.ais import TransponderModel
+from radar_service.scene_file.model.beacons import RaconModel, SartModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
 from radar_service.scene_file.model.fields import (
     Bearing,
@@ -35,7 +36,9 @@ SHAPE_SIZES: dict[str, tuple[str, ...]] = {
     "dihedral": ("width_m", "height_m"),
     "trihedral": ("edge_m",),
     "hull": ("length_m", "beam_m", "height_m"),
+    "reflector": (),
 }
+REFLECTOR_SIZES = {"corner": "edge_m", "octahedral": "edge_m", "lens": "radius_m"}
 SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
 
 
@@ -99,13 +102,19 @@ class NamedSection(MovingSection):
 class ShapeSection(NamedSection):
     """The keys of a built-in shape."""
 
-    shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull"]
+    shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull", "reflector"]
     radius_m: Size | None = None
     width_m: Size | None = None
     height_m: Size | None = None
     length_m: Size | None = None
     beam_m: Size | None = None
     edge_m: Size | None = None
+    reflector: Literal["corner", "octahedral", "lens"] | None = Field(
+        None, description='of shape "reflector", by `edge_m`, a lens by `radius_m`, or by its peak at 9.41 GHz, `rcs_dbsm`'
+    )
+    hung: Literal["catch-rain", "point-up"] = Field(
+        "catch-rain", description="of an octahedral reflector: what is on top, an opening or a corner of the plates"
+    )
     hull_type: HullType | None = Field(None, description="what stands on a hull, and its flare; default: `plain`")
     hull_seed: Whole | None = Field(
         None, ge=0, le=2**32 - 1, description="of the parts of a hull that is not `plain`; default: 0"
@@ -153,6 +162,8 @@ class BodyModel(NamedSection):
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="she has an AIS transponder; see `ais`")
     ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
+    racon: RaconModel | None = Field(None, description="it answers radars by a letter in Morse code")
+    sart: SartModel | None = Field(None, description="it answers X-band radars by sweeps, in distress")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
         None, description="that AIS reports; default: how deep her mesh reaches"
     )
@@ -178,6 +189,10 @@ class BodyModel(NamedSection):
             raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
         if self.ais is not None and self.mmsi is None:
             raise ValueError("ais: a transponder has a number; add mmsi")
+        if self.racon is not None and self.sart is not None:
+            raise ValueError(
+                "sart: a body has one beacon, and this one has a racon; give it to another body at the same place"
+            )
         if info.context:
             raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
         self.check_kind()
@@ -215,7 +230,9 @@ class ShapeBodyModel(BodyModel, ShapeSection):
 
     def check_kind(self) -> None:
         """Raises ValueError unless the sizes are those of the shape, and a point has a cross-section."""
-        required = SHAPE_SIZES[self.shape]
+        if self.shape == "reflector" or self.reflector is not None or "hung" in self.model_fields_set:
+            self._check_reflector()
+        required = SHAPE_SIZES[self.shape] if self.shape != "reflector" else self._reflector_sizes()
         for key in SIZES:
             given = getattr(self, key) is not None
             if key in required and not given:
@@ -228,6 +245,24 @@ class ShapeBodyModel(BodyModel, ShapeSection):
             raise ValueError("hull_seed: a plain hull has no parts to draw; add hull_type or remove hull_seed")
         if self.shape == "point" and self.rcs_dbsm is None:
             raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
+
+    def _reflector_sizes(self) -> tuple[str, ...]:
+        """The keys of the size of a reflector; none where its cross-section tells it."""
+        assert self.reflector is not None
+        return () if self.rcs_dbsm is not None else (REFLECTOR_SIZES[self.reflector],)
+
+    def _check_reflector(self) -> None:
+        if self.shape != "reflector":
+            key = "hung" if self.reflector is None else "reflector"
+            raise ValueError(f'{key}: shape = "{self.shape}" is no reflector; give shape = "reflector" or remove {key}')
+        if self.reflector is None:
+            raise ValueError('reflector: missing; shape = "reflector" needs corner, octahedral or lens: add it')
+        if "hung" in self.model_fields_set and self.reflector != "octahedral":
+            raise ValueError(f"hung: a {self.reflector} reflector opens ahead, its axis level; remove hung")
+        if self.scattering is not None:
+            raise ValueError("scattering: a reflector scatters by its own pattern; remove scattering")
+        if self.swerling:
+            raise ValueError("swerling: the pattern of a reflector does not fluctuate; remove swerling")
 
 
 class MeshBodyModel(BodyModel, MeshSection):
@@ -249,6 +284,9 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         for key in ("start_s", "end_s", "fading"):
             if key in self.model_fields_set:
                 raise ValueError(f"{key}: a height map is land and always there; remove {key}")
+        for key in ("racon", "sart"):
+            if getattr(self, key) is not None:
+                raise ValueError(f"{key}: a height map is land; give the beacon to a body that stands on it")
         if self.plating is not None:
             raise ValueError("plating: a height map is land, without plates; remove plating")
         self._check_heights_and_corners()

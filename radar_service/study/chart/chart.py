@@ -19,6 +19,8 @@ from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
+from radar_service.study.chart.land_panel import METHODS as LAND_METHODS
+from radar_service.study.chart.land_panel import land_points, land_under_way
 from radar_service.study.chart.point import Point, pareto
 from radar_service.study.chart.power_panel import power_points, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
@@ -53,7 +55,8 @@ class Effort:
     rays: largest number of rays in a box of 3 x 3 beamwidths;
     lattice: columns and rows of the reference lattice of rays;
     turns: random turns of the canonical targets;
-    scans: in each of which the beam passes the ships.
+    scans: in each of which the beam passes the ships;
+    azimuths: of land under way, in each of `scans` runs.
     """
 
     echoes: int
@@ -66,11 +69,12 @@ class Effort:
     lattice: tuple[int, int]
     turns: int
     scans: int
+    azimuths: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2)  # two and a half minutes for a big scene
-QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1)
-PANELS = ("field", "power", "scattering", "ships")
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2, 64)  # three minutes for a big scene
+QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1, 16)
+PANELS = ("field", "power", "scattering", "ships", "land")
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,7 @@ def measure(
     """
     points: list[Point] = []
     facts: dict[str, Any] = {"seed": seed}
-    for panels in ((_field, _power), (_scattering, _ships)):
+    for panels in ((_field, _power), (_scattering, _ships, _land)):
         jobs = [Job(panel.__name__, (panel, scene, seed, effort, progress and executor is None)) for panel in panels]
         for panel_points, panel_facts in run(_measured, jobs, executor):
             points += panel_points
@@ -188,6 +192,18 @@ def _ships(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResu
     return _with_bar("ships", effort.scans * METHODS, progress, lambda done: ships_points(ships, effort.scans, done)), {}
 
 
+def _land(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of land under way, none if there is no land, or no grid for it."""
+    land_scene = land_under_way(scene)
+    if land_scene is None:
+        return [], {}
+    points = _with_bar(
+        "land under way", effort.scans * LAND_METHODS, progress,
+        lambda done: land_points(land_scene, effort.azimuths, effort.scans, seed, done),
+    )  # fmt: skip
+    return points, {}
+
+
 def _reference_powers(
     scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
 ) -> tuple[Floats, Floats]:
@@ -224,12 +240,13 @@ def write_chart(chart: Chart, folder: Path) -> dict[str, Any]:
 
 
 def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
-    power_error = "error of mean and spread [dB]"
+    field_error, power_error = "relative field error [dB]", "error of mean and spread [dB]"
     axes = {
-        "field": ("Signal chain: field against the closed form", "relative field error [dB]", FLOOR_DB, False),
+        "field": ("Signal chain: field against the closed form", field_error, FLOOR_DB, False),
         "power": ("Samplers: mean power of diffuse targets", power_error, 0.01, True),
         "scattering": ("Scattering models: targets of known cross-section", power_error, 0.1, True),
         "ships": ("Ships rolling by 5 degrees: power against finer facets and tubes", power_error, 0.01, True),
+        "land": ("Land under way at 8 kn: field against visibility each 0.1 m", field_error, FLOOR_DB, False),
     }
     return [
         Panel(title, ylabel, chart.of_panel(panel), lowest, notes[panel], log)

@@ -7,17 +7,21 @@ from radar_service.study.plotting import duration, percent
 
 BUDGET_DB = -40.0  # default error budget of the field
 UNDER_WAY = " under way"
-TITLES = {"field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships"}
+TITLES = {
+    "field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships",
+    "land": "Land under way",
+}  # fmt: skip
 
 
 def summary(points: Sequence[Point], real_time: float) -> dict[str, list[str]]:
     """Returns the lines of each panel that has points; real_time: time of one azimuth at the scene's rpm [s]."""
-    field, power, models, ships = ([p for p in points if p.panel == panel] for panel in TITLES)
+    field, power, models, ships, land = ([p for p in points if p.panel == panel] for panel in TITLES)
     lines = {
         "field": _field(field, real_time),
         "power": _samplers(power),
         "scattering": [_model(p) for p in models],
         "ships": [f"{_model(p)}, {duration(p.seconds)}" for p in ships],
+        "land": _land(land, real_time),
     }
     return {panel: panel_lines for panel, panel_lines in lines.items() if panel_lines}
 
@@ -28,8 +32,6 @@ def summary_text(lines: dict[str, list[str]]) -> str:
 
 
 def _field(points: Sequence[Point], real_time: float) -> list[str]:
-    if not points:
-        return []
     moving = {p.preset.removesuffix(UNDER_WAY): p for p in points if p.preset and p.preset.endswith(UNDER_WAY)}
     lines = []
     for point in points:
@@ -39,11 +41,22 @@ def _field(points: Sequence[Point], real_time: float) -> list[str]:
     corrected = next((p for p in points if p.family == "integer-delay chirps" and not p.preset), None)
     if corrected is not None:
         lines.append(f"documented chain with corrected beam: {corrected.error_db or 0.0:.0f} dB")
+    return [*lines, *_fastest(points), *_slow(points, real_time)]
+
+
+def _land(points: Sequence[Point], real_time: float) -> list[str]:
+    presets = [f"{p.preset} ({p.family}, {p.setting}): {_error(p)}" for p in points if p.preset]
+    return [*presets, *_fastest(points), *_slow(points, real_time)]
+
+
+def _fastest(points: Sequence[Point]) -> list[str]:
     accurate = [p for p in pareto(points) if (p.error_db or 0.0) <= BUDGET_DB]
-    if accurate:
-        lines.append(f"fastest within {BUDGET_DB:g} dB: {_name(accurate[0])}, {_error(accurate[0])}")
+    return [f"fastest within {BUDGET_DB:g} dB: {_name(accurate[0])}, {_error(accurate[0])}"] if accurate else []
+
+
+def _slow(points: Sequence[Point], real_time: float) -> list[str]:
     late = [p for p in points if p.seconds > real_time]
-    return [*lines, f"slower than real time ({duration(real_time)}): {len(late)} of {len(points)} settings"]
+    return [f"slower than real time ({duration(real_time)}): {len(late)} of {len(points)} settings"] if points else []
 
 
 def _samplers(points: Sequence[Point]) -> list[str]:

@@ -94,7 +94,7 @@ def test_other_faults_come_first() -> None:
         "body[0].positon_m: this is not a known key"
     )
     assert problems({"body": [{"name": "a", "meshh": "m.obj"}]}) == (
-        'body[0].meshh: this is not a known key; did you mean "mesh"? (nearest of 63 keys: mesh, mesh_heading_deg, name)',
+        'body[0].meshh: this is not a known key; did you mean "mesh"? (nearest of 67 keys: mesh, mesh_heading_deg, name)',
     )
 
 

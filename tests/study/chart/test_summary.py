@@ -42,3 +42,17 @@ def test_the_summary_names_misses_and_models() -> None:
     assert lines["ships"] == ["aspects share a trace, 0.1 degrees = balanced: mean 0.8 dB, spread 1.1 dB, 1.2 ms"]
     text = summary_text(lines)
     assert text.startswith("Samplers\n- balanced") and "\nScattering models\n- physical optics" in text
+
+
+def test_the_summary_names_presets_of_land_and_the_fastest_within_the_budget() -> None:
+    points = [
+        Point("land", "grid, rings", "8 rings", (2e-3,), False, -45.0, preset="balanced"),
+        Point("land", "grid, visibility", "each 1.8 m", (1e-3,), False, -35.0),
+        Point("land", "azimuth by azimuth", "each 1 m", (0.08,), False, -44.0, preset="reference"),
+    ]
+    assert summary(points, 3.5e-3)["land"] == [
+        "balanced (grid, rings, 8 rings): -45 dB in 2 ms",
+        "reference (azimuth by azimuth, each 1 m): -44 dB in 80 ms",
+        "fastest within -40 dB: grid, rings (8 rings), -45 dB in 2 ms",
+        "slower than real time (3.5 ms): 1 of 3 settings",
+    ]

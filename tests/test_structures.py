@@ -1,0 +1,98 @@
+"""Own ship's structures from end to end: a scan with a mast against one without, under way, turning, over a sea, late."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.radar.structures import Structure
+from tests.reference.cylinder_shadow import elements, past_strip, received
+from tests.scenes import point, scene
+
+RADAR: dict[str, Any] = {
+    "azimuths": 512, "beamwidth_deg": 2.0, "range_max_m": 1200, "rpm": 30, "pulse_s": 2e-7, "bandwidth_hz": 30e6,
+    "pattern": "cosine2",
+}  # fmt: skip
+FUNNEL = {"name": "funnel", "bearing_deg": 170, "distance_m": 6.0, "width_m": 0.8}
+ABEAM = FUNNEL | {"bearing_deg": 88}
+TURNING = {"course_deg": 20, "speed_kn": 14, "turn_rate_deg_s": 2.0}
+SHIP = {"course_deg": 300, "speed_kn": 22}
+
+
+def simulator(structure: list[dict[str, Any]], bodies: list[dict[str, Any]], **sections: Any) -> rs.Simulator:
+    made = scene(bodies, radar=RADAR | {"structure": structure}, **sections)
+    return rs.Simulator(made, "balanced", seed=3, labels=True)
+
+
+def two_way(sim: rs.Simulator, from_bow: float, offset: float) -> complex:
+    """The two-way field past the funnel by elements one by one, over that on boresight without it."""
+    radar = sim.scene.radar
+    (structure,) = radar.structures
+    assert isinstance(structure, Structure)
+    length = (
+        2.0 * 0.720277 * radar.wavelength / radar.beamwidth
+    )  # of a cosine-squared aperture: 1.4406 lambda / a (Harris 1978)
+    points, along = elements(length, 120, from_bow - offset)
+    field = past_strip(from_bow, structure.bearing, structure.distance, structure.radius, points, radar.wavelength)
+    return received(field, along, length, {0.0: 1.0, 1.0: 1.0}) ** 2
+
+
+def test_a_ship_passes_behind_the_funnel_late_in_a_turn() -> None:
+    """A target under way, as own ship turns, in the 40th scan: its echoes are those without a funnel times elements summed
+    behind it, -45 dB of the strongest (beam extent and tables). At some azimuths of the run it is in full shadow."""
+    target, lost = [point("t", 250.0, -420.0, rcs_dbsm=20.0, **SHIP)], []
+    settings: dict[str, Any] = {"own_ship": TURNING, "environment": {"noise": False}}
+    with_funnel, without = (simulator(each, target, **settings) for each in ([ABEAM], []))
+    for sim in (with_funnel, without):
+        sim.skip_to(40)
+    for _ in range(3):
+        shadowed, plain = with_funnel.scan(), without.scan()
+        (crossing,) = with_funnel.crossings(shadowed.number)
+        row = np.arange(crossing.spoke - 3, crossing.spoke + 4) % 512
+        column = np.abs(plain.field[row[3]]).argmax()
+        expected, gains = [], []
+        for n in range(-3, 4):
+            offset = -n * with_funnel.scene.radar.azimuth_step + (
+                crossing.boresight - crossing.spoke % 512 * 2 * np.pi / 512
+            )
+            expected.append(two_way(with_funnel, crossing.relative_bearing, offset))
+            gains.append(float(with_funnel.scene.radar.azimuth_gain(np.array([offset]))[0]))
+        ratio = shadowed.field[row, column] / plain.field[row, column]
+        error = np.abs(ratio * np.array(gains) - np.array(expected)).max()
+        assert 20.0 * np.log10(error) < -40.0
+        lost.append(20.0 * np.log10(abs(two_way(with_funnel, crossing.relative_bearing, 0.0))))
+        assert crossing.structure_db == pytest.approx(-lost[-1], abs=0.2)  # a deep shadow is -20 dB of -54
+    assert min(lost) < -6.0
+
+
+def test_sea_rain_and_other_radars_are_weaker_behind_it() -> None:
+    """In the middle of the shadow clutter has the share of power that it lets pass; the receiver's noise stays."""
+    environment = {"noise": True, "sea_state": 5, "rain_mm_h": 5.0}
+    with_funnel, without = (
+        simulator(each, [], own_ship={"heading_deg": 90}, environment=environment) for each in ([FUNNEL], [])
+    )
+    shadowed, plain = with_funnel.scan(), without.scan()
+    behind, away = round((170 + 90) / 360 * 512), 100
+    near = slice(20, 60)
+    power = [
+        np.mean(np.abs(each.field[row - 2 : row + 3, near]) ** 2) for each in (shadowed, plain) for row in (behind, away)
+    ]
+    assert power[1] == pytest.approx(power[3], rel=0.02)
+    assert 10.0 * np.log10(power[0] / power[2]) < -15.0
+    assert np.isin(shadowed.labels[away, near], (1, 2)).mean() > 0.9
+
+
+def test_the_noise_of_the_receiver_stays() -> None:
+    with_funnel, without = (simulator(each, [], environment={"noise": True}).scan() for each in ([FUNNEL], []))
+    np.testing.assert_array_equal(with_funnel.field, without.field)
+
+
+def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
+    bodies = [point("t", 250.0, -420.0, swerling=1), point("u", 100.0, 300.0, roll_deg=8, roll_period_s=4.0)]
+    settings: dict[str, Any] = {"own_ship": TURNING, "environment": {"noise": True, "multipath": True, "sea_state": 3}}
+    through = simulator([FUNNEL], bodies, **settings)
+    third = [through.scan() for _ in range(3)][2]
+    later = rs.Simulator(through.scene, "balanced", seed=3, threads=2)
+    later.skip_to(2)
+    np.testing.assert_array_equal(third.field, later.scan().field)
