@@ -74,8 +74,9 @@ class Echoes(NamedTuple):
 
     @property
     def broadside(self) -> float:
-        """Median within 2 degrees of broadside, over that of bow and quarter [dB]."""
-        return float(np.median(self.section[self.off_beam <= BROADSIDE]) - self.quartiles[1])
+        """Mean power within 2 degrees of broadside, over the median of bow and quarter [dB]."""
+        power = 10.0 ** (self.section[self.off_beam <= BROADSIDE] / 10.0)
+        return float(10.0 * np.log10(power.mean()) - self.quartiles[1])
 
     @property
     def spread(self) -> float:
@@ -128,10 +129,10 @@ def row(name: str, seas: Mapping[str, Echoes]) -> str:
     """A line of the table."""
     limits, way = band(seas[UNDER_WAY].length), seas[UNDER_WAY]
     parts = [" / ".join(f"{value:.0f}" for value in each.quartiles) for each in seas.values()]
-    median = together(seas).quartiles[1]
+    median = round(float(together(seas).quartiles[1]))  # the bands are in whole decibels
     inside = "" if limits is None else "yes" if limits[0] <= median <= limits[1] else "no"
     text = "none" if limits is None else f"{limits[0]:.0f} to {limits[1]:.0f}"
-    return f"| {name} | {' | '.join(parts)} | {median:.0f} | {text} | {inside} | {way.broadside:+.0f} | {way.spread:.1f} |"
+    return f"| {name} | {' | '.join(parts)} | {median} | {text} | {inside} | {way.broadside:+.0f} | {way.spread:.1f} |"
 
 
 def plot(name: str, seas: Mapping[str, Echoes], file: Path) -> None:
