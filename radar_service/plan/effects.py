@@ -19,6 +19,7 @@ from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
+from radar_service.scattering.models import scattering_model
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
 from radar_service.world.materials import is_land
@@ -26,8 +27,10 @@ from radar_service.world.scene import Scene
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.wave_drawing import WAVES
 
+PLATED_SHARE = 0.02  # rms of 300 walls against elements with real dents (tests/scattering/physical_optics/test_plating.py)
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
+SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
 INDIRECT_DB = (
@@ -91,6 +94,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_air(scene, statistics),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
+        *_plating(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
@@ -198,9 +202,10 @@ def _land(scene: Scene, border: float | None) -> list[PlanItem]:
     if border is None:
         return []
     way = scene.own_ship.top_speed * PIECE * scene.radar.spoke_period
+    error = f", which errs by {SIGHT_DB:g} dB at most" if way <= SIGHT_WAY else ""
     how = (
         f"diffuse land at rest from {border:.0f} m on, each point once a passage of the beam; its visibility updated every scan, "
-        f"within {way:.2g} m of way of the passage"
+        f"in steps of {way:.2g} m of way{error}"
     )
     return [PlanItem("land under way", True, how, field_db=LAND_DB)]
 
@@ -289,6 +294,19 @@ def _seaway(scene: Scene) -> list[PlanItem]:
         f"any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
     )
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
+
+
+def _plating(scene: Scene) -> list[PlanItem]:
+    """How walls are dented; what it takes is counted with the aspects of metal."""
+    plates = [body.plating for body in scene.bodies if body.plating is not None and scattering_model(body).by_aspect]
+    dents = [plating.depth for plating in plates if plating.depth > 0.0]
+    if not dents:
+        return []
+    how = (
+        f"walls of {len(dents)} bodies, {1e3 * min(dents):g} to {1e3 * max(dents):g} mm deep between frames, as phases of strips "
+        f"near their normals: {PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
+    )
+    return [PlanItem("dented plating", True, how)]
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

@@ -70,6 +70,17 @@ def test_a_seaway_is_named_with_the_ships_that_it_moves() -> None:
     assert "seaway" in items(scene([hull], environment=sea), "documented") and "seaway" not in items(scene([hull]))
 
 
+def test_dented_plating_is_named_with_the_bodies_that_have_it() -> None:
+    """Bodies by physical optics with dents alone: not flat ones, and not one that declares its cross-section."""
+    hull = {"shape": "hull", "length_m": 9, "beam_m": 3, "height_m": 3, "position_m": [0, 300, 0]}
+    dented = [hull | {"name": "a", "hull_type": "pilot"}, hull | {"name": "b", "plating": {"dent_m": 0.006}}]
+    flat = [hull | {"name": "c"}, hull | {"name": "d", "hull_type": "pilot", "plating": {"dent_m": 0}},
+            hull | {"name": "e", "hull_type": "pilot", "rcs_dbsm": 10}]  # fmt: skip
+    item = items(scene([*dented, *flat]))["dented plating"]
+    assert item.modelled and item.how.startswith("walls of 2 bodies, 4 to 6 mm deep between frames")
+    assert "dented plating" not in items(scene(flat))
+
+
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
     """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.006459 cells, times 2 pi / (2 sqrt 3) = 1.81: -38.6 dB."""
     result = items(scene([point("t", 0, 500, speed_kn=20, course_deg=0)]))["Doppler within the pulse"]
