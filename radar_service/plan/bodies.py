@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.engine.land_rows import is_land
+from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
@@ -65,7 +65,7 @@ def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineSt
     """How often a body is computed, as text."""
     if _rests(body, scene):
         return "computed once"
-    on_grid = statistics.land_border is not None and is_land(body, fidelity)
+    on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
     return "computed once a passage" if on_grid else "computed at each azimuth"
 
 
