@@ -201,3 +201,15 @@ def test_a_second_trace_of_a_ship_in_the_shadow_of_the_funnel_late() -> None:
     second = np.abs(distance - twice) < 150.0  # her length, and range sidelobes of 30 m, each way
     third = np.abs(distance - 1.5 * twice) < 150.0
     assert np.mean(second | third) > 0.98 and np.count_nonzero(second) > 5
+
+
+def test_a_ship_that_passes_takes_resting_echoes_away_behind_the_funnel_too() -> None:
+    """A point at rest in the shadow of the funnel, and a ship that comes to hide it: then nothing is left of it, as without."""
+    bearing = np.radians(173.0)
+    target = point("t", 400.0 * np.sin(bearing), 400.0 * np.cos(bearing), 5.0, rcs_dbsm=20.0)
+    ship = {"name": "ship", "shape": "box", "length_m": 60, "width_m": 10, "height_m": 30, "rcs_dbsm": -60.0,
+            "position_m": [-300, -200, 0], "course_deg": 90, "speed_kn": 60}  # fmt: skip
+    sim = simulator([FUNNEL], [target, ship], environment={"noise": False})
+    row, column = round(bearing / (2.0 * np.pi) * 512), round(400.0 / sim.scene.radar.range_step - 0.5)
+    peaks = [float(np.abs(sim.scan().field[row - 2 : row + 3, column - 3 : column + 4]).max()) for _ in range(8)]
+    assert max(peaks) < 1.01 * peaks[0] and min(peaks) < 1e-3 * peaks[0]

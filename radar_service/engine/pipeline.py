@@ -25,7 +25,6 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT, in_order
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
-from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
 
@@ -184,7 +183,7 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: Observe
             parts += fold_ranges(prepared.shadowed.echoes, azimuths, prepared.scene.radar)
         shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval), azimuths.middle)
         if len(shadows.range):
-            parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
+            parts.append(_beam_weighted(shadows, azimuths, prepared))
     return concatenated(parts, len(azimuths.time))
 
 
@@ -284,8 +283,13 @@ class Engine:
         return profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
 
 
-def _beam_weighted(echoes: OccludedEchoes, boresight: Floats, radar: Radar) -> BeamWeightedEchoes:
-    """Resting echoes (E,) at single azimuths, for boresights (K,) [rad]."""
-    weight = radar.azimuth_gain(wrap_angle(boresight - echoes.azimuth[:, None]))
+def _beam_weighted(echoes: OccludedEchoes, azimuths: AzimuthTimes, prepared: Prepared) -> BeamWeightedEchoes:
+    """Resting echoes (E,) at single azimuths (K,)."""
+    radar, offset = prepared.scene.radar, wrap_angle(azimuths.boresight - echoes.azimuth[:, None])
+    weight: Floats | Complexes = radar.azimuth_gain(offset)
+    shadow = structure_shadow(radar, min(np.pi, prepared.fidelity.beam_extent * radar.beamwidth))
+    if shadow is not None:
+        from_bow = echoes.azimuth[:, None] - prepared.scene.platform.heading(azimuths.time)
+        weight = weight + shadow.two_way_change(from_bow, -offset)
     amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
     return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude, echoes.body)

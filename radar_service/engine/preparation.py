@@ -17,12 +17,12 @@ from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_ec
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.engine.land_rows import LandRows, follows_own_ship, is_diffuse_land, saves_time
-from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius, wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
-from radar_service.radar.structure_shadow import structure_reflectors
+from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
@@ -39,6 +39,7 @@ from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
+ECHOES_PER_PART = 8192  # resting echoes behind structures that are computed together
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
 
 
@@ -130,11 +131,13 @@ def prepare(
         line_of_sight,
         resting_set,
         resting,
-        _resting_profiles(radar, fidelity, resting.echoes, compression),
+        _resting_profiles(scene, fidelity, resting.echoes, compression),
         MovingEchoes(scene, visibility, unit, seed, paths=paths),
         _land_rows(scene, land_set, line_of_sight, max_range, fidelity, compression, beam, seed),
         PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
-        MovingEchoes(scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), beam, seed, True),
+        MovingEchoes(
+            scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), unit, seed, True, paths
+        ),
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
@@ -181,9 +184,9 @@ def _indirect_echoes(
     scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], context: ScatteringContext,
     line_of_sight: OcclusionScene,
 ) -> IndirectEchoes | None:  # fmt: skip
-    """The false echoes by own ship's structures of all bodies but the silent ones; None without any."""
-    keys = [key for key in range(len(scene.bodies)) if key not in silent] if structure_reflectors(scene.radar) else []
-    if not keys:
+    """The false echoes by own ship's structures of all bodies but land and the silent ones; None without any."""
+    keys = [key for key, body in enumerate(scene.bodies) if key not in silent and not is_land(body)]
+    if not keys or not structure_reflectors(scene.radar):
         return None
     scatterers = build_scatterers([scene.bodies[key] for key in keys], keys, context)
     visibility = Visibility(scene, scatterers, line_of_sight, max_echo_range(scene.radar), fidelity.visibility_step)
@@ -192,7 +195,7 @@ def _indirect_echoes(
 
 def _rests(body: Body, scene: Scene) -> bool:
     """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth."""
-    plain = not scene.radar.structures and (scene.radar.multiple is None or is_land(body))
+    plain = scene.radar.multiple is None or is_land(body)
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain
 
 
@@ -227,11 +230,12 @@ def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
     return BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
 
 
-def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:
+def _resting_profiles(scene: Scene, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:
     """Profiles (A, bins) of resting echoes: spread on the azimuth-range grid, filtered by the beam, compressed."""
     if not len(echoes.range):
         return None
-    filtered = beam_rows(radar, fidelity, echoes, compression, 0, compression.size)
+    radar = scene.radar
+    filtered = beam_rows(scene, fidelity, echoes, compression, 0, compression.size)
     finished = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
     for start in range(0, radar.azimuths, MAX_TILE):
         finished[start : start + MAX_TILE] = compression.profiles(filtered[start : start + MAX_TILE])
@@ -239,19 +243,46 @@ def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compress
 
 
 def beam_rows(
-    radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression, first: int, columns: int
+    scene: Scene, fidelity: Fidelity, echoes: Echoes, compression: Compression, first: int, columns: int
 ) -> Profiles:
     """Resting echoes in the beam at each azimuth (A, columns), before compression, from grid column `first` on.
 
     Grid columns are circular, so all that the echoes' kernels cover must lie within these columns.
     """
+    radar = scene.radar
     beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
     kernel = azimuth_kernel(beamwidth, rows, fidelity.beam_kernel_width)
     row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
     where = column(echoes.range, radar.range_step) - first
     grid = spread((rows, columns), row, where, echoes.amplitude, kernel, compression.kernel)
-    return beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
+    filtered = beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
+    _add_shadows(filtered, scene, fidelity, echoes, compression, first)
+    return filtered
+
+
+def _add_shadows(
+    rows: Profiles, scene: Scene, fidelity: Fidelity, echoes: Echoes, compression: Compression, first: int
+) -> None:
+    """Adds to rows (A, columns) of resting echoes what own ship's structures change of them, by azimuths and directions."""
+    radar = scene.radar
+    shadow = structure_shadow(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth))
+    if shadow is None:
+        return
+    heading = float(scene.platform.heading(np.zeros(1))[0])
+    behind = np.flatnonzero(shadow.reaches(echoes.azimuth - heading))
+    for start in range(0, radar.azimuths, MAX_TILE):
+        boresight = np.arange(start, min(start + MAX_TILE, radar.azimuths)) * radar.azimuth_step
+        off = wrap_angle(echoes.azimuth[behind] - boresight[len(boresight) // 2])
+        which = behind[np.abs(off) <= shadow.extent + MAX_TILE * radar.azimuth_step]
+        for part in range(0, len(which), ECHOES_PER_PART):
+            some = which[part : part + ECHOES_PER_PART]
+            offset = echoes.azimuth[some, None] - boresight
+            change = shadow.two_way_change(echoes.azimuth[some, None] - heading, offset)
+            amplitude = (echoes.amplitude[some, None] * change).astype(np.complex64)
+            still = np.zeros(amplitude.shape, dtype=np.float32)
+            where = column(echoes.range[some], radar.range_step) - first
+            compression.spread(rows[start : start + len(boresight)], where, still, amplitude)
 
 
 def column(distance: Floats, range_step: float) -> Floats:

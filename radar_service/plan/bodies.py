@@ -81,10 +81,4 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return (
-        scene.own_ship.at_rest
-        and body.at_rest
-        and body.swerling == 0
-        and not scene.radar.structures
-        and (scene.radar.multiple is None or is_land(body))
-    )
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and (scene.radar.multiple is None or is_land(body))

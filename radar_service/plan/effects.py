@@ -155,7 +155,7 @@ def _structures(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     bearings = np.array([structure.bearing for structure in structures])
     loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
     losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
-    how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}; what rests costs as what moves"
+    how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}"
     return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, statistics)]
 
 
@@ -179,9 +179,10 @@ def _indirect(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     reflectors = structure_reflectors(scene.radar)
     if not reflectors:
         return [PlanItem("indirect echoes", False, "no structure reflects")]
-    faint, count = len(statistics.culling.faint), len(scene.bodies)
+    ships = [key for key, body in enumerate(scene.bodies) if not is_land(body)]
+    faint, count = len(statistics.culling.faint.keys() & set(ships)), len(ships)
     levels = ", ".join(f"{each.structure.name} {40.0 * math.log10(max(each.max_field, 1e-9)):.0f} dB" for each in reflectors)
-    how = f"there and back and one way by {levels} of the direct echo at most; {count - faint} of {count} bodies"
+    how = f"there and back and one way by {levels} of the direct echo at most; {count - faint} of {count} bodies, land apart"
     if faint == count:
         return [PlanItem("indirect echoes", False, f"{how}: all others below the noise")]
     costs = None if statistics.costs is None else statistics.costs.false_echoes

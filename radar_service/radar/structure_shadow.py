@@ -5,7 +5,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_reflection import Reflector, reflectors
 from radar_service.radar.structures import MAX_ASIDE, TAPER_END, Aperture, Structure, aperture_of, fresnel_unit, taken
@@ -78,6 +78,25 @@ class StructureShadow:
         for table in self._tables:
             table.subtract(field, np.broadcast_to(from_bow, offset.shape), offset)
         return field
+
+    def two_way_change(self, from_bow: Floats, offset: Floats) -> Complexes:
+        """What the structures change of the two-way field; arguments as of `one_way`."""
+        offset = wrap_angle(offset)
+        without = self._aperture.pattern(self._cycles * offset)
+        taken = without.astype(np.complex128)
+        for table in self._tables:
+            table.subtract(taken, np.broadcast_to(from_bow, offset.shape), offset)
+        return taken**2 - without**2
+
+    def reaches(self, from_bow: Floats) -> Flags:
+        """To which directions (E,) from the bow [rad] the structures change the field."""
+        near = [np.abs(wrap_angle(from_bow - table.bearing)) < table.reach for table in self._tables]
+        return np.asarray(np.any(near, axis=0))
+
+    @property
+    def extent(self) -> float:
+        """Offset from boresight [rad] up to which they change it."""
+        return max(table.extent for table in self._tables)
 
     @property
     def max_taken(self) -> float:

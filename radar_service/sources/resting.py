@@ -40,7 +40,7 @@ def resting_field(prepared: Prepared, which: Indices, floor: float) -> RestingFi
     every, compression, radar = prepared.resting.echoes, prepared.compression, prepared.scene.radar
     echoes = Echoes(every.range[which], every.azimuth[which], every.amplitude[which])
     first, count = _window(prepared, echoes)
-    filtered = beam_rows(radar, prepared.fidelity, echoes, compression, first, count)
+    filtered = beam_rows(prepared.scene, prepared.fidelity, echoes, compression, first, count)
     energy = np.einsum("ij,ij->i", filtered, filtered.conj()).real
     rows = np.flatnonzero(energy * compression.peak_gain**2 > floor)
     field = np.empty((len(rows), radar.bins), dtype=np.complex64)

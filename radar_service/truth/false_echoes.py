@@ -37,6 +37,8 @@ class FalseEchoTruth:
         """
         if not self._has_any:
             return None
+        if is_land(self._scene.bodies[body]):
+            return ()
         relative = float(wrap_angle(np.array([bearing - heading]))[0])
         indirect = [_indirect(reflector, distance, relative, heading) for reflector in self._reflectors]
         echoes = [echo for echo in indirect if echo is not None] + self._multiple(body, distance, bearing)
@@ -45,7 +47,7 @@ class FalseEchoTruth:
     def _multiple(self, body: int, distance: float, bearing: float) -> list[FalseEcho]:
         """The second, third, ... traces of a ship near by, with their levels where her cross-section is declared."""
         multiple, ship = self._scene.radar.multiple, self._scene.bodies[body]
-        if multiple is None or is_land(ship) or distance > multiple.max_range:
+        if multiple is None or distance > multiple.max_range:
             return []
         level = None
         if ship.rcs is not None:
