@@ -36,7 +36,7 @@ def two_way(sim: rs.Simulator, from_bow: float, offset: float) -> complex:
     length = (
         2.0 * 0.720277 * radar.wavelength / radar.beamwidth
     )  # of a cosine-squared aperture: 1.4406 lambda / a (Harris 1978)
-    points, along = elements(length, 120, from_bow - offset)
+    points, along = elements(length, 48, from_bow - offset)
     field = past_strip(from_bow, structure.bearing, structure.distance, structure.radius, points, radar.wavelength)
     return received(field, along, length, {0.0: 1.0, 1.0: 1.0}) ** 2
 

@@ -72,7 +72,7 @@ def test_the_tube_of_a_uniform_aperture_carries_its_power() -> None:
 def scattered(structure: Structure, target: float, boresight: float, polarization: str) -> complex:
     """What elements receive of a plane wave by a metal cylinder alone, one by one."""
     made = aperture()
-    points, along = elements(made.length, 160, boresight)
+    points, along = elements(made.length, 80, boresight)
     taken = target, structure.bearing, structure.distance, structure.radius, points, WAVELENGTH, polarization
     field = past_cylinder(*taken) - np.exp(1j * WAVENUMBER * (points @ direction(target)))
     return received(field, along, made.length, {0.5: 1.0})

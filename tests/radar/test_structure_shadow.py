@@ -11,7 +11,7 @@ from tests.reference.cylinder_shadow import elements, past_cylinder, past_strip,
 from tests.scenes import radar
 
 WAVELENGTH, BEAMWIDTH = 0.03186, np.radians(0.95)
-WEIGHTS = {"sinc2": {0.0: 1.0}, "cosine": {0.5: 1.0}, "cosine2": {0.0: 1.0, 1.0: 1.0}}  # of cosines by cycles
+WEIGHTS = {"sinc2": {0.0: 1.0}, "cosine": {0.5: 1.0}}  # of cosines by cycles
 MAST, FUNNEL = Structure("mast", 0.3, 2.5, 0.15), Structure("funnel", 0.3, 10.0, 1.5)
 ASIDES = np.radians([-25.0, -8.9, -3.0, 2.0, 9.0])
 OFFSETS = np.radians([0.0, -1.3, 6.0])
@@ -40,7 +40,7 @@ def fields(
     return shadow_of(pattern, structure).one_way(from_bow, offset).ravel(), np.array(slow)
 
 
-@pytest.mark.parametrize("pattern", WEIGHTS)
+@pytest.mark.parametrize("pattern", ["sinc2", "cosine"])
 @pytest.mark.parametrize("structure", [MAST, FUNNEL], ids=lambda structure: structure.name)
 def test_shadows_are_those_of_a_black_strip(structure: Structure, pattern: str) -> None:
     """Over boresight -54 dB: small angles, the offset's cosine 6 degrees off, and linear interpolation (-60 dB)."""
