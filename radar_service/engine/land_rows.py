@@ -216,6 +216,6 @@ def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
     return points * VISIBLE * (each * PAIR_SECONDS - PASSAGE_SECONDS) > ROW_SECONDS * radar.azimuths
 
 
-def is_land(body: Body, fidelity: Fidelity) -> bool:
+def is_diffuse_land(body: Body, fidelity: Fidelity) -> bool:
     """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
     return body.at_rest and scattering_model(body, fidelity.sampler).has_resting_points

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.engine.land_rows import is_land
+from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
@@ -11,6 +11,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
@@ -64,7 +65,7 @@ def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineSt
     """How often a body is computed, as text."""
     if _rests(body, scene):
         return "computed once"
-    on_grid = statistics.land_border is not None and is_land(body, fidelity)
+    on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
     return "computed once a passage" if on_grid else "computed at each azimuth"
 
 
@@ -80,4 +81,10 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
+    return (
+        scene.own_ship.at_rest
+        and body.at_rest
+        and body.swerling == 0
+        and not scene.radar.structures
+        and (scene.radar.multiple is None or is_land(body))
+    )

@@ -261,9 +261,9 @@ def test_land_is_diffuse_rests_and_does_not_fluctuate() -> None:
         {"end_s": 9.0},
     ]
     bodies = [{**SLAB, "name": f"b{k}", **more} for k, more in enumerate(kinds)]
-    flags = [land_rows.is_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
+    flags = [land_rows.is_diffuse_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
     assert flags == [True, False, False, False, False, False]
-    assert not land_rows.is_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
+    assert not land_rows.is_diffuse_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
 
 
 def test_visibility_of_each_passage_is_that_of_steps_of_a_metre(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -74,8 +74,9 @@ class Echoes(NamedTuple):
 
     @property
     def broadside(self) -> float:
-        """Median within 2 degrees of broadside, over that of bow and quarter [dB]."""
-        return float(np.median(self.section[self.off_beam <= BROADSIDE]) - self.quartiles[1])
+        """Mean power within 2 degrees of broadside, over the median of bow and quarter [dB]."""
+        power = 10.0 ** (self.section[self.off_beam <= BROADSIDE] / 10.0)
+        return float(10.0 * np.log10(power.mean()) - self.quartiles[1])
 
     @property
     def spread(self) -> float:
@@ -96,8 +97,8 @@ def aspects(per_window: int, abeam: int) -> Floats:
     return np.concatenate([windows.ravel(), (np.array([[90.0], [270.0]]) + 2.0 * BROADSIDE * off).ravel()])
 
 
-def echoes(body: Mapping[str, Any], sea: str, per_window: int, abeam: int = 0) -> Echoes:
-    """The cross-sections of a ship of a scene file on one of SEAS."""
+def echoes(body: Mapping[str, Any], sea: str, aspect: Floats) -> Echoes:
+    """The cross-sections of a ship of a scene file on one of SEAS, at aspects (K,) [degrees from the bow]."""
     table = {"name": "ship", "position_m": [0, DISTANCE, 0], "course_deg": 180.0, "turn_rate_deg_s": TURN,
              "scattering": "optics", "plating": {}, **body}  # fmt: skip
     if "mesh" in table:
@@ -106,7 +107,6 @@ def echoes(body: Mapping[str, Any], sea: str, per_window: int, abeam: int = 0) -
         {"radar": {"range_max_m": 6000, "height_m": ANTENNA}, "environment": SEAS[sea], "body": [table]},
         folder=(SCENES / body.get("mesh", "")).parent,
     )
-    aspect = aspects(per_window, abeam)
     mesh = scene.bodies[0].mesh
     assert mesh is not None
     length = float(np.ptp(mesh.used_vertices[:, 1]))
@@ -129,10 +129,10 @@ def row(name: str, seas: Mapping[str, Echoes]) -> str:
     """A line of the table."""
     limits, way = band(seas[UNDER_WAY].length), seas[UNDER_WAY]
     parts = [" / ".join(f"{value:.0f}" for value in each.quartiles) for each in seas.values()]
-    median = together(seas).quartiles[1]
+    median = round(float(together(seas).quartiles[1]))  # the bands are in whole decibels
     inside = "" if limits is None else "yes" if limits[0] <= median <= limits[1] else "no"
     text = "none" if limits is None else f"{limits[0]:.0f} to {limits[1]:.0f}"
-    return f"| {name} | {' | '.join(parts)} | {median:.0f} | {text} | {inside} | {way.broadside:+.0f} | {way.spread:.1f} |"
+    return f"| {name} | {' | '.join(parts)} | {median} | {text} | {inside} | {way.broadside:+.0f} | {way.spread:.1f} |"
 
 
 def plot(name: str, seas: Mapping[str, Echoes], file: Path) -> None:
@@ -154,7 +154,7 @@ def measured(name: str, body: Mapping[str, Any], folder: Path) -> dict[str, Echo
     for sea in SEAS:
         file = folder / f"{name.replace(', ', '-').replace(' ', '')}-{sea}.npz"
         if not file.exists():
-            each = echoes(body, sea, PER_WINDOW, ABEAM if sea == UNDER_WAY else 0)
+            each = echoes(body, sea, aspects(PER_WINDOW, ABEAM if sea == UNDER_WAY else 0))
             np.savez(file, **each._asdict())
         with np.load(file) as kept:
             seas[sea] = Echoes(kept["aspect"], kept["section"], float(kept["length"]))
@@ -167,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--mesh", action="append", default=[], metavar="NAME=FILE")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     others = {name: {"mesh": file} for name, _, file in (each.partition("=") for each in options.mesh)}
     options.folder.mkdir(exist_ok=True)
     columns = ["ship", *SEAS, "all waves", "band", "inside", "broadside dB", "in 5 degrees dB"]

@@ -12,7 +12,7 @@ from radar_service.echo.land import PIECE, LandPassages
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
-from radar_service.engine.land_rows import RINGS, LandRows, follows_own_ship, is_land, saves_time
+from radar_service.engine.land_rows import RINGS, LandRows, follows_own_ship, is_diffuse_land, saves_time
 from radar_service.engine.pipeline import profiles
 from radar_service.engine.preparation import MAX_TILE, Prepared, beam_table, prepare
 from radar_service.numerics.constants import KNOT
@@ -64,7 +64,7 @@ def land_under_way(scene: Scene) -> Scene | None:
     pose = stopped.own_ship.pose(0.0)
     velocity = SPEED * np.array([np.sin(pose.heading[0]), np.cos(pose.heading[0]), 0.0])
     environment = replace(scene.environment, noise=False, sea_state=0, rain_mm_h=0.0)
-    bodies = tuple(body for body in scene.bodies if body.at_rest and is_land(body, BALANCED))
+    bodies = tuple(body for body in scene.bodies if body.at_rest and is_diffuse_land(body, BALANCED))
     own_ship = Motion(np.zeros(1), pose.position, pose.heading, velocity)
     land_scene = replace(
         stopped.with_world(environment=environment, bodies=bodies),
