@@ -21,7 +21,7 @@ from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.records.reports import FeedErrorCounts
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import BeaconTruth, Crossing, Kinematics, OwnShipTruth, Snapshot
+from radar_service.records.truth import BeaconTruth, Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
@@ -243,6 +243,8 @@ def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
     is level."""
     own_ship = OwnShipTruth(**_tupled(line["own_ship"]))
     fields = {"boresight": line["bearing"]} | _tupled(line)
+    if "false_echoes" in line:
+        fields["false_echoes"] = tuple(FalseEcho(**echo) for echo in line["false_echoes"])
     beacon = BeaconTruth(**line["beacon"]) if "beacon" in line else None
     rest = {key: value for key, value in fields.items() if key not in ("type", "own_ship", "beacon")}
     return Crossing(**rest, own_ship=own_ship, beacon=beacon)

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from clients.ppi.client import FeedClient
+from tests.service_starts import seconds_to_first_spoke
 
 SCENE = {
     "name": "one target",
@@ -108,23 +109,10 @@ def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_p
 @pytest.mark.study
 def test_the_first_spoke_of_the_open_sea_comes_soon_after_a_start() -> None:
     """Nine starts, Python and all; other programs delay some of them."""
-    took, load = [], os.getloadavg()[0]
-    for _ in range(9):
-        began = time.monotonic()
-        command = [sys.executable, "-m", "radar_service", "serve", "open-sea", "--port", "0"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
-            assert service.stdout is not None
-            port = int(service.stdout.readline().rpartition(":")[2].strip(" /\n"))
-            asyncio.run(asyncio.wait_for(first_spoke(f"ws://127.0.0.1:{port}"), 60))
-            took.append(time.monotonic() - began)
-            service.terminate()
+    load = os.getloadavg()[0]
+    took = [seconds_to_first_spoke("open-sea") for _ in range(9)]
     print(f"\nfrom the command to the first spoke: {', '.join(f'{t:.2f}' for t in sorted(took))} s, load average {load:.1f}")
     assert sorted(took)[len(took) // 2] < 1.5  # s, as promised
-
-
-async def first_spoke(url: str) -> None:
-    async with FeedClient(url) as radar:
-        await anext(aiter(radar.spokes()))
 
 
 def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.radar.structures import Structure
 from tests.reference.cylinder_shadow import elements, past_strip, received
 from tests.scenes import point, scene
@@ -15,6 +16,7 @@ RADAR: dict[str, Any] = {
     "pattern": "cosine2",
 }  # fmt: skip
 FUNNEL = {"name": "funnel", "bearing_deg": 170, "distance_m": 6.0, "width_m": 0.8}
+SEA = {"noise": True, "multipath": True, "sea_state": 3}
 ABEAM = FUNNEL | {"bearing_deg": 88}
 TURNING = {"course_deg": 20, "speed_kn": 14, "turn_rate_deg_s": 2.0}
 SHIP = {"course_deg": 300, "speed_kn": 22}
@@ -66,6 +68,56 @@ def test_a_ship_passes_behind_the_funnel_late_in_a_turn() -> None:
     assert min(lost) < -6.0
 
 
+def ghost_of(sim: rs.Simulator, number: int) -> tuple[float, complex]:
+    """Range [m] of the indirect echo by the funnel of the only body at an azimuth from the start, and its two-way field over that
+    of the direct one on boresight at that instant."""
+    made, radar = sim.scene, sim.scene.radar
+    boresight, time = (float(each[0]) for each in radar.schedule(np.array([number])))
+    offset = made.bodies[0].motion.pose(np.array([time])).position[0] - made.antenna(time)[0]
+    heading = float(made.platform.heading(np.array([time]))[0])
+    (reflector,) = structure_reflectors(radar)
+    from_bow = np.array([[np.arctan2(offset[0], offset[1]) - heading]])
+    field, ray = reflector.field(from_bow, np.array([boresight - heading]))
+    return float(np.hypot(*offset[:2]) + ray.detour[0, 0]), complex(field[0, 0] ** 2)
+
+
+def test_a_false_echo_stands_in_the_bearing_of_the_funnel_late_in_a_turn() -> None:
+    """Own ship turns, the target is under way, in the 30th scan: range by the detour, level over the direct echo."""
+    target = [point("t", 350.0, 420.0, 15.0, rcs_dbsm=60.0, course_deg=300, speed_kn=12)]
+    sim = simulator([FUNNEL | {"bearing_deg": 60}], target, own_ship=TURNING, environment={"noise": False, "earth": "flat"})
+    plain = simulator([], target, own_ship=TURNING, environment={"noise": False, "earth": "flat"})
+    for each in (sim, plain):
+        each.skip_to(30)
+    scan, direct = sim.scan(), plain.scan()
+    assert scan.labels is not None and sim.label_names[7] == "indirect"
+    rows = np.flatnonzero((scan.labels == 7).any(axis=1))
+    (crossing,) = plain.crossings(30)
+    one = np.abs(direct.field[crossing.spoke % 512]).max() * crossing.range**2  # an echo falls as R^-2
+    step, compared = sim.scene.radar.range_step, 0
+    for row in rows:
+        distance, field = ghost_of(sim, 30 * 512 + int(row))
+        if abs(field) < 10.0 ** (-75.0 / 20.0):
+            continue
+        profile = np.abs(scan.field[row])
+        near = round(distance / step - 0.5)
+        peak = near - 4 + int(profile[near - 4 : near + 5].argmax())
+        side = profile[peak - 1 : peak + 2]
+        centre = peak + 0.5 + 0.5 * (side[2] - side[0]) / (2.0 * side[1] - side[0] - side[2])  # parabola
+        assert centre * step == pytest.approx(distance, abs=0.25 * step)
+        height = side[1] + (side[2] - side[0]) ** 2 / (8.0 * (2.0 * side[1] - side[0] - side[2]))
+        level_db = 20.0 * np.log10(height * (distance - 10.0) ** 2 / one)
+        assert level_db == pytest.approx(20.0 * np.log10(abs(field)), abs=0.6)  # 0.3 of R, 0.3 of the parabolas
+        compared += 1
+    assert compared > 8
+
+
+def test_absorbers_make_no_false_echoes() -> None:
+    target = [point("t", 350.0, 420.0, 15.0, rcs_dbsm=60.0)]
+    dark = simulator([FUNNEL | {"reflection": 0.0}], target, environment={"noise": False})
+    scan = dark.scan()
+    assert 7 not in dark.label_names and scan.labels is not None and not (scan.labels == 7).any()
+
+
 def test_sea_rain_and_other_radars_are_weaker_behind_it() -> None:
     """In the middle of the shadow clutter has the share of power that it lets pass; the receiver's noise stays."""
     environment = {"noise": True, "sea_state": 5, "rain_mm_h": 5.0}
@@ -96,3 +148,22 @@ def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
     later = rs.Simulator(through.scene, "balanced", seed=3, threads=2)
     later.skip_to(2)
     np.testing.assert_array_equal(third.field, later.scan().field)
+
+
+def test_a_second_trace_of_a_ship_in_the_shadow_of_the_funnel_late() -> None:
+    """Own ship turns and rolls over a sea, a ship of declared cross-section keeps abeam: in the 25th scan her second trace is
+    labelled at twice her range, her third at three times it, and nothing else is."""
+    coaster = {"name": "coaster", "shape": "hull", "rcs_dbsm": 45, "length_m": 60, "beam_m": 10, "height_m": 9,
+               "position_m": [220, 150, 0], "course_deg": 20, "speed_kn": 14, "roll_deg": 2, "roll_period_s": 8}  # fmt: skip
+    own = {"course_deg": 20, "speed_kn": 14, "turn_rate_deg_s": 0.1, "roll_deg": 3, "roll_period_s": 11}
+    radar = RADAR | {"structure": [FUNNEL], "multiple_echoes": {"own_rcs_dbsm": 50}}
+    sim = rs.Simulator(scene([coaster], radar=radar, own_ship=own, environment=SEA), "fast", seed=2, labels=True)
+    sim.skip_to(25)
+    scan, (crossing,) = sim.scan(), sim.crossings(25)
+    rows, columns = np.nonzero(scan.labels == 8)
+    assert len(rows) > 10
+    twice = 2.0 * crossing.range
+    distance = (columns + 0.5) * sim.scene.radar.range_step
+    second = np.abs(distance - twice) < 150.0  # her length, and range sidelobes of 30 m, each way
+    third = np.abs(distance - 1.5 * twice) < 150.0
+    assert np.mean(second | third) > 0.98 and np.count_nonzero(second) > 5

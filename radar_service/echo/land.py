@@ -2,7 +2,8 @@
 
 That holds for the points of diffuse surfaces that rest on the map: they neither fluctuate nor have an aspect. A piece is what
 boresight passes over PIECE azimuths, whose numbers are the same wherever a run begins. While the beam passes a point that is far
-enough, its range follows S (`echo.boresight_track`). Nearer points keep a range history each (`echo.moving`).
+enough, its range follows S (`echo.boresight_track`). Nearer points keep a range history each (`echo.moving`), and points beside
+own ship do so at every azimuth.
 """
 
 import math
@@ -31,7 +32,7 @@ BORDER_WAY = 45.0  # times the way in which boresight turns by 1 rad: bearings c
 GROUND = 2.0  # m above the sea: land whose range changes exactly as S is assumed to, beside what the bearing changes
 MAX_HEIGHT_PHASE = 0.04  # rad at half a beamwidth off boresight, by which points at other heights may leave that: -38 dB
 LOW, MAX_LOW_PHASE = 3.0, 0.014  # m, rad: what land of that height may change of its way by the sea, -38 dB of its F^2
-NEAR_CROSSING = 10.0  # times that way: of anything nearer it is not certain that it is on boresight once a turn
+NEAR_CROSSING = 10.0  # times that way: what is nearer is beside own ship: boresight may meet it twice a turn, or never
 MARGIN = 1.3  # of the width of a piece: by a tenth more, or less, bearings change while it passes
 
 
@@ -42,13 +43,15 @@ class LandPiece:
     row: (E,) azimuths, from the first of the piece on, at which boresight points at each echo.
     distance: (E,) R - S there [m].
     amplitude: (E,) there, with the phase of R - S [sqrt(W)].
-    near: the echoes that keep a range history each.
+    near: the echoes that keep a range history each, also those beside own ship, of all pieces about them.
+    near_points: (N,) which points these are.
     """
 
     row: Floats
     distance: Floats
     amplitude: Complexes
     near: ObservedEchoes
+    near_points: Indices
 
 
 class LandPassages:
@@ -82,10 +85,8 @@ class LandPassages:
         return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points, self.per_piece)
 
     def is_regular(self, first: float, last: float) -> bool:
-        """Whether pieces hold from one azimuth number to another: own ship meets no corner, and touches no land."""
-        middle = (first + last) / 2.0
-        reach = self.way_at(middle) * (NEAR_CROSSING + (last - first) * self._scene.radar.azimuth_step)
-        return self.track.is_smooth(first, last) and not self._within(self.track.antenna(np.array([middle]))[0], reach)
+        """Whether pieces hold from one azimuth number to another: own ship meets no corner."""
+        return self.track.is_smooth(first, last)
 
     def way_at(self, number: float) -> float:
         """How far the antenna moves over the ground while boresight turns by 1 rad [m], as fast as at an azimuth number."""
@@ -97,20 +98,17 @@ class LandPassages:
         low = float(self._phase_change(way, self._sea_slant * LOW)) / MAX_LOW_PHASE
         return max(self.least_border, BORDER_WAY * way, math.sqrt(low))
 
-    def _within(self, antenna: Floats, distance: float) -> bool:
-        """Whether any point lies within a distance [m] along the ground of the antenna (3,)."""
-        near = self.points.cells.within(BearingWedge(antenna, 0.0, 0.0, distance))
-        east, north, _ = (self.points.position[near] - antenna).T
-        return bool((east * east + north * north <= distance * distance).any())
-
     def piece(self, number: int) -> LandPiece:
         """The piece of that number; number 0 begins at azimuth number 0."""
         first, end = number * self.per_piece, (number + 1) * self.per_piece
         part = self.track.between(first - 1.0, end + 1.0)
         (antenna,), _, _ = part.at(np.array([part.middle]))
         way = self.way_at(part.middle)
-        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), way)
-        crossing = part.crossings(self._middles(which))
+        reach = way * (NEAR_CROSSING + (end - first + 2) * self._scene.radar.azimuth_step)
+        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), reach)
+        middles = self._middles(which)
+        beside = np.hypot(*(middles - antenna)[:, :2].T) <= reach
+        crossing = np.where(beside, part.middle, part.crossings(middles))
         passed = np.flatnonzero((crossing >= first) & (crossing < end))
         passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
         return self._evaluated(part, way, first, which[passed], crossing[passed], amplitude[passed])
@@ -128,14 +126,14 @@ class LandPassages:
         distance -= shift[far]
         phase = two_way_phase(distance, self._scene.radar.wavelength)
         observed = self._observed(which[near], amplitude[near])
-        return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed)
+        return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed, which[near])
 
-    def _facing(self, antenna: Floats, boresight: float, way: float) -> tuple[Indices, Complexes]:
+    def _facing(self, antenna: Floats, boresight: float, reach: float) -> tuple[Indices, Complexes]:
         """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
-        cross-sections [m]; those that the beam may pass meanwhile, and some more."""
+        cross-sections [m]; those that the beam may pass meanwhile, all within `reach` [m], and some more."""
         points, sway, turn = self.points, self._scene.own_ship.sway, self.per_piece * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
-        wedge = BearingWedge(antenna, boresight, half, NEAR_CROSSING * way)
+        wedge = BearingWedge(antenna, boresight, half, reach)
         which = points.cells.within(wedge)
         position = points.position.take(which, axis=0)
         inside = np.flatnonzero(wedge.contains(position))
@@ -200,7 +198,12 @@ class LandPassages:
         )
 
 
-def joined(parts: list[ObservedEchoes]) -> ObservedEchoes:
-    """The echoes of several pieces."""
+def joined(parts: list[ObservedEchoes], points: list[Indices]) -> ObservedEchoes:
+    """The echoes of consecutive pieces; each point, which `points` (N,) name, once: as in the piece nearest to the middle."""
     echoes = BodyEchoes.joined([part.echoes for part in parts])
+    piece = np.repeat(np.arange(len(parts)), [len(each) for each in points])
+    order = np.argsort(np.abs(piece - (len(parts) - 1) / 2.0), kind="stable")
+    _, first = np.unique(np.concatenate(points)[order], return_index=True)
+    if len(first) < len(order):
+        echoes = echoes.chosen(np.sort(order[first]))
     return ObservedEchoes(echoes, echoes.position)

@@ -4,6 +4,8 @@ Range, phase, sea reflection and beam weight are exact at each azimuth. Visibili
 (`echo.visibility`), physical optics as the beam passes (`echo.beam_passage`).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from radar_service.echo.beam_passage import BeamPassages
@@ -47,11 +49,11 @@ class MovingEchoes:
 
     def __init__(
         self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False,
-        path: BeamPath | None = None,
+        paths: Sequence[BeamPath] = (),
     ) -> None:  # fmt: skip
-        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`; path: by which echoes are
-        received, with a beam of gain 1; None: directly."""
-        self._path = path
+        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`; paths: by which echoes are
+        received, with a beam of gain 1; none: directly, with that of the beam."""
+        self._paths = paths
         self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
         self._earth_radius = visibility.line_of_sight.earth_radius
@@ -66,7 +68,7 @@ class MovingEchoes:
 
     def of_scene(self, scene: Scene) -> "MovingEchoes":
         """Returns the same echoes as a scene has them whose rotation has another origin."""
-        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest, self._path)
+        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest, self._paths)
 
     def __len__(self) -> int:
         """How many bodies there are."""
@@ -112,7 +114,12 @@ class MovingEchoes:
         bodies = np.concatenate([observed.echoes.body[which] for observed, which in observed_echoes])
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
         parts = [part for observed_part in observed_echoes for part in self._parts(*observed_part, geometry, middle, half)]
-        return concatenated(parts, len(azimuths.time))
+        echoes = concatenated([part for part, _ in parts], len(azimuths.time))
+        if not self._paths or not parts:
+            return echoes
+        heading = self._scene.platform.heading(azimuths.time)
+        sights = Sights(np.concatenate([bearing for _, bearing in parts]), azimuths.boresight, heading)
+        return concatenated([path.received(echoes, sights) for path in self._paths], len(azimuths.time))
 
     def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
         """How many of these azimuths, all of one visibility step, to compute together: all where the beam meets few echoes.
@@ -134,8 +141,8 @@ class MovingEchoes:
 
     def _parts(
         self, observed: ObservedEchoes, around: Indices, geometry: BlockGeometry, middle: float, half: float
-    ) -> list[BeamWeightedEchoes]:
-        """Those of echoes `around` (M,) that lie within `half` of the bearing `middle` [rad], in parts."""
+    ) -> list[tuple[BeamWeightedEchoes, Floats]]:
+        """Those of echoes `around` (M,) that lie within `half` of the bearing `middle` [rad], in parts, as of `_part`."""
         (positions,) = geometry.positions(observed, around, [1])
         apparent = positions if geometry.level is None else positions @ geometry.level[1].T
         chosen = around[_within(apparent, middle, half)]
@@ -161,8 +168,8 @@ class MovingEchoes:
         rough = self._rough(poses, own > TOLERANCE, over, self._poses.uneven(time, bodies))
         return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough, self._moves)
 
-    def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> BeamWeightedEchoes:
-        """Some of the echoes, indices `which` (E,) into those observed."""
+    def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> tuple[BeamWeightedEchoes, Floats]:
+        """Some of the echoes, indices `which` (E,) into those observed, and for paths their bearings (E, K) [rad]."""
         radar, earth = self._scene.radar, self._earth_radius
         part = PartGeometry.of(observed, which, block, earth)
         distance = part.polar.range
@@ -194,11 +201,7 @@ class MovingEchoes:
             sea.apply(amplitude)
         body = self.visibility.scatterers.key[observed.echoes.body[which]]
         echoes = BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
-        if self._path is None:
-            return echoes
-        heading = self._scene.platform.heading(block.azimuths.time)
-        bearing = part.azimuth[:, None] + history.azimuth_change
-        return self._path.received(echoes, Sights(bearing, block.azimuths.boresight, heading))
+        return echoes, part.azimuth[:, None] + history.azimuth_change if self._paths else part.azimuth
 
     def _sea_history(
         self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry

@@ -18,7 +18,7 @@ from radar_service.echo.range_history import slant_range
 from radar_service.echo.sea_paths import turned_back
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Indices, Profiles
+from radar_service.numerics.types import Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, range_kernel
 from radar_service.receive.gridding import Kernel, KernelTable, spread
@@ -34,8 +34,9 @@ WIDTHS = 2.0  # beamwidths off boresight up to which the phase that is left coun
 EDGE = 8  # rows beyond the beam, into which the correction for the kernel reaches
 SPARE = 4  # pieces kept beyond those of a tile: threads may be so many apart before one is computed again
 VISIBLE = 0.35  # of all points of a low coast, or of buildings (tests/measurements)
-# Measured there: CPU time of an echo at an azimuth, of a point once a passage, and of a row of the grid, twice as long to be sure
-PAIR_SECONDS, PASSAGE_SECONDS, ROW_SECONDS = 48e-9, 1.5e-6, 0.5e-3
+# Measured there: CPU time of an echo at an azimuth, of a point once a passage, but for its line of sight, which range histories
+# need as often, and of a row of the grid, twice as long to be sure
+PAIR_SECONDS, PASSAGE_SECONDS, ROW_SECONDS = 48e-9, 0.5e-6, 0.5e-3
 # m/s of heave, and of the antenna by roll and pitch, that the grid follows to -38 dB. Measured: -38 dB at 0.8 m/s of heave and
 # -33 dB at 2.1; -50 dB at 6.9 m/s of the antenna, and at 12.6 every 60th cell is off by 1 dB
 MAX_HEAVE, MAX_SWING = 0.8, 7.0
@@ -43,11 +44,13 @@ MAX_BEAM = 1.8 * np.pi  # rad that the beam, and pieces at its ends, may cover: 
 
 
 class GridPiece(NamedTuple):
-    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, and how many all are."""
+    """A piece of land on the grid: rows (R, columns), the first column, the echoes that are near, which points these are, and
+    how many all echoes are."""
 
     rows: Profiles
     first_column: int
     near: ObservedEchoes
+    near_points: Indices
     echoes: int
 
 
@@ -78,7 +81,7 @@ class LandRows:
         self._extent = fidelity.beam_extent * radar.beamwidth
         self._rings, ring = rings, np.arange(rings)
         self._ring_begin = np.append(0.0, NEAREST_BORDER * rings / (rings - ring[1:]))
-        self._ring_middle = NEAREST_BORDER * rings / (rings - ring - 0.5)
+        self._ring_middle = np.asarray(NEAREST_BORDER * rings / (rings - ring - 0.5), dtype=np.float64)
         pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // passages.per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
 
@@ -94,7 +97,8 @@ class LandRows:
 
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
-        return joined([self._piece(number).near for number in self._pieces_of(azimuths)])
+        pieces = [self._piece(number) for number in self._pieces_of(azimuths)]
+        return joined([piece.near for piece in pieces], [piece.near_points for piece in pieces])
 
     def echoes_about(self, azimuths: AzimuthTimes) -> int:
         """How many echoes the pieces have that the beam may meet at these azimuths."""
@@ -117,13 +121,14 @@ class LandRows:
         begins = np.rint(self._ring_begin / self._scene.radar.range_step).astype(np.int64)
         edges = [*begins.tolist(), self._compression.size]
         total = np.zeros((len(azimuths.number), self._compression.size), dtype=np.complex64)
-        for ring in range(self._rings):
-            weights: Profiles | None = None
+        first = min((piece.first_column for piece in pieces.values()), default=0)
+        last = max((piece.first_column + piece.rows.shape[1] for piece in pieces.values()), default=0)
+        filled = [ring for ring in range(self._rings) if max(edges[ring], first) < min(edges[ring + 1], last)]
+        for ring, weights in zip(filled, self._weights(azimuths, rows, self._ring_middle[filled]), strict=True):
             for number, piece in pieces.items():
                 begin = max(edges[ring], piece.first_column)
                 end = min(edges[ring + 1], piece.first_column + piece.rows.shape[1])
                 if begin < end:
-                    weights = self._weights(azimuths, rows, float(self._ring_middle[ring])) if weights is None else weights
                     self._add(total[:, begin:end], weights, int(rows[0]), number, piece, begin)
         return total
 
@@ -157,24 +162,24 @@ class LandRows:
         shape = self.passages.per_piece * self._per_azimuth + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
-        return GridPiece(rows, first, piece.near, len(piece.row) + len(piece.near.echoes))
+        return GridPiece(rows, first, piece.near, piece.near_points, len(piece.row) + len(piece.near.echoes))
 
-    def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: float) -> Profiles:
-        """The field (K, R) at each azimuth of what boresight points at on each row, `distance` [m] away, over that on boresight
-        and without the change of S; corrected for the kernel along azimuth."""
+    def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: Floats) -> Profiles:
+        """The field (D, K, R) at each azimuth of what boresight points at on each row, `distance` (D,) [m] away, over that on
+        boresight and without the change of S; corrected for the kernel along azimuth."""
         radar, track = self._scene.radar, self.passages.track
         at, number = rows / self._per_azimuth, azimuths.number.astype(np.float64)
-        (point,) = track.points_on_boresight(at, np.array([distance]), GROUND)
-        offset = point[:, None] - track.antenna(number)
+        point = track.points_on_boresight(at, distance, GROUND)
+        offset = point[:, :, None] - track.antenna(number)
         passed, now = (slant_range(each, track.earth_radius) for each in (point - track.antenna(at), offset))
         off = wrap_angle(track.bearing(number) - np.arctan2(*track.apparent(offset, track.level(number))))
-        left = (now - track.shift(number)) - (passed - track.shift(at))[:, None]
-        gain = radar.azimuth_gain(off) * (passed[:, None] / now) ** 2
+        left = (now - track.shift(number)) - (passed - track.shift(at))[..., None]
+        gain = radar.azimuth_gain(off) * (passed[..., None] / now) ** 2
         gain[np.abs(off) > self._extent] = 0.0
         field = gain * np.exp(-4j * np.pi / radar.wavelength * left)
         size = int(scipy.fft.next_fast_len(len(rows)))
-        spectrum = scipy.fft.fft(field.T, size, axis=1) / self._kernel.transform(scipy.fft.fftfreq(size))
-        corrected = scipy.fft.ifft(spectrum, axis=1)[:, : len(rows)]
+        spectrum = scipy.fft.fft(field.swapaxes(1, 2), size, axis=2) / self._kernel.transform(scipy.fft.fftfreq(size))
+        corrected = scipy.fft.ifft(spectrum, axis=2)[:, :, : len(rows)]
         return np.ascontiguousarray(corrected, dtype=np.complex64)
 
 
@@ -211,6 +216,6 @@ def saves_time(points: int, radar: Radar, fidelity: Fidelity) -> bool:
     return points * VISIBLE * (each * PAIR_SECONDS - PASSAGE_SECONDS) > ROW_SECONDS * radar.azimuths
 
 
-def is_land(body: Body, fidelity: Fidelity) -> bool:
+def is_diffuse_land(body: Body, fidelity: Fidelity) -> bool:
     """Whether a body is a diffuse surface that rests on the map; such surfaces do not fluctuate."""
     return body.at_rest and scattering_model(body, fidelity.sampler).has_resting_points

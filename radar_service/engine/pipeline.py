@@ -120,7 +120,7 @@ def echo_rows(
     near_land: the only echoes of land that count; None: all of them.
     """
     rows: Profiles | None = None
-    if not len(prepared.moving) and not prepared.shadows.possible and prepared.land is None:
+    if not len(prepared.moving) and not prepared.shadows.possible and prepared.land is None and prepared.indirect is None:
         return rows
     compression = prepared.compression
     for first, stop in blocks(prepared, azimuths):
@@ -177,6 +177,8 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: Observe
         parts.append(land.echoes(azimuths) if near_land is None else land.of_resting(azimuths, near_land))
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
+    if prepared.indirect is not None:
+        parts += fold_ranges(prepared.indirect.echoes, azimuths, prepared.scene.radar)
     if prepared.shadows.possible:
         if len(prepared.shadowed):
             parts += fold_ranges(prepared.shadowed.echoes, azimuths, prepared.scene.radar)

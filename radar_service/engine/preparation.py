@@ -7,21 +7,22 @@ from typing import cast
 import numpy as np
 
 from radar_service.clutter.clutter import Clutter, prepare_clutter
-from radar_service.echo.beam_paths import ShadowedBeam
+from radar_service.echo.beam_paths import BeamPath, DirectPath, MultiplePaths
 from radar_service.echo.echoes import Echoes
+from radar_service.echo.indirect import IndirectEchoes
 from radar_service.echo.land import LandPassages
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
-from radar_service.engine.land_rows import LandRows, follows_own_ship, is_land, saves_time
+from radar_service.engine.land_rows import LandRows, follows_own_ship, is_diffuse_land, saves_time
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
-from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
@@ -34,6 +35,7 @@ from radar_service.scattering.scatterer_set import ScattererSet, build_scatterer
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
@@ -57,6 +59,7 @@ class Prepared:
     clutter: of sea and rain; None where the scene has neither.
     interference: of each other radar.
     beacons: the answers of each racon and SART.
+    indirect: false echoes by own ship's structures; None without any.
     """
 
     scene: Scene
@@ -75,6 +78,7 @@ class Prepared:
     clutter: Clutter | None
     interference: tuple[Interference, ...]
     beacons: tuple[BeaconAnswers, ...] = ()
+    indirect: IndirectEchoes | None = None
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
         """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
@@ -87,7 +91,8 @@ class Prepared:
             clutter = replace(clutter, sea=None if other is None else other.sea)
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         land = None if self.land is None else self.land.of_scene(scene)
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter)
+        indirect = None if self.indirect is None else self.indirect.of_scene(scene)
+        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter, indirect=indirect)
 
 
 @BLAS_LIMIT.held()
@@ -98,22 +103,25 @@ def prepare(
     silent: Collection[int] = (),
     transparent: Collection[int] = (),
     rays: RayCount | None = None,
+    faint: Collection[int] = (),
 ) -> Prepared:
     """All that is computed once for a scene.
 
-    silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast.
+    silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast;
+    faint: indices of bodies without indirect echoes.
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
-    resting_set, land_set, moving_set = _scatterers(scene, fidelity, seed, silent, rays)
+    context = _context(scene, fidelity, seed, rays)
+    resting_set, land_set, moving_set = _scatterers(scene, fidelity, silent, context)
     max_range = max_echo_range(radar)
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
     beam = beam_table(radar, fidelity, max_tile)
-    shadow = structure_shadow(radar, beam.extent)
-    path = None if shadow is None else ShadowedBeam(shadow)
+    paths = _paths(scene, beam.extent)
+    unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     return Prepared(
         scene,
         fidelity,
@@ -123,7 +131,7 @@ def prepare(
         resting_set,
         resting,
         _resting_profiles(radar, fidelity, resting.echoes, compression),
-        MovingEchoes(scene, visibility, beam, seed, path=path),
+        MovingEchoes(scene, visibility, unit, seed, paths=paths),
         _land_rows(scene, land_set, line_of_sight, max_range, fidelity, compression, beam, seed),
         PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
         MovingEchoes(scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), beam, seed, True),
@@ -133,27 +141,16 @@ def prepare(
         tuple(
             BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
         ),
+        _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight),
     )
 
 
 def _scatterers(
-    scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], rays: RayCount | None
+    scene: Scene, fidelity: Fidelity, silent: Collection[int], context: ScatteringContext
 ) -> tuple[ScattererSet, ScattererSet, ScattererSet]:
     """The scatterers of all that rests relative to the antenna and does not fluctuate, of land under way, and of all else."""
     resting = [_rests(body, scene) for body in scene.bodies]
-    on_grid = [follows_own_ship(scene, fidelity) and is_land(body, fidelity) for body in scene.bodies]
-
-    context = ScatteringContext(
-        scene.radar,
-        fidelity,
-        seed,
-        scene.antenna(0.0)[0],
-        scene.environment,
-        scene.bodies,
-        effective_earth_radius(scene.environment.earth_factor),
-        rays,
-        scene.name,
-    )
+    on_grid = [follows_own_ship(scene, fidelity) and is_diffuse_land(body, fidelity) for body in scene.bodies]
 
     def build(rests: bool, land: bool) -> ScattererSet:
         kinds = zip(resting, on_grid, strict=True)
@@ -166,9 +163,48 @@ def _scatterers(
     return build(True, False), land, others
 
 
+def _context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None) -> ScatteringContext:
+    return ScatteringContext(
+        scene.radar,
+        fidelity,
+        seed,
+        scene.antenna(0.0)[0],
+        scene.environment,
+        scene.bodies,
+        effective_earth_radius(scene.environment.earth_factor),
+        rays,
+        scene.name,
+    )
+
+
+def _indirect_echoes(
+    scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], context: ScatteringContext,
+    line_of_sight: OcclusionScene,
+) -> IndirectEchoes | None:  # fmt: skip
+    """The false echoes by own ship's structures of all bodies but the silent ones; None without any."""
+    keys = [key for key in range(len(scene.bodies)) if key not in silent] if structure_reflectors(scene.radar) else []
+    if not keys:
+        return None
+    scatterers = build_scatterers([scene.bodies[key] for key in keys], keys, context)
+    visibility = Visibility(scene, scatterers, line_of_sight, max_echo_range(scene.radar), fidelity.visibility_step)
+    return IndirectEchoes(scene, visibility, min(np.pi, fidelity.beam_extent * scene.radar.beamwidth), seed)
+
+
 def _rests(body: Body, scene: Scene) -> bool:
-    """Whether a body is the same in every scan; not where structures shadow it, whose beam differs from azimuth to azimuth."""
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and not scene.radar.structures
+    """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth."""
+    plain = not scene.radar.structures and (scene.radar.multiple is None or is_land(body))
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain
+
+
+def _paths(scene: Scene, extent: float) -> list[BeamPath]:
+    """The paths of moving echoes where there are others than the direct one, or structures beside that."""
+    radar, paths = scene.radar, list[BeamPath]()
+    if radar.structures or radar.multiple is not None:
+        paths.append(DirectPath(radar, extent))
+    if radar.multiple is not None:
+        ships = np.array([not is_land(body) for body in scene.bodies], dtype=np.bool_)
+        paths.append(MultiplePaths(radar, extent, ships))
+    return paths
 
 
 def _land_rows(
@@ -188,8 +224,7 @@ def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
     """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
     extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
     span = max_tile * radar.azimuth_step
-    gain = np.ones_like if radar.structures else radar.azimuth_gain  # then paths have the gain
-    return BeamTable(gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
+    return BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
 
 
 def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
@@ -10,6 +11,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
@@ -53,10 +55,18 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
     conditions = Conditions.of_scene(scene, fidelity, scatterers)
-    how = model.description(body, conditions, "computed once" if _rests(body, scene) else "computed at each azimuth")
+    how = model.description(body, conditions, _computed(body, scene, fidelity, statistics))
     error = body_error(body, statistics.culling.applied_to(scene), fidelity, scatterers)
     text = "; ".join((how + _counted(body, key, statistics), *error.remarks))
     return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)
+
+
+def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> str:
+    """How often a body is computed, as text."""
+    if _rests(body, scene):
+        return "computed once"
+    on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
+    return "computed once a passage" if on_grid else "computed at each azimuth"
 
 
 def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
@@ -71,4 +81,10 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
+    return (
+        scene.own_ship.at_rest
+        and body.at_rest
+        and body.swerling == 0
+        and not scene.radar.structures
+        and (scene.radar.multiple is None or is_land(body))
+    )

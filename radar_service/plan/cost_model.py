@@ -10,7 +10,7 @@ few or none of them.
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -122,7 +122,7 @@ class Stopwatch:
 
     stages: dict[str, float] = field(
         default_factory=lambda: dict.fromkeys(
-            ("moving", "receiver", "clutter", "interference", "profiles", "aspects", "beacons"), 0.0
+            ("moving", "receiver", "clutter", "interference", "profiles", "aspects", "beacons", "false_echoes"), 0.0
         )
     )
     azimuths: int = 0
@@ -202,7 +202,11 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
             prepared.moving.passing(azimuths.part(first, stop))
     watch.add("aspects")
-    rows, land = moving_rows(prepared, azimuths), land_spectra(prepared, azimuths)
+    if prepared.indirect is not None:
+        for first, stop in blocks(prepared, azimuths):
+            prepared.indirect.echoes(azimuths.part(first, stop))
+    watch.add("false_echoes")
+    rows, land = moving_rows(replace(prepared, indirect=None), azimuths), land_spectra(prepared, azimuths)
     watch.add("moving")
     profiles = receive(prepared, azimuths, rows, blind, land)
     watch.add("receiver")

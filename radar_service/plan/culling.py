@@ -15,15 +15,18 @@ from radar_service.propagation.attenuation import attenuation_amplitude
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
 from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 DISTANCES = 1024  # at which sea reflection is evaluated
+MAX_FAINT = -20.0  # dB of the noise, below which false echoes are left out: each changes a mean power by 0.04 dB at most
+SIDELOBE = 0.1  # one-way field of the direct beam at a target while it lights a structure elsewhere
 MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe
 
 
@@ -46,11 +49,15 @@ class Culling:
     """What a scene does not need.
 
     bodies: culled bodies by their index in the scene.
+    faint: bodies whose false echoes are culled, by their index in the scene, with the highest power of these [dB of the noise].
+    multiple_db: where multiple echoes are culled, their highest power [dB of the noise]; None where they are not.
     effects: relative field error [dB] of each culled effect, by name ("multipath", "gas", "structures").
     """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
     effects: Mapping[str, float] = field(default_factory=dict)
+    faint: Mapping[int, float] = field(default_factory=dict)
+    multiple_db: float | None = None
 
     @property
     def silent(self) -> list[int]:
@@ -71,6 +78,8 @@ class Culling:
             environment = replace(environment, gas_db_per_km=0.0)
         if "structures" in self.effects:
             scene = replace(scene, radar=replace(scene.radar, structures=()))
+        if self.multiple_db is not None:
+            scene = replace(scene, radar=replace(scene.radar, multiple=None))
         return scene.with_world(environment=environment)
 
 
@@ -78,7 +87,13 @@ def cull(scene: Scene, fidelity: Fidelity) -> Culling:
     """What this fidelity culls from a scene; nothing where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return Culling()
-    return Culling(culled_bodies(scene, fidelity), negligible_effects(scene, fidelity))
+    multiple = highest_multiple_db(scene, fidelity)
+    return Culling(
+        culled_bodies(scene, fidelity),
+        negligible_effects(scene, fidelity),
+        faint_indirect_echoes(scene, fidelity),
+        multiple if multiple is not None and multiple < MAX_FAINT else None,
+    )
 
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
@@ -104,6 +119,32 @@ def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody |
         return None
     text = f"always beyond the radar horizon: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
     return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, occludes=False)
+
+
+def faint_indirect_echoes(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
+    """The bodies whose indirect echoes stay MAX_FAINT below the noise, by index, with the highest power of these [dB of it]."""
+    fields = [reflector.max_field for reflector in structure_reflectors(scene.radar)]
+    if not fields or not scene.environment.noise:
+        return {}
+    ways = sum((field**2 + 2.0 * SIDELOBE * field) ** 2 for field in fields)
+    noise = receiver_noise_power(scene.radar)
+    powers = [max_power(body, scene, fidelity) * ways / noise for body in scene.bodies]
+    levels = [10.0 * math.log10(power) if power > 0.0 else -math.inf for power in powers]
+    return {key: level for key, level in enumerate(levels) if level < MAX_FAINT}
+
+
+def highest_multiple_db(scene: Scene, fidelity: Fidelity) -> float | None:
+    """The highest power [dB of the noise] of a second trace of any ship; None without multiple echoes or without noise."""
+    multiple = scene.radar.multiple
+    if multiple is None or not scene.environment.noise:
+        return None
+    power = 0.0
+    for body in scene.bodies:
+        nearest = max(nearest_and_top(body, scene)[0], scene.radar.range_min)
+        if nearest <= multiple.max_range and not is_land(body):
+            rcs = scattering_model(body).max_rcs(body, scene.radar, fidelity)
+            power = max(power, max_power(body, scene, fidelity) * rcs * multiple.own_rcs / (4.0 * math.pi * nearest**2) ** 2)
+    return 10.0 * math.log10(power / receiver_noise_power(scene.radar)) if power > 0.0 else -math.inf
 
 
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:

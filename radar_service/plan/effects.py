@@ -14,7 +14,7 @@ from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
-from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
@@ -22,6 +22,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
+from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.wave_drawing import WAVES
@@ -29,8 +30,12 @@ from radar_service.world.wave_drawing import WAVES
 PLATED_SHARE = 0.02  # rms of 300 walls against elements with real dents (tests/scattering/physical_optics/test_plating.py)
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
+SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
+INDIRECT_DB = (
+    1.0  # of their power, for targets abeam of the structure and farther round (tests/radar/test_structure_reflection.py)
+)
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 
@@ -68,7 +73,8 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
 
 
 def _undocumented_structures(radar: Radar) -> list[PlanItem]:
-    return [PlanItem("structures", False, "requested, but not in the specification")] if radar.structures else []
+    requested = {"structures": bool(radar.structures), "multiple echoes": radar.multiple is not None}
+    return [PlanItem(what, False, "requested, but not in the specification") for what, flag in requested.items() if flag]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
@@ -80,6 +86,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_structures(scene, statistics),
+        *_multiple(scene, statistics.culling.multiple_db),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
@@ -149,7 +156,36 @@ def _structures(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
     losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
     how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}; what rests costs as what moves"
-    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB)]
+    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, statistics)]
+
+
+def _multiple(scene: Scene, culled_db: float | None) -> list[PlanItem]:
+    """How echoes between own ship and ships near by are modelled; their cost is part of that of moving echoes."""
+    multiple = scene.radar.multiple
+    if multiple is None:
+        return []
+    if culled_db is not None:
+        return [PlanItem("multiple echoes", False, f"always below the noise: at most {culled_db:.0f} dB of it")]
+    ships = sum(not is_land(body) for body in scene.bodies)
+    own = f"{10 * math.log10(multiple.own_rcs):.0f} dBsm of own ship"
+    how = (
+        f"{multiple.orders} of each of {ships} ships within {multiple.max_range:g} m, by {own}; each ship counts as one echo"
+    )
+    return [PlanItem("multiple echoes", ships > 0, how)]
+
+
+def _indirect(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+    """How indirect echoes by structures are modelled, with their highest level behind each."""
+    reflectors = structure_reflectors(scene.radar)
+    if not reflectors:
+        return [PlanItem("indirect echoes", False, "no structure reflects")]
+    faint, count = len(statistics.culling.faint), len(scene.bodies)
+    levels = ", ".join(f"{each.structure.name} {40.0 * math.log10(max(each.max_field, 1e-9)):.0f} dB" for each in reflectors)
+    how = f"there and back and one way by {levels} of the direct echo at most; {count - faint} of {count} bodies"
+    if faint == count:
+        return [PlanItem("indirect echoes", False, f"{how}: all others below the noise")]
+    costs = None if statistics.costs is None else statistics.costs.false_echoes
+    return [PlanItem("indirect echoes", True, how, power_db=INDIRECT_DB, microseconds=costs)]
 
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
@@ -166,9 +202,10 @@ def _land(scene: Scene, border: float | None) -> list[PlanItem]:
     if border is None:
         return []
     way = scene.own_ship.top_speed * PIECE * scene.radar.spoke_period
+    error = f", which errs by {SIGHT_DB:g} dB at most" if way <= SIGHT_WAY else ""
     how = (
         f"diffuse land at rest from {border:.0f} m on, each point once a passage of the beam; its visibility updated every scan, "
-        f"within {way:.2g} m of way of the passage"
+        f"in steps of {way:.2g} m of way{error}"
     )
     return [PlanItem("land under way", True, how, field_db=LAND_DB)]
 

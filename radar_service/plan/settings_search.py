@@ -184,5 +184,6 @@ def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
 
 
 def all_rests(scene: Scene) -> bool:
-    """Whether all echoes are gridded once: nothing moves relative to the antenna, and nothing fluctuates."""
-    return scene.own_ship.at_rest and all(body.at_rest and body.swerling == 0 for body in scene.bodies)
+    """Whether all echoes are gridded once: nothing moves relative to the antenna, nothing fluctuates, no structure shadows."""
+    still = scene.own_ship.at_rest and not scene.radar.structures and scene.radar.multiple is None
+    return still and all(body.at_rest and body.swerling == 0 for body in scene.bodies)

@@ -44,6 +44,7 @@ class Costs:
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
     beacons: answers of racons and SARTs.
+    false_echoes: indirect ones, by own ship's structures.
     """
 
     looks: float
@@ -54,11 +55,12 @@ class Costs:
     profiles: float
     aspects: float = 0.0
     beacons: float = 0.0
+    false_echoes: float = 0.0
 
     @property
     def total(self) -> float:
         """The sum of all stages [us]."""
-        echoes = self.looks + self.moving + self.aspects
+        echoes = self.looks + self.moving + self.aspects + self.false_echoes
         return echoes + self.receiver + self.clutter + self.interference + self.profiles + self.beacons
 
 

@@ -45,6 +45,20 @@ class NearPulse:
 
 
 @dataclass(frozen=True)
+class MultipleEchoes:
+    """Echoes that own ship throws back to a ship near by.
+
+    own_rcs: of own ship towards the other one [m^2].
+    max_range: of the ships that have them [m].
+    orders: how many such echoes each has.
+    """
+
+    own_rcs: float
+    max_range: float
+    orders: int
+
+
+@dataclass(frozen=True)
 class Radar:
     """The radar of a scene; RadarModel has the allowed ranges.
 
@@ -79,6 +93,7 @@ class Radar:
     near_pulses: other pulses, which serve the nearer ranges, by rising range.
     origin: of its rotation; a change of its rate gives another one.
     structures: of own ship near the antenna, which shadow sectors and reflect.
+    multiple: echoes between own ship and ships near by; None: not modelled.
     """
 
     frequency: float
@@ -112,6 +127,7 @@ class Radar:
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
     origin: Origin = field(default=START, metadata={"added": 1})
     structures: tuple[Structure, ...] = field(default=(), metadata={"added": 1})
+    multiple: MultipleEchoes | None = field(default=None, metadata={"added": 1})
 
     @property
     def of_each_pulse(self) -> tuple["Radar", ...]:

@@ -7,6 +7,7 @@ import numpy as np
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
+from radar_service.radar.structure_reflection import Reflector, reflectors
 from radar_service.radar.structures import MAX_ASIDE, TAPER_END, Aperture, Structure, aperture_of, fresnel_unit, taken
 
 STEPS_PER_UNIT = 20  # of the direction, in a Fresnel unit of an edge's shadow
@@ -103,6 +104,12 @@ def structure_shadow(radar: Radar, extent: float = MAX_OFFSET) -> StructureShado
     """The antenna of a radar among the structures of its ship; None without any. extent: as of `StructureShadow`."""
     aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if radar.structures else None
     return None if aperture is None else _kept(aperture, radar.wavelength, radar.structures, min(extent, MAX_OFFSET))
+
+
+def structure_reflectors(radar: Radar) -> tuple[Reflector, ...]:
+    """The structures of a radar's ship that reflect."""
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if radar.structures else None
+    return () if aperture is None else reflectors(aperture, radar.wavelength, radar.structures, radar.polarization)
 
 
 @lru_cache(maxsize=8)

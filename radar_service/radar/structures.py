@@ -80,19 +80,19 @@ def taken(structure: Structure, wavelength: float, aside: Floats, place: Floats)
     """
     across, along = -structure.distance * np.sin(aside), structure.distance * np.cos(aside)
     unit = fresnel_unit(wavelength, along)[:, None]
-    far, near = (_fresnel((across[:, None] + edge - place) / unit) for edge in (structure.radius, -structure.radius))
-    below_top = _half_plane(structure.top / unit)
+    far, near = (fresnel_integral((across[:, None] + edge - place) / unit) for edge in (structure.radius, -structure.radius))
+    below_top = half_plane(structure.top / unit)
     beyond = (np.abs(across) - structure.radius)[:, None] - np.abs(place).max()
     faded = np.clip((beyond / unit - TAPER_BEGIN) / (TAPER_END - TAPER_BEGIN), 0.0, 1.0)
     return np.asarray(np.exp(0.25j * np.pi) / np.sqrt(2.0) * (far - near) * below_top * np.cos(np.pi / 2.0 * faded) ** 2)
 
 
-def _half_plane(edge: Floats) -> Complexes:
+def half_plane(edge: Floats) -> Complexes:
     """Field of a plane wave behind a screen that is open below `edge` [Fresnel units], where 1 is the field without it."""
-    return np.asarray(np.exp(0.25j * np.pi) / np.sqrt(2.0) * (_fresnel(edge) + (0.5 - 0.5j)))
+    return np.asarray(np.exp(0.25j * np.pi) / np.sqrt(2.0) * (fresnel_integral(edge) + (0.5 - 0.5j)))
 
 
-def _fresnel(argument: Floats) -> Complexes:
+def fresnel_integral(argument: Floats) -> Complexes:
     """C - j S of the Fresnel integrals, the integral of exp(-j pi t^2 / 2) from 0."""
     from scipy.special import fresnel  # here: scipy would slow the start of the service
 

@@ -157,6 +157,23 @@ class Radiometry:
     foreign_share: float | None = None
 
 
+@dataclass(frozen=True)
+class FalseEcho:
+    """An echo of a body that stands where the body is not.
+
+    kind: "indirect", by a structure of own ship there and back, or "multiple", thrown back by own ship.
+    by: name of the structure, or "own ship".
+    range, bearing: of the echo where it is strongest [m, rad].
+    level_db: over the direct echo on boresight; None where the cross-section of the body is not declared.
+    """
+
+    kind: str
+    by: str
+    range: float
+    bearing: float
+    level_db: float | None
+
+
 @dataclass(frozen=True, kw_only=True)
 class BeaconTruth:
     """A racon or a search and rescue transponder (SART) as the boresight meets its body. Ranges are those of a profile [m].
@@ -189,7 +206,8 @@ class Crossing(Radiometry, Kinematics):
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
     which is `bearing` where own ship neither rolls nor pitches; beacon: of the body, None where it has none;
-    structure_db: two-way loss on boresight behind own ship's structures [dB], None for a radar without any.
+    structure_db: two-way loss on boresight behind own ship's structures [dB], None for a radar without any;
+    false_echoes: of the body as it is at this instant, None for a radar that has none.
     """
 
     scan: int
@@ -198,11 +216,12 @@ class Crossing(Radiometry, Kinematics):
     own_ship: OwnShipTruth
     beacon: BeaconTruth | None = None
     structure_db: float | None = None
+    false_echoes: tuple[FalseEcho, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as files and feeds have it: the names of the fields that apply, and `type`."""
         content = asdict(self)
-        for name in ("beacon", "structure_db"):
+        for name in ("beacon", "structure_db", "false_echoes"):
             if content[name] is None:
                 del content[name]
         return {"type": "crossing", **content}

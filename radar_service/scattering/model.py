@@ -176,7 +176,7 @@ class ScatteringModel(Protocol):
 
     @staticmethod
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        """How the body is modelled, for the plan; computed: "computed once" or "computed at each azimuth"."""
+        """How the body is modelled, for the plan; computed: how often, as "computed once"."""
         ...
 
     @staticmethod

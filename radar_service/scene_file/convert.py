@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.radar.parameters import NearPulse, Radar
+from radar_service.radar.parameters import MultipleEchoes, NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.radar.structures import Structure
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
-from radar_service.scene_file.model.structure import StructureModel
+from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.currents import Currents
 from radar_service.world.environment import Environment, Interferer
@@ -62,6 +62,7 @@ def _single_pulse(model: RadarModel) -> Radar:
         rays=model.rays,
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
         structures=tuple(map(structure_from_model, model.structure)),
+        multiple=multiple_from_model(model.multiple_echoes),
     )
 
 
@@ -71,6 +72,11 @@ def structure_from_model(model: StructureModel) -> Structure:
     return Structure(
         model.name, math.radians(model.bearing_deg), model.distance_m, 0.5 * model.width_m, top, model.reflection
     )
+
+
+def multiple_from_model(model: MultipleEchoesModel | None) -> MultipleEchoes | None:
+    """Returns the echoes between own ship and others in SI units."""
+    return None if model is None else MultipleEchoes(10.0 ** (model.own_rcs_dbsm / 10.0), model.range_m, model.orders)
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:

@@ -6,13 +6,16 @@ body is a source of its own, with its reflection from the sea.
 
 import numpy as np
 
-from radar_service.echo.echoes import SECOND_TIME
+from radar_service.echo.echoes import INDIRECT, MULTIPLE, SECOND_TIME
 from radar_service.numerics.types import Indices
+from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.world.body import Body
-from radar_service.world.materials import MATERIALS, VESSEL_MATERIALS
+from radar_service.world.materials import MATERIALS, is_land
 from radar_service.world.scene import Scene
 
 NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
+FALSE = {INDIRECT: 7, MULTIPLE: 8}  # numbers of false echoes, by what stands in place of a body's index
+FALSE_NAMES = {INDIRECT: "indirect", MULTIPLE: "multiple"}
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
 BODY = 256  # of the first body of the scene; the others follow in their order
 COMMON = ("noise", "sea", "rain", "interference", "second time around")
@@ -20,24 +23,27 @@ BEACONS = {"racon": 5, "sart": 6}  # numbers of answers of beacons, by their kin
 
 
 def source_numbers(scene: Scene) -> Indices:
-    """The source number (B + 1,) of each body of a scene; the last one is that of SECOND_TIME, which is -1."""
+    """The source number (B + 1,) of each body of a scene; the last one is that of SECOND_TIME, which is -1, those before it are
+    of the kinds of false echoes that the scene has."""
     assert SECOND_TIME == -1
-    return np.array([*(_number(body, k) for k, body in enumerate(scene.bodies)), SECOND_TIME_AROUND], dtype=np.int64)
+    false = [FALSE[MULTIPLE], FALSE[INDIRECT]] if false_echoes(scene) else []
+    return np.array([*(_number(body, k) for k, body in enumerate(scene.bodies)), *false, SECOND_TIME_AROUND], dtype=np.int64)
+
+
+def false_echoes(scene: Scene) -> set[int]:
+    """The kinds of false echoes that a scene may have, as what stands in place of a body's index."""
+    kinds = {INDIRECT} if structure_reflectors(scene.radar) else set()
+    return kinds if scene.radar.multiple is None else kinds | {MULTIPLE}
 
 
 def source_names(scene: Scene) -> dict[int, str]:
     """The name of each source number that the scene may have, by rising number."""
-    names = dict(enumerate(COMMON))
+    names = dict(enumerate(COMMON)) | {FALSE[kind]: FALSE_NAMES[kind] for kind in false_echoes(scene)}
     kinds = {body.beacon.kind for body in scene.bodies if body.beacon is not None}
     names |= {number: kind for kind, number in BEACONS.items() if kind in kinds}
     land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
     bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
     return names | dict(sorted(land.items())) | bodies
-
-
-def is_land(body: Body) -> bool:
-    """Whether a body is land: a mesh at rest of a material that no vessel is built of."""
-    return body.mesh is not None and body.motion.at_rest and body.material.name not in VESSEL_MATERIALS
 
 
 def _number(body: Body, k: int) -> int:

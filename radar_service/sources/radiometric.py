@@ -18,7 +18,7 @@ from radar_service.propagation.radar_equation import attenuation, elevation_gain
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.truth import Extent, Radiometry
-from radar_service.sources.numbers import BODY, SECOND_TIME_AROUND
+from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers
 from radar_service.sources.rows import spread_echoes
 
@@ -35,7 +35,8 @@ class RadiometricTruth:
     def __init__(self, pulses: Sequence[Prepared]) -> None:
         """pulses: the scene prepared for each pulse of its radar, by rising range."""
         self._moving, self._scene, self._radar = pulses[-1].moving, pulses[-1].scene, pulses[-1].scene.radar
-        numbers = np.array([*range(BODY, BODY + len(self._scene.bodies)), SECOND_TIME_AROUND], dtype=np.int64)
+        numbers = source_numbers(self._scene)
+        numbers[: len(self._scene.bodies)] = BODY + np.arange(len(self._scene.bodies))
         self._pulses = pulse_powers(pulses, numbers)
         self._earth_radius = effective_earth_radius(self._scene.environment.earth_factor)
         self._noise = receiver_noise_power(self._radar) if self._scene.environment.noise else None

@@ -9,10 +9,10 @@ import numpy as np
 from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
-from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.truth.beacon_truth import BeaconTruths
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
+from radar_service.truth.false_echoes import FalseEchoTruth
 from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
 from radar_service.world.geo import geographic_from_map
 from radar_service.world.motion import Pose
@@ -45,6 +45,7 @@ class CrossingTruth:
         self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
+        self._false = FalseEchoTruth(self._scene)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
         steps = search_steps(self._scene)
@@ -58,13 +59,15 @@ class CrossingTruth:
         offset = self._offsets(bodies, time)
         boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
         beacons = map(self._beacons.at, bodies.tolist(), time.tolist(), boresights)
-        rows = zip(spokes, boresights, self._own_ship(time), beacons, self._kinematics(bodies, time), strict=True)
+        states = self._own_ship(time), self._kinematics(bodies, time)
+        rows = zip(bodies.tolist(), spokes, boresights, beacons, *states, strict=True)
         return tuple(
             Crossing(
                 scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, beacon=beacon,
-                structure_db=self._structure_db(kinematics["relative_bearing"]), **kinematics,
+                structure_db=self._false.structure_db(kinematics["relative_bearing"]),
+                false_echoes=self._false.at(body, kinematics["range"], kinematics["bearing"], own_ship.heading), **kinematics,
             )
-            for spoke, boresight, own_ship, beacon, kinematics in rows
+            for body, spoke, boresight, beacon, own_ship, kinematics in rows
         )  # fmt: skip
 
     @BLAS_LIMIT.held()
@@ -76,14 +79,6 @@ class CrossingTruth:
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
         own_ship = self._own_ship(np.array([instant]))[0]
         return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies)
-
-    def _structure_db(self, relative_bearing: float) -> float | None:
-        """Two-way loss [dB] on boresight behind own ship's structures, for a target at a bearing from the bow [rad]."""
-        shadow = structure_shadow(self._scene.radar)
-        if shadow is None:
-            return None
-        field = abs(shadow.one_way(np.array([relative_bearing]), np.zeros(1))[0])
-        return float(-40.0 * math.log10(max(field, 1e-6)))
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""

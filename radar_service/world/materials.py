@@ -6,7 +6,7 @@ mountains and towns. The spread about these means is about 5 dB. No table covers
 joints): their values assume that the power reflected by a smooth slab at normal incidence is scattered evenly.
 """
 
-from radar_service.world.body import Material
+from radar_service.world.body import Body, Material
 from radar_service.world.error import SceneError
 
 _GAMMA_DB: dict[str, tuple[float, str]] = {
@@ -70,3 +70,8 @@ def material_from_name(name: str, location: str) -> Material:
             f'{location}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest'
         )
     return MATERIALS[name]
+
+
+def is_land(body: Body) -> bool:
+    """Whether a body is land: a mesh at rest of a material that no vessel is built of."""
+    return body.mesh is not None and body.motion.at_rest and body.material.name not in VESSEL_MATERIALS

@@ -45,3 +45,19 @@ def test_each_point_is_passed_once_a_scan() -> None:
     for scan in range(2):
         pieces = [prepared.land.passages.piece(number) for number in range(scan * 32, (scan + 1) * 32)]
         assert sum(len(piece.row) + len(piece.near.echoes) for piece in pieces) == 300
+
+
+def test_a_point_beside_own_ship_is_one_echo_at_every_azimuth() -> None:
+    """She passes it by 3 m at 8 kn: while it is within 16 m, boresight may point at it twice, or never. Before and after that, it
+    is an echo while the beam may meet it, half of the turn at most (12 beamwidths each side, and pieces)."""
+    made = scene([SLAB], radar=FINE, own_ship={"course_deg": 0.0, "speed_kn": 8.0})
+    prepared = with_points(on_grid(made), np.array([[3.0, 22.0, 2.0]]), np.array([0.0, 0.0, 15.0]))
+    assert prepared.land is not None
+    counts, distances = [], []
+    for first in range(0, 4 * 2048, 32):
+        azimuths = azimuths_of(made, first)
+        counts.append(len(prepared.land.near(azimuths).echoes))
+        distances.append(np.linalg.norm((prepared.scene.antenna(azimuths.middle)[0] - [3.0, 22.0, 15.0])[:2]))
+    beside = np.array(distances) < 16.0
+    assert beside.sum() > 100 and (np.array(counts)[beside] == 1).all()
+    assert 0.0 < np.mean(np.array(counts)[~beside]) < 0.5

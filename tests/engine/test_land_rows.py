@@ -201,12 +201,25 @@ def test_land_has_range_histories_about_a_corner(first: int, holds: bool, tmp_pa
     assert prepared.land.holds(azimuths_of(made, first)) == holds
 
 
-def test_own_ship_on_land_has_range_histories(tmp_path: Path) -> None:
-    prepared = on_grid(coast(tmp_path, bay=0.0))
-    assert prepared.land is not None
-    azimuths = azimuths_of(prepared.scene, 1024)
-    assert not prepared.land.holds(azimuths)
-    assert np.isfinite(fields(prepared, 1024, 1)).all()
+@pytest.mark.parametrize("speed_kn", [8.0, 25.0])
+def test_land_beside_own_ship_leaves_the_rest_on_the_grid(
+    speed_kn: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """She runs over land: of what is nearer than 10 times the way in which boresight turns by 1 rad (17 m, 52 m), each point has
+    a range history throughout, and is neither lost nor counted twice. Against histories of all points, with visibility each
+    0.2 m of way: mean power within 0.1 dB in each ring, 2 % of cells off by 1 dB."""
+    made = coast(tmp_path, {"course_deg": 200.0, "speed_kn": speed_kn}, bay=0.0, environment={"multipath": False})
+    prepared, steps = on_grid(made), on_grid(made, replace(FEW, visibility_step=0.2))
+    assert prepared.land is not None and prepared.land.holds(azimuths_of(made, 1024))
+    monkeypatch.setattr(steps.land, "holds", lambda azimuths: False)
+    power, exact = (np.abs(fields(each, 128, 8, 128)) ** 2 for each in (prepared, steps))
+    distance = (np.arange(made.radar.bins) + 0.5) * made.radar.range_step
+    for low, high in ((0, 25), (25, 60), (60, 130), (130, 200), (200, 400), (400, 1400)):
+        ring = (distance >= low) & (distance < high)
+        assert exact[:, ring].any()
+        assert abs(10 * np.log10(power[:, ring].sum() / exact[:, ring].sum())) < 0.1, (low, high)
+        strong = exact[:, ring] > exact[:, ring].mean() / 1000
+        assert np.mean(np.abs(10 * np.log10(power[:, ring][strong] / exact[:, ring][strong])) > 1.0) < 0.02
 
 
 def test_at_100_kn_the_border_lies_as_far_as_boresight_needs(tmp_path: Path) -> None:
@@ -248,9 +261,9 @@ def test_land_is_diffuse_rests_and_does_not_fluctuate() -> None:
         {"end_s": 9.0},
     ]
     bodies = [{**SLAB, "name": f"b{k}", **more} for k, more in enumerate(kinds)]
-    flags = [land_rows.is_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
+    flags = [land_rows.is_diffuse_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
     assert flags == [True, False, False, False, False, False]
-    assert not land_rows.is_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
+    assert not land_rows.is_diffuse_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
 
 
 def test_visibility_of_each_passage_is_that_of_steps_of_a_metre(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,12 +280,14 @@ def test_visibility_of_each_passage_is_that_of_steps_of_a_metre(tmp_path: Path, 
 
 
 def test_a_coast_of_few_points_keeps_range_histories() -> None:
-    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too."""
+    """48 points at 2048 azimuths: the rows of the grid would take longer. With a beam cut at 1.5 widths, 100,000 would too. Of
+    1.8 million, real buildings on a low coast, the grid takes 0.77 of the time of range histories (tests/measurements)."""
     made = scene([SLAB], radar=FINE, own_ship=OWN_SHIP)
     prepared = prepare(made, PRESETS["balanced"], 1)
     assert prepared.land is None and len(prepared.moving) == 1
     assert land_rows.saves_time(1_000_000, made.radar, PRESETS["balanced"])
-    assert not land_rows.saves_time(100_000, made.radar, replace(PRESETS["balanced"], beam_extent=1.5))
+    cut = replace(PRESETS["balanced"], beam_extent=1.5)
+    assert land_rows.saves_time(1_770_000, made.radar, cut) and not land_rows.saves_time(100_000, made.radar, cut)
 
 
 def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:

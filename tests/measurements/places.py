@@ -1,13 +1,17 @@
 """The scenes that benchmarks are run on."""
 
+import shutil
 import tomllib
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter, zoom
 
 import radar_service as rs
+from radar_service.numerics.types import Singles
 from tests.real import places
 from tests.scenes import scene
 
@@ -31,27 +35,87 @@ def coast(folder: Path) -> rs.Scene:
     return rs.load_scene(places.catalina(folder, (33.08, -118.5), radar=SLOW, own_ship=UNDER_WAY), folder=folder)
 
 
-def low_coast(folder: Path, speed_kn: float = 8.0, samples: int = 640, reach: float = 5556.2) -> rs.Scene:
-    """A fractal coast of 1 to 5 m about a bay, half a million triangles and half a million echoes, own ship under way, noise,
-    multipath, sea state 2, 2048 azimuths x 2780 cells. samples: of the height map each way; reach: of the radar [m]."""
-    rng, across = np.random.default_rng(4), np.linspace(-1.0, 1.0, samples)
-    octaves = (4, 8, 16, 32, 64)
-    rough = [gaussian_filter(rng.standard_normal((samples, samples)), s * samples / 640, mode="wrap") for s in octaves]
-    field = np.sum([layer * s**1.5 for layer, s in zip(rough, octaves, strict=True)], axis=0)
-    bay = 6.0 * np.exp(-((np.hypot(*np.meshgrid(across, across)) / 0.12) ** 2))
-    land = (field - field.mean()) / field.std() - bay + 0.35
-    height = 1.0 + 4.0 * np.clip(land / 2.5, 0.0, 1.0) * (0.6 + 0.4 * rng.random(land.shape))
-    np.save(folder / "coast.npy", np.where(land > 0.0, height, -1.0).astype(np.float32))
-    coast = {"name": "coast", "heightmap": "coast.npy", "extent_m": [2 * reach, 2 * reach], "material": "land"}
+def low_coast(
+    folder: Path, speed_kn: float = 8.0, samples: int = 640, reach: float = 5556.2, top: float = 5.0, built: bool = False
+) -> rs.Scene:
+    """A fractal coast of 1 m to `top` [m] about a bay, half a million triangles and half a million echoes, own ship under way,
+    noise, multipath, sea state 2, 2048 azimuths x 2780 cells.
+
+    samples: of the height map each way; reach: of the radar [m]; built: with 300 buildings and 60 buoys. The map is drawn in a
+    process of its own, so that what this one takes is the scene's.
+    """
+    coast, heights = _coast(folder, samples, reach, top)
     radar = {"azimuths": 2048, "range_max_m": reach, "beamwidth_deg": 1.2, "rpm": 24}
     table = {
         "name": "low coast",
         "radar": radar,
         "own_ship": {"course_deg": 200.0, "speed_kn": speed_kn},
         "environment": {"noise": True, "sea_state": 2, "multipath": True},
-        "body": [coast],
+        "body": [coast, *(_town(heights, reach) if built else [])],
     }
     return rs.load_scene(table, folder=folder)
+
+
+def low_channel(folder: Path) -> rs.Scene:
+    """The real buildings, marks and pontoons of the Swinomish Channel on a low coast of 1 to 5 m, half a million triangles; five
+    ships by optics on open water 1 to 5 km off, four of them under way; own ship at 8 kn, noise, multipath, sea state 2, 2048
+    azimuths."""
+    reach = 5556.2
+    coast, heights = _coast(folder, 640, reach, 5.0)
+    row, column = np.nonzero(distance_transform_edt(heights < 0.0) > 100.0 / (2.0 * reach / 639.0))
+    water = np.column_stack([(2.0 * column / 639.0 - 1.0) * reach, (1.0 - 2.0 * row / 639.0) * reach])
+    off = np.hypot(*water.T)
+    water = np.random.default_rng(6).permutation(water[(off > 1000.0) & (off < 5000.0)])
+    radar = {"range_max_m": reach, "beamwidth_deg": 1.2, "height_m": 15.0, "rpm": 24}
+    environment = {"sea_state": 2, "multipath": True}
+    table = places.swinomish(folder, radar=radar, environment=environment, own_ship={"course_deg": 200.0, "speed_kn": 8.0})
+    ships = ("coaster", "ferry", "freighter", "tanker", "coaster")
+    for k, ((east, north), mesh) in enumerate(zip(water[:5].tolist(), ships, strict=True)):
+        ship = {"name": f"ship {k}", "mesh": f"{mesh}.obj", "scattering": "optics", "position_m": [east, north, 0.0]}
+        shutil.copy(SCENES / f"{mesh}.obj", folder)
+        table["body"].append({**ship, "course_deg": 72.0 * k, "speed_kn": 2.0 * k})
+    table["body"].append(coast)
+    return rs.load_scene(table, folder=folder)
+
+
+def _coast(folder: Path, samples: int, reach: float, top: float) -> tuple[dict[str, Any], Singles]:
+    """A low coast as a body, and its heights [m]."""
+    path = folder / f"coast-{samples}-{top:g}.npy"
+    with ProcessPoolExecutor(1, get_context("spawn")) as other:
+        other.submit(draw_coast, path, samples, top).result()
+    body = {"name": "coast", "heightmap": path.name, "extent_m": [2 * reach, 2 * reach], "material": "land"}
+    return body, np.load(path)
+
+
+def draw_coast(path: Path, samples: int, top: float) -> None:
+    """Writes heights (samples, samples) [m] of a low coast, -1 where it is sea. What is larger than 4 of 640 samples is the same
+    at any number of them; the heights of neighbours differ by up to two fifths."""
+    rng, across = np.random.default_rng(4), np.linspace(-1.0, 1.0, 640)
+    octaves = (4, 8, 16, 32, 64)
+    rough = [gaussian_filter(rng.standard_normal((640, 640)), s, mode="wrap") for s in octaves]
+    field = np.sum([layer * s**1.5 for layer, s in zip(rough, octaves, strict=True)], axis=0)
+    bay = 6.0 * np.exp(-((np.hypot(*np.meshgrid(across, across)) / 0.12) ** 2))
+    land = (field - field.mean()) / field.std() - bay + 0.35
+    if samples != len(land):
+        land = zoom(land, samples / len(land), order=1)
+    height = 1.0 + (top - 1.0) * np.clip(land / 2.5, 0.0, 1.0) * (0.6 + 0.4 * rng.random(land.shape))
+    np.save(path, np.where(land > 0.0, height, -1.0).astype(np.float32))
+
+
+def _town(heights: Singles, reach: float) -> list[dict[str, Any]]:
+    """300 buildings that rise 8 m above a map of heights (N, N) [m], and 60 buoys in its bay."""
+    rng, samples = np.random.default_rng(5), len(heights)
+    rows, columns = rng.permutation(np.argwhere(heights > 1.2))[:300].T
+    bodies: list[dict[str, Any]] = []
+    for k, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        east, north = (2.0 * column / (samples - 1) - 1.0) * reach, (1.0 - 2.0 * row / (samples - 1)) * reach
+        house = {"shape": "box", "length_m": 14.0, "width_m": 9.0, "height_m": float(heights[row, column]) + 8.0}
+        where = {"position_m": [east, north, 0.0], "heading_deg": 37.0 * k % 360.0}
+        bodies.append({"name": f"building {k}", "material": "building", **house, **where})
+    for k, (east, north) in enumerate(_spread(rng, 60, 250.0, 900.0)):
+        buoy = {"shape": "point", "rcs_dbsm": 5.0, "swerling": 1, "position_m": [east, north, 2.0]}
+        bodies.append({"name": f"buoy {k}", **buoy})
+    return bodies
 
 
 def many_ships(ships: int = 20, azimuths: int = 4096, bins: int = 4096, rpm: float = 48, **environment: Any) -> rs.Scene:

@@ -1,15 +1,18 @@
-"""How fast scenes run, against real time and against the floor (see `floor`). `pytest -m bench -s tests/measurements`.
+"""How fast scenes run, against real time and against the floor (see `floor`).
 
-CPU time, the least of some scans after a first one that is not counted; floor and engine by turns in one run, so that a
-busy machine slows both.
+`python -m tests.measurements.test_speed [ROW ...]` prints the table of all rows but metal, or of rows by name (eight minutes);
+`pytest -m bench -s tests/measurements/test_speed.py` has the same rows, and metal.
+CPU time of one thread, the least of some scans after a first one that is not counted; floor and engine by turns in one run, so
+that a busy machine slows both. The first block counts from reading the scene on.
 """
 
 import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -26,16 +29,28 @@ from tests.measurements.floor import floor_seconds, scan_work
 from tests.real import places
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import scene
+from tests.service_starts import seconds_to_first_spoke
 
 pytestmark = pytest.mark.bench
-HEADER = "| scene | azimuths/s | x real time | x floor | set-up s | peak MB |\n|---|---|---|---|---|---|"
+HEADER = (
+    "| scene | CPU s a scan | azimuths/s | x real time | x floor | CPU s, MB at the first block | peak MB |\n"
+    + 7 * "|---"
+    + "|"
+)
 MAKERS: dict[str, Callable[[Path], rs.Scene]] = {
     "harbour": lambda folder: scenes.shipped("harbour"),
     "open-sea": lambda folder: scenes.shipped("open-sea"),
     "99,000 building triangles, 12 kn": scenes.buildings,
     "2,000,000 terrain triangles, 12 kn": scenes.coast,
-    "low coast, 500,000 echoes, 8 kn": scenes.low_coast,
-    "low coast, 500,000 echoes, 25 kn": lambda folder: scenes.low_coast(folder, 25.0),
+    "low coast, 0.5 million triangles, 8 kn": scenes.low_coast,
+    "low coast, 0.5 million triangles, 25 kn": lambda folder: scenes.low_coast(folder, 25.0),
+    "low coast, 2 million triangles, 8 kn": lambda folder: scenes.low_coast(folder, 8.0, 1260),
+    "low coast, 2 million triangles, 25 kn": lambda folder: scenes.low_coast(folder, 25.0, 1260),
+    "low coast, 5.4 million triangles, 8 kn": lambda folder: scenes.low_coast(folder, 8.0, 2060),
+    "coast of 1 to 5 m, buildings, buoys, 8 kn": lambda folder: scenes.low_coast(folder, built=True),
+    "coast of 1 to 55 m, buildings, buoys, 8 kn": lambda folder: scenes.low_coast(folder, top=55.0, built=True),
+    "Swinomish on a low coast, 5 ships, 8 kn": scenes.low_channel,
+    "10,000 declared hulls": lambda folder: scenes.declared_hulls(10_000),
     "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.many_ships(),
 }
 METAL: dict[str, Callable[[Path], rs.Scene]] = {
@@ -45,8 +60,8 @@ METAL: dict[str, Callable[[Path], rs.Scene]] = {
     "100 steel boxes": lambda folder: scenes.steel_boxes(100),
     "1000 steel boxes": lambda folder: scenes.steel_boxes(1000),
     "3000 steel boxes": lambda folder: scenes.steel_boxes(3000),
-    "10,000 declared hulls": lambda folder: scenes.declared_hulls(10_000),
 }
+FIRST_SPOKE, STARTS = "first spoke of the harbour", 3
 
 
 def timed(sim: rs.Simulator, limit: float = 12.0) -> tuple[float, float]:
@@ -64,29 +79,62 @@ def timed(sim: rs.Simulator, limit: float = 12.0) -> tuple[float, float]:
     return min(scans), min(floors)
 
 
-def row(name: str, folder: Path) -> tuple[str, float, float, float]:
-    """One line of the table; times real time, times the floor, set-up [s]."""
-    made = (MAKERS | METAL)[name](folder)
+def row(name: str, folder: Path) -> str:
+    """One line of the table."""
     start = time.process_time()
+    made = (MAKERS | METAL)[name](folder)
     sim = rs.Simulator(made, seed=1)
-    set_up = time.process_time() - start
+    first = sim.blocks(scans=1)
+    next(first)
+    first.close()
+    begun, memory = time.process_time() - start, _peak()
     scan, floor = timed(sim)
-    radar, peak = made.radar, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    ahead, above = radar.rotation_period / scan, scan / floor
-    line = f"| {name} | {radar.azimuths / scan:.0f} | {ahead:.1f} | {above:.2f} | {set_up:.2f} | {peak:.0f} |"
-    return line, ahead, above, set_up
+    radar = made.radar
+    speed = f"{scan:.3g} | {radar.azimuths / scan:.0f} | {radar.rotation_period / scan:.2f} | {scan / floor:.2f}"
+    return f"| {name} | {speed} | {begun:.2f}, {memory:.0f} | {_peak():.0f} |"
+
+
+def _peak() -> float:
+    """Peak memory of this process until now [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def in_own_process(name: str) -> str:
+    """One line of the table, from a process of its own, so that the peak is the scene's; empty where its files are absent."""
+    if ("triangles, 12 kn" in name or "Swinomish" in name) and not (places.REAL / "README.md").is_file():
+        return ""
+    code = "import sys; from tests.measurements import test_speed; test_speed.print_row(*sys.argv[1:])"
+    with TemporaryDirectory() as folder:
+        command = [sys.executable, "-c", code, name, folder]
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=Path(__file__).parents[2])
+    return done.stdout.strip()
+
+
+def print_row(name: str, folder: str) -> None:
+    """Prints one line of the table."""
+    with BLAS_LIMIT.held():  # for the floor too
+        print(row(name, Path(folder)))
+
+
+def print_table(names: Sequence[str]) -> None:
+    """Prints the rows of these names, all by default, as each is there."""
+    print(HEADER)
+    for name in names or [*MAKERS, FIRST_SPOKE]:
+        if name != FIRST_SPOKE:
+            print(in_own_process(name) or f"| {name}: the real input is not at {places.REAL} |", flush=True)
+        else:
+            took = sorted(seconds_to_first_spoke("harbour") for _ in range(STARTS))
+            print(f"{name}, from the command on: {took[STARTS // 2]:.2f} s ({took[0]:.2f} to {took[-1]:.2f} s on the clock)")
 
 
 @pytest.mark.parametrize("name", [*MAKERS, *METAL])
-def test_speed(name: str, tmp_path: Path) -> None:
-    """A process of its own for each scene, so that the peak is the scene's; faster than real time but for metal (required)."""
-    if "triangles" in name and not (places.REAL / "README.md").is_file():
+def test_speed(name: str) -> None:
+    """Faster than real time but for metal (required)."""
+    line = in_own_process(name)
+    if not line:
         pytest.skip(f"the real input is not at {places.REAL}")
-    command = [sys.executable, "-m", "tests.measurements.test_speed", name, str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2])
-    line, ahead = done.stdout.strip(), float(done.stdout.split("|")[3])
     print(f"\n{HEADER}\n{line}")
-    assert ahead > 1.0 or name in METAL
+    assert float(line.split("|")[4]) > 1.0 or name in METAL
 
 
 def test_chirp_sum_is_forty_times_slower_and_28_db_worse() -> None:
@@ -138,5 +186,4 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    with BLAS_LIMIT.held():  # for the floor too
-        print(row(sys.argv[1], Path(sys.argv[2]))[0])
+    print_table(sys.argv[1:])

@@ -120,3 +120,32 @@ def test_gas_is_left_out_only_where_it_moves_nothing(gas: float, culled: bool) -
     """2 x 2 km of 0.01 dB: 0.02 dB, -53 dB of the field, where methods may err by -54; and a hundredth of that."""
     made = scene([point("t", 0, 900)], radar=LOW | {"range_max_m": 1900}, environment={"gas_db_per_km": gas})
     assert ("gas" in negligible_effects(made, fidelity_for(made, ErrorBudget()))) == culled
+
+
+MAST = {"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}
+
+
+@pytest.mark.parametrize(("top_m", "culled"), [(None, False), (1.0, False), (-30.0, True)])
+def test_structures_far_below_the_beam_are_left_out(top_m: float | None, culled: bool) -> None:
+    """Their top takes less than the methods may err: 30 m below, 3 m off, it is at 139 Fresnel units: 1 / (139 pi) of the field,
+    times the share of a thin mast."""
+    made = scene([point("t", 0, 500)], radar=LOW | {"structure": [MAST if top_m is None else MAST | {"top_m": top_m}]})
+    fidelity = fidelity_for(made, ErrorBudget(2.0))
+    culling = cull(made, fidelity)
+    assert ("structures" in culling.effects) == culled
+    assert (culling.applied_to(made).radar.structures == ()) == culled
+
+
+def test_bodies_whose_false_echoes_stay_below_the_noise_have_none() -> None:
+    """A strong and a weak point: indirect echoes of the strong one alone, multiple ones while it is near."""
+    bodies = [point("strong", 0, 500, rcs_dbsm=60.0), point("weak", 4000, 0, rcs_dbsm=-20.0)]
+    radar = LOW | {"power_w": 20.0, "structure": [MAST], "multiple_echoes": {"own_rcs_dbsm": 30}}
+    made = scene(bodies, radar=radar, environment={"noise": True})
+    culling = cull(made, fidelity_for(made, ErrorBudget(0.5)))
+    assert set(culling.faint) == {1} and culling.faint[1] < -20.0
+    assert culling.multiple_db is None
+    far = scene(bodies[1:], radar=radar, environment={"noise": True})
+    culling = cull(far, fidelity_for(far, ErrorBudget(0.5)))
+    assert culling.multiple_db is not None and culling.multiple_db < -20.0
+    assert culling.applied_to(far).radar.multiple is None
+    assert cull(made, PRESETS["balanced"]) == Culling()

@@ -1,6 +1,7 @@
 """The lines of a plan about effects: which are modelled, with errors by hand."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -168,3 +169,23 @@ def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
     silent = items(scene(bodies[2:], radar=s_band), statistics=statistics)["beacons"]
     assert not silent.modelled and silent.power_db is None
     assert items(scene(bodies))["beacons"].power_db is None and "beacons" not in items(scene([point("t", 0, 500)]))
+
+
+STRUCTURES = [{"name": "mast", "bearing_deg": 0, "distance_m": 3, "width_m": 0.3}, {"name": "wall", "bearing_deg": 180,
+              "distance_m": 9, "width_m": 4.0, "reflection": 0.0}]  # fmt: skip
+
+
+def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
+    radar = {"beamwidth_deg": 1.5, "pattern": "taylor", "structure": STRUCTURES, "multiple_echoes": {"own_rcs_dbsm": 30}}
+    made = scene([point("t", 0, 500)], radar=radar)
+    result = items(made, statistics=EngineStatistics(costs=replace(COSTS, false_echoes=7.0)))
+    assert "mast 7.0 dB" in result["structures"].how and "wall 11" in result["structures"].how
+    assert result["structures"].field_db == -54.0
+    assert "mast -50 dB" in result["indirect echoes"].how and "wall" not in result["indirect echoes"].how
+    assert result["indirect echoes"].microseconds == 7.0 and "1 of 1 bodies" in result["indirect echoes"].how
+    assert "2 of each of 1 ships within 2000 m, by 30 dBsm" in result["multiple echoes"].how
+    culled = Culling(effects={"structures": -70.0}, multiple_db=-25.0)
+    result = items(made, statistics=EngineStatistics(culled))
+    assert not result["structures"].modelled and result["structures"].field_db == -70.0
+    assert not result["multiple echoes"].modelled and "-25 dB" in result["multiple echoes"].how
+    assert not items(made, "documented")["structures"].modelled and not items(made, "documented")["multiple echoes"].modelled

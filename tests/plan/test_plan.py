@@ -124,10 +124,20 @@ def test_metal_that_turns_too_fast_is_a_caveat() -> None:
     assert plan_for(slow, fidelity_for(slow, ErrorBudget())).caveats == ()
 
 
-def test_land_under_way_tells_its_border_and_how_far_its_visibility_is_off() -> None:
-    """64 of 720 azimuths at 24 rpm are 0.222 s: 1.4 m at 12 kn."""
-    made = scene([point("t", 0, 500)], radar={"azimuths": 720, "rpm": 24}, own_ship={"speed_kn": 12})
+@pytest.mark.parametrize(
+    "speed_kn, step", [(12, "steps of 1.4 m of way, which errs by 0.1 dB at most"), (30, "steps of 3.4 m of way")]
+)
+def test_land_under_way_tells_its_border_and_the_step_and_error_of_its_visibility(speed_kn: float, step: str) -> None:
+    """64 of 720 azimuths at 24 rpm are 0.222 s: 1.4 m at 12 kn. The error is measured up to 2 m. Land is computed once a passage,
+    metal at each azimuth."""
+    house = {"name": "house", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 5, "position_m": [0, 500, 0]}
+    metal = house | {"name": "metal", "position_m": [0, 600, 0], "material": "steel", "scattering": "optics"}
+    made = scene(
+        [house | {"material": "building"}, metal], radar={"azimuths": 720, "rpm": 24}, own_ship={"speed_kn": speed_kn}
+    )
     items = {item.what: item for item in plan_for(made, PRESETS["balanced"], EngineStatistics(land_border=152.3)).choices}
-    assert "from 152 m on" in items["land under way"].how and "within 1.4 m of way" in items["land under way"].how
-    assert items["land under way"].field_db == -50.0
-    assert "land under way" not in {item.what for item in plan_for(made, PRESETS["balanced"]).choices}
+    land = items["land under way"]
+    assert "from 152 m on" in land.how and land.how.endswith(step) and land.field_db == -50.0
+    assert "computed once a passage" in items["body house"].how and "computed at each azimuth" in items["body metal"].how
+    items = {item.what: item for item in plan_for(made, PRESETS["balanced"]).choices}
+    assert "land under way" not in items and "computed at each azimuth" in items["body house"].how

@@ -219,6 +219,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "platform": lambda: section("PlatformModel"),
     "pulse": lambda: section("PulseModel"),
     "structure": lambda: section("StructureModel"),
+    "multiple-echoes": lambda: section("MultipleEchoesModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
     "current": lambda: section("CurrentModel"),

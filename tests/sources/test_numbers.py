@@ -1,7 +1,8 @@
 """Numbers and names of sources."""
 
-from radar_service.sources.numbers import BODY, is_land, source_names, source_numbers
-from radar_service.world.materials import MATERIALS
+from radar_service.echo.echoes import INDIRECT, MULTIPLE, SECOND_TIME
+from radar_service.sources.numbers import BODY, source_names, source_numbers
+from radar_service.world.materials import MATERIALS, is_land
 from tests.scenes import point, scene
 
 BOX = {"shape": "box", "length_m": 20, "width_m": 30, "height_m": 8}
@@ -33,3 +34,16 @@ def test_answers_of_beacons_are_sources_of_their_own() -> None:
     made = scene([point("tower", 0, 500, racon={"letter": "K"}), point("raft", 500, 0, sart={})])
     assert (source_names(made)[5], source_names(made)[6]) == ("racon", "sart")
     assert source_names(scene([point("raft", 500, 0, sart={})])).keys() == {0, 1, 2, 3, 4, 6, 256}
+
+
+def test_false_echoes_are_sources_of_their_own_where_a_scene_has_any() -> None:
+    """Indexed by what stands in place of a body; without them nothing changes."""
+    structure = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
+    radar = {"structure": structure, "multiple_echoes": {"own_rcs_dbsm": 30}}
+    made = scene([point("p", 0, 500)], radar=radar)
+    numbers = source_numbers(made)
+    assert (numbers[0], numbers[SECOND_TIME], numbers[INDIRECT], numbers[MULTIPLE]) == (256, 4, 7, 8)
+    assert (source_names(made)[7], source_names(made)[8]) == ("indirect", "multiple")
+    only = scene([point("p", 0, 500)], radar={"multiple_echoes": {"own_rcs_dbsm": 30}})
+    assert source_numbers(only)[MULTIPLE] == 8 and 7 not in source_names(only)
+    assert source_numbers(scene([point("p", 0, 500)])).tolist() == [256, 4]

@@ -12,7 +12,7 @@ from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.radar.structures import aperture_of
 from radar_service.scene_file.model.errors import RadarErrorsModel
 from radar_service.scene_file.model.fields import Bearing, Flag, Number, Section, Whole
-from radar_service.scene_file.model.structure import StructureModel, check_structures
+from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel, check_structures
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
@@ -119,6 +119,9 @@ class RadarModel(WaveformModel):
     )
     structure: tuple[StructureModel, ...] = Field(
         (), max_length=16, description="own ship's masts and funnels, which shadow sectors"
+    )
+    multiple_echoes: MultipleEchoesModel | None = Field(
+        None, description="between own ship and ships near by; default: none"
     )
     errors: RadarErrorsModel | None = Field(None, description="of its antenna and its feed, on purpose")
 

@@ -1,4 +1,4 @@
-"""The model of own ship's structures near an antenna, and the check of where they stand."""
+"""The models of own ship's structures near an antenna, and of echoes that she throws back; the check of where they stand."""
 
 import math
 from collections.abc import Sequence
@@ -27,6 +27,18 @@ class StructureModel(Section):
     )
     reflection: Number = Field(
         1.0, ge=0, le=1, description="of the field at its side: 1 metal, 0 absorber; of indirect echoes"
+    )
+
+
+class MultipleEchoesModel(Section):
+    """Echoes between own ship and ships near by, at two and more times their range."""
+
+    own_rcs_dbsm: Number = Field(ge=-20, le=80, description="of own ship, towards the other one")
+    range_m: Annotated[float, Field(strict=True, gt=0, le=20_000)] = Field(
+        2000.0, description="ships within it have such echoes"
+    )
+    orders: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
+        2, description="how many: 1 is a second trace at twice the range, 2 a third one too"
     )
 
 

@@ -12,8 +12,8 @@ from radar_service.echo.land import PIECE, LandPassages
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
-from radar_service.engine.land_rows import RINGS, LandRows, follows_own_ship, is_land, saves_time
-from radar_service.engine.pipeline import land_holds, profiles
+from radar_service.engine.land_rows import RINGS, LandRows, follows_own_ship, is_diffuse_land, saves_time
+from radar_service.engine.pipeline import profiles
 from radar_service.engine.preparation import MAX_TILE, Prepared, beam_table, prepare
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.types import Profiles
@@ -52,10 +52,6 @@ class Method:
             [profiles(self.prepared, self._azimuths(n, min(n + TILE, stop))) for n in range(first, stop, TILE)]
         )
 
-    def holds(self, first: int, stop: int) -> bool:
-        """Whether all of these azimuths are taken from the grid."""
-        return all(land_holds(self.prepared, self._azimuths(n, min(n + TILE, stop))) for n in range(first, stop, TILE))
-
     def _azimuths(self, first: int, stop: int) -> AzimuthTimes:
         number = np.arange(first, stop)
         return AzimuthTimes(number, *self.prepared.scene.radar.schedule(number))
@@ -68,7 +64,7 @@ def land_under_way(scene: Scene) -> Scene | None:
     pose = stopped.own_ship.pose(0.0)
     velocity = SPEED * np.array([np.sin(pose.heading[0]), np.cos(pose.heading[0]), 0.0])
     environment = replace(scene.environment, noise=False, sea_state=0, rain_mm_h=0.0)
-    bodies = tuple(body for body in scene.bodies if body.at_rest and is_land(body, BALANCED))
+    bodies = tuple(body for body in scene.bodies if body.at_rest and is_diffuse_land(body, BALANCED))
     own_ship = Motion(np.zeros(1), pose.position, pose.heading, velocity)
     land_scene = replace(
         stopped.with_world(environment=environment, bodies=bodies),
@@ -81,15 +77,13 @@ def land_under_way(scene: Scene) -> Scene | None:
 
 def land_points(land_scene: Scene, azimuths: int, repeats: int, seed: int, done: Callable[[], object]) -> list[Point]:
     """One point for each method, from runs of `azimuths` that follow one another, from where most of the land is; none where no
-    land is in sight, or so near that the grid does not hold.
+    land is in sight.
 
     `done` is called for each run of a method. The slowest has one run.
     """
     methods = _methods(land_scene, seed)
     first = _first(methods[0], land_scene, azimuths)
     grids = [method for method in methods if method.prepared.land is not None]
-    if not all(method.holds(first, first + repeats * azimuths) for method in grids):
-        return []
     for method in grids:
         method.fields(first - TILE, first)  # pieces that the beam meets already are there as the clock starts
     results: list[list[Profiles]] = [[] for _ in methods]
