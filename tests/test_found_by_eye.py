@@ -21,6 +21,7 @@ from radar_service.display.palettes import colour_map
 from radar_service.display.ppi import image_position, scan_convert
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.records.truth import BodyTruth
+from radar_service.world.seaway import SIGNIFICANT_WAVE_HEIGHT
 from tests.display.test_palettes import luminance
 from tests.test_readme import blocks
 
@@ -63,6 +64,13 @@ def scanned(
     return simulator, simulator.scan()
 
 
+def swell(environment: Source) -> bool | dict[str, float]:
+    """The waves that move ships, without the sea state that they come from."""
+    if environment.get("seaway", False) is not True:
+        return environment.get("seaway", False)
+    return {"height_m": SIGNIFICANT_WAVE_HEIGHT[environment["sea_state"]], "from_deg": environment.get("wind_from_deg", 0.0)}
+
+
 def seen_bodies(simulator: rs.Simulator, scan: rs.Scan) -> list[BodyTruth]:
     """The truth of each body at the moment when the beam passes the bearing that it has at the start of the scan."""
     start = simulator.truth(float(scan.time[0])).bodies
@@ -102,7 +110,7 @@ def test_bodies_that_stand_out_of_the_clutter_are_found_by_eye(name: str, most: 
     truths = seen_bodies(simulator, scan)
     sought = [k for k, truth in enumerate(truths) if truth.visible and truth.range > NEAR]
     sought = sought[:: -(-len(sought) // most)]
-    calm = environment | {"noise": False, "sea_state": 0, "rain_mm_h": 0}
+    calm = environment | {"noise": False, "sea_state": 0, "rain_mm_h": 0, "seaway": swell(environment)}
     alone = {k: scanned(source, [bodies[k]], calm)[1].field for k in sought}
     _, rest = scanned(source, [body for k, body in enumerate(bodies) if k not in sought], environment, "auto")
     together = rest.field + sum(alone.values())
