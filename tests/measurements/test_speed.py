@@ -186,4 +186,6 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
+    if unknown := sorted({*sys.argv[1:]} - {*MAKERS, *METAL, FIRST_SPOKE}):
+        sys.exit(f"{', '.join(unknown)}: no row has this name; give some of: {'; '.join([*MAKERS, *METAL, FIRST_SPOKE])}")
     print_table(sys.argv[1:])
