@@ -113,9 +113,8 @@ class MultiplePaths:
         power = np.abs(echoes.amplitude) ** 2 + np.float64(np.finfo(np.float32).tiny)
         total = _sums(power, ship)
         middle = _sums(power * distance, ship) / total
-        field = _sums(echoes.amplitude, ship) / received_amplitude(
-            self._radar, middle
-        )  # root of the cross-section, and its phase
+        # Of the root of her cross-section, with its phase:
+        field = _sums(echoes.amplitude, ship) / received_amplitude(self._radar, middle)
         field *= np.sqrt(self._multiple.own_rcs) / (4.0 * np.pi * np.maximum(middle, self._radar.range_min) ** 2)
         return field[ship], middle[ship]
 

@@ -189,16 +189,10 @@ def follows_own_ship(scene: Scene, fidelity: Fidelity, per_piece: int = PIECE) -
     ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
     narrow = beam + 4 * per_piece * radar.azimuth_step < MAX_BEAM
-    plain = not radar.structures
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    return (
-        plain
-        and narrow
-        and not pulse
-        and fidelity.azimuths_per_block > 1
-        and not scene.own_ship.at_rest
-        and _sways_gently(scene)
-    )
+    if scene.own_ship.at_rest or radar.structures or fidelity.azimuths_per_block <= 1:
+        return False
+    return narrow and not pulse and _sways_gently(scene)
 
 
 def _sways_gently(scene: Scene) -> bool:

@@ -152,7 +152,7 @@ def _scatterers(
     scene: Scene, fidelity: Fidelity, silent: Collection[int], context: ScatteringContext
 ) -> tuple[ScattererSet, ScattererSet, ScattererSet]:
     """The scatterers of all that rests relative to the antenna and does not fluctuate, of land under way, and of all else."""
-    resting = [_rests(body, scene) for body in scene.bodies]
+    resting = [rests(body, scene) for body in scene.bodies]
     on_grid = [follows_own_ship(scene, fidelity) and is_diffuse_land(body, fidelity) for body in scene.bodies]
 
     def build(rests: bool, land: bool) -> ScattererSet:
@@ -193,7 +193,7 @@ def _indirect_echoes(
     return IndirectEchoes(scene, visibility, min(np.pi, fidelity.beam_extent * scene.radar.beamwidth), seed)
 
 
-def _rests(body: Body, scene: Scene) -> bool:
+def rests(body: Body, scene: Scene) -> bool:
     """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth."""
     plain = scene.radar.multiple is None or is_land(body)
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain

@@ -3,6 +3,7 @@
 import numpy as np
 
 from radar_service.engine.land_rows import is_diffuse_land
+from radar_service.engine.preparation import rests
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
@@ -11,7 +12,6 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
-from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
@@ -28,7 +28,7 @@ def _microseconds(scene: Scene, statistics: EngineStatistics) -> list[float | No
     whose echoes depend on aspect that of their aspects."""
     if statistics.costs is None or statistics.bodies is None:
         return [None] * len(scene.bodies)
-    moving = np.array([not _rests(body, scene) for body in scene.bodies], dtype=np.bool_)
+    moving = np.array([not rests(body, scene) for body in scene.bodies], dtype=np.bool_)
     by_aspect = np.array([scattering_model(body).by_aspect for body in scene.bodies], dtype=np.bool_)
     echoes = np.where(moving, statistics.bodies.echoes, 0)
     shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * by_aspect))
@@ -50,7 +50,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
         culled = statistics.culling.bodies[key]
         shadow = "; still occludes what is behind it" if culled.occludes else ""
         return PlanItem(what, False, culled.reason + shadow, culled.error_db)
-    if statistics.bodies is not None and _rests(body, scene) and not statistics.bodies.echoes[key]:
+    if statistics.bodies is not None and rests(body, scene) and not statistics.bodies.echoes[key]:
         return PlanItem(what, False, NEVER_VISIBLE, 0.0, microseconds=0.0)
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
@@ -63,7 +63,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
 
 def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> str:
     """How often a body is computed, as text."""
-    if _rests(body, scene):
+    if rests(body, scene):
         return "computed once"
     on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
     return "computed once a passage" if on_grid else "computed at each azimuth"
@@ -78,7 +78,3 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
         size = "a point" if body.mesh is None else "smaller than a resolution cell: a point"
         return f"; {size}" if echoes else f"; {size}, not visible now"
     return f"; {scatterers} points, {echoes} echoes" if scatterers else f"; {echoes} echoes"
-
-
-def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and (scene.radar.multiple is None or is_land(body))

@@ -33,9 +33,8 @@ LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/e
 SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
-INDIRECT_DB = (
-    1.0  # of their power, for targets abeam of the structure and farther round (tests/radar/test_structure_reflection.py)
-)
+# Of the power of indirect echoes, abeam of the structure and farther round (tests/radar/test_structure_reflection.py):
+INDIRECT_DB = 1.0
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 

@@ -74,19 +74,20 @@ class StructureShadow:
         from_bow: direction of the target, clockwise from the bow [rad]; offset: of that shape, from boresight to it [rad].
         """
         offset = wrap_angle(offset)
-        field = self._aperture.pattern(self._cycles * offset).astype(np.complex128)
-        for table in self._tables:
-            table.subtract(field, np.broadcast_to(from_bow, offset.shape), offset)
-        return field
+        return self._past(self._aperture.pattern(self._cycles * offset), from_bow, offset)
 
     def two_way_change(self, from_bow: Floats, offset: Floats) -> Complexes:
         """What the structures change of the two-way field; arguments as of `one_way`."""
         offset = wrap_angle(offset)
         without = self._aperture.pattern(self._cycles * offset)
-        taken = without.astype(np.complex128)
+        return self._past(without, from_bow, offset) ** 2 - without**2
+
+    def _past(self, without: Floats, from_bow: Floats, offset: Floats) -> Complexes:
+        """The one-way field at offsets that are wrapped, by that without structures."""
+        field = without.astype(np.complex128)
         for table in self._tables:
-            table.subtract(taken, np.broadcast_to(from_bow, offset.shape), offset)
-        return taken**2 - without**2
+            table.subtract(field, np.broadcast_to(from_bow, offset.shape), offset)
+        return field
 
     def reaches(self, from_bow: Floats) -> Flags:
         """To which directions (E,) from the bow [rad] the structures change the field."""
@@ -121,14 +122,19 @@ class StructureShadow:
 
 def structure_shadow(radar: Radar, extent: float = MAX_OFFSET) -> StructureShadow | None:
     """The antenna of a radar among the structures of its ship; None without any. extent: as of `StructureShadow`."""
-    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if radar.structures else None
+    aperture = _aperture_among_structures(radar)
     return None if aperture is None else _kept(aperture, radar.wavelength, radar.structures, min(extent, MAX_OFFSET))
 
 
 def structure_reflectors(radar: Radar) -> tuple[Reflector, ...]:
     """The structures of a radar's ship that reflect."""
-    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if radar.structures else None
+    aperture = _aperture_among_structures(radar)
     return () if aperture is None else reflectors(aperture, radar.wavelength, radar.structures, radar.polarization)
+
+
+def _aperture_among_structures(radar: Radar) -> Aperture | None:
+    """The aperture of a radar with structures; None of one without."""
+    return aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if radar.structures else None
 
 
 @lru_cache(maxsize=8)

@@ -19,9 +19,8 @@ from radar_service.world.beacon import Pulses
 from radar_service.world.scene import Scene
 
 MIN_ANSWER_TO_NOISE = 1e-3  # weaker answers are not added
-EDGE = (
-    20e-9  # s, standard deviation of a keyed edge, which rises from 10 to 90 % in 51 ns: sharper ones splash over the band
-)
+# s, standard deviation of a keyed edge, which rises from 10 to 90 % in 51 ns: sharper ones splash over the band.
+EDGE = 20e-9
 OUT_OF_BAND = 3.0  # bandwidths: a carrier farther off is not added; there a Gaussian receiver is down by 100 dB
 
 

@@ -12,7 +12,7 @@ from radar_service.numerics.frames import Polar, effective_earth_radius, polar_f
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.model.scene import SceneModel
-from radar_service.world.beacon import FORWARD_SWEEP, RETURN_SWEEP, SART_CYCLES, Beacon, Racon
+from radar_service.world.beacon import DOT_SPACING, SART_CYCLES, Beacon, Racon
 from radar_service.world.body import Body
 from radar_service.world.currents import CurrentArea
 from radar_service.world.motion import Motion
@@ -239,8 +239,7 @@ def _beacon_text(beacon: Beacon, radar: Radar) -> str:
     """What answers this radar from a body, and from how far at boresight in free space."""
     if not beacon.receives(radar.frequency, radar.pulse):
         return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
-    spacing = (RETURN_SWEEP + FORWARD_SWEEP) * SPEED_OF_LIGHT / 2.0
-    what = f"{SART_CYCLES} cycles of sweeps, dots {spacing:.0f} m apart"
+    what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
     if isinstance(beacon, Racon):
         carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
         silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""

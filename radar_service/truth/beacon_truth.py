@@ -8,7 +8,7 @@ from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.propagation.beacon_link import BeaconLink
 from radar_service.records.truth import BeaconTruth
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.beacon import FORWARD_SWEEP, RETURN_SWEEP, Racon, Sart
+from radar_service.world.beacon import DOT_SPACING, Racon, Sart
 from radar_service.world.scene import Scene
 
 
@@ -45,7 +45,7 @@ class BeaconTruths:
             first_dot=float(begin + beacon.first_dot(radar.frequency) * SPEED_OF_LIGHT / 2.0)
             if isinstance(beacon, Sart)
             else None,
-            dot_spacing=(RETURN_SWEEP + FORWARD_SWEEP) * SPEED_OF_LIGHT / 2.0 if isinstance(beacon, Sart) else None,
+            dot_spacing=DOT_SPACING if isinstance(beacon, Sart) else None,
         )
 
 

@@ -1,7 +1,7 @@
 """Beacons that answer a radar: racons, which answer by a letter in Morse code, and search and rescue transponders (SARTs).
 
 A beacon answers each pulse that reaches its receiver strongly enough, from the pulse's leading edge on. Figures are those of
-Recommendations ITU-R M.824 (racons) and M.628 (SARTs).
+Recommendations ITU-R M.628 (SARTs) and M.824 (racons; its sensitivity and time of a sweep as recalled).
 """
 
 from abc import ABC, abstractmethod
@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Flags, Floats
 from radar_service.radar.parameters import Radar
 
@@ -17,6 +18,7 @@ X_BAND, S_BAND = (9.3e9, 9.5e9), (2.9e9, 3.1e9)  # Hz, of marine radars
 SART_BAND = (9.2e9, 9.5e9)  # Hz, that a SART sweeps over
 SART_CYCLES = 12
 RETURN_SWEEP, FORWARD_SWEEP = 0.4e-6, 7.5e-6  # s, from the top of the band down and up again
+DOT_SPACING = (RETURN_SWEEP + FORWARD_SWEEP) * SPEED_OF_LIGHT / 2.0  # m of range: 0.64 NM
 DASH, GAP, LETTER_GAP = 3, 1, 3  # dots
 MORSE = {
     "A": ".-", "B": "-...", "C": "-.-.", "D": "-..", "E": ".", "F": "..-.", "G": "--.", "H": "....", "I": "..", "J": ".---",

@@ -24,9 +24,9 @@ from radar_service.scattering.physical_optics.illumination import lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.scattering.physical_optics.path_fields import LegPhases, Wave, facet_fields, facet_phases
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, dot
+from radar_service.scattering.physical_optics.vessel_walls import STEEPEST
 from radar_service.world.body import Mesh, Plating
 
-STEEPEST = 0.5  # of a normal's rise: flatter surfaces are decks and roofs, which waves graze
 SMALLEST = 2.0  # panels side by side: shorter patches are not plated, nor those less high than a frame's distance
 SPREAD = 0.25  # standard deviation of the depths of panels over their mean; they are uniform
 STRIPS = 4  # to a panel: over a quarter of it sin^2 is quadratic within 0.003
