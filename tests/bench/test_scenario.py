@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from radar_service.bench.scenario import GENERAL, Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.scattering.reflector_patterns import reflector_area
 from radar_service.scene_file.load import load_scene
+from radar_service.world.seaway_motion import SeawayMotion
 
 SMALL: dict[str, Any] = {
     "name": "small", "question": "?", "expected": "!", "source": "this test", "scans": 8, "vary_m": 5.0,
@@ -229,3 +231,37 @@ def test_every_track_scenario_has_plot_errors_and_something_to_notice(name: str)
     bodies = [body for body in scenario.scene["body"] if body["name"] in scenario.tracked]
     assert scenario.plot_errors and scenario.plot_errors.range_sd_m > 0.0
     assert any("manoeuvre" in body or "end_s" in body for body in bodies)
+
+
+@pytest.mark.parametrize("name", [name for name in scenarios() if "sea_state" in load_scenario(name).scene["environment"]])
+def test_the_sea_of_a_scenario_moves_all_that_floats_or_its_source_says_why_not(name: str) -> None:
+    """Own ship and each body have the sway of a seaway, but for bodies whose `hull` says that they do not float."""
+    scenario = load_scenario(name)
+    if not scenario.scene["environment"].get("seaway"):
+        assert "without a seaway" in scenario.source
+        return
+    scene = load_scene(scenario.scene_for(0), folder=scenario.folder)
+    fixed = {body["name"] for body in scenario.scene["body"] if not body.get("hull", {}).get("floats", True)}
+    sways = {"own ship": scene.own_ship.sway} | {body.name: body.motion.sway for body in scene.bodies}
+    assert {name for name, sway in sways.items() if not isinstance(sway, SeawayMotion)} == fixed
+
+
+@pytest.mark.parametrize(("state", "exceeded_dbsm"), [(2, 8.1), (3, 6.9), (5, 4.2)])
+def test_the_reflector_of_a_rolling_vessel_has_the_standard_s_cross_section_in_the_median(
+    state: int, exceeded_dbsm: float
+) -> None:
+    """7.5 m2 (table 2 of MSC.192(79)), within 0.5 dB. At 95 % of the time it has a cross-section that falls with the sea: that
+    of 20 seeds, within what one seed differs by."""
+    scene = load_scene(load_scenario(f"reflector-sea-state-{state}").scene_for(0))
+    vessel, time = scene.bodies[0], np.arange(0.0, 95.0, 0.25)
+    pose = vessel.motion.pose(time)
+    assert vessel.reflector is not None and pose.rotation is not None
+    sight = scene.own_ship.pose(time).position + [0.0, 0.0, scene.radar.height] - pose.position
+    toward = np.einsum("kij,ki->kj", pose.rotation, sight)
+    toward /= np.linalg.norm(toward, axis=1)[:, None]
+    level = np.cross(pose.rotation[:, 2], toward)  # its polarization is horizontal
+    level /= np.linalg.norm(level, axis=1)[:, None]
+    area = reflector_area(vessel.reflector, toward, level, scene.radar.wavelength)
+    cross_section = 10.0 * np.log10(4.0 * np.pi * area**2 / scene.radar.wavelength**2)
+    assert np.median(cross_section) == pytest.approx(8.75, abs=0.5)
+    assert np.percentile(cross_section, 5) == pytest.approx(exceeded_dbsm, abs=1.0)
