@@ -41,6 +41,8 @@ TABLE: list[tuple[type[known.Kalman], str, str]] = [
     (known.VeryFar, "msc192-table3-1", "range_m_3min"),
     (known.VeryTurned, "msc192-table3-1", "bearing_deg_3min"),
     (known.DropsAtOnce, "missed-scans", "bridged"),
+    (known.DropsAtOnce, "reflector-sea-state-5", "identity_changes"),
+    (known.Turned, "reflector-sea-state-5", "ospa_m"),
     (known.StartOnly, "late", "first_state_scans"),
     (known.SlowOnly, "fast-ferries", "completeness"),
     (known.FewTracks, "fifty-targets", "completeness"),
@@ -74,9 +76,10 @@ ROWS = [
 
 @cache
 def observed(name: str, seed: int, folder: Path) -> tuple[Scenario, ObservedRun]:
-    """A packaged scenario with a radar of a sixteenth of the cells, and what it sees."""
+    """A packaged scenario with a radar of a sixteenth of the cells, and what it sees; with its own one where it sees the sea."""
     scenario = load_scenario(name)
-    scene = {**scenario.scene, "radar": {**scenario.scene["radar"], **FAST_RADAR}}
+    radar = {} if "sea_state" in scenario.scene["environment"] else FAST_RADAR
+    scene = {**scenario.scene, "radar": {**scenario.scene["radar"], **radar}}
     fast = scenario.model_copy(update={"scene": scene})
     return fast, observed_run(folder, fast, seed)
 
