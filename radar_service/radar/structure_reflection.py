@@ -17,7 +17,9 @@ from radar_service.radar.structures import Aperture, Structure, fresnel_integral
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow
-MIN_LIT = 2e-3  # of the direct field: less reflects nothing, -54 dB, as far as structures' shadows are known
+MIN_LIT = (
+    4e-3  # of the direct field: less reflects nothing: at most -42 dB of a target where the beam is on it too, else -62 dB
+)
 BEYOND = 10.0  # Fresnel units beside the aperture that the table covers
 SPECULAR = 0.7  # radii from the middle of a structure to its specular point, along the beam, for targets abeam
 

@@ -9,19 +9,20 @@ BUDGET_DB = -40.0  # default error budget of the field
 UNDER_WAY = " under way"
 TITLES = {
     "field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships",
-    "land": "Land under way",
+    "land": "Land under way", "effects": "Dents and indirect echoes",
 }  # fmt: skip
 
 
 def summary(points: Sequence[Point], real_time: float) -> dict[str, list[str]]:
     """Returns the lines of each panel that has points; real_time: time of one azimuth at the scene's rpm [s]."""
-    field, power, models, ships, land = ([p for p in points if p.panel == panel] for panel in TITLES)
+    field, power, models, ships, land, effects = ([p for p in points if p.panel == panel] for panel in TITLES)
     lines = {
         "field": _field(field, real_time),
         "power": _samplers(power),
         "scattering": [_model(p) for p in models],
         "ships": [f"{_model(p)}, {duration(p.seconds)}" for p in ships],
         "land": _land(land, real_time),
+        "effects": [f"{_model(p)}, {duration(p.seconds)}" for p in effects],
     }
     return {panel: panel_lines for panel, panel_lines in lines.items() if panel_lines}
 
