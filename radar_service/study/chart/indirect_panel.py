@@ -1,10 +1,7 @@
-"""The sixth panel: what dents of a ship and her indirect echoes by a funnel cost, and what goes wrong with less.
-
-Times are those of an aspect, and of an azimuth that lights the funnel.
-"""
+"""The seventh panel: indirect echoes of a rolling ship by a funnel of own ship, with one aspect a scan or with many."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -28,65 +25,18 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.study.chart.point import Point, time_interleaved
-from radar_service.study.chart.ships_panel import RollingShip, power_errors
+from radar_service.study.chart.ships_panel import power_errors
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Plating
 from radar_service.world.scene import Scene
 
 BALANCED = PRESETS["balanced"]
-DENTS = (0.002, 0.004, 0.008)  # m: IACS Rec. 47 has 4 mm as the standard and 8 mm as the limit
-FRAME, TIER = 0.7, 2.5  # m, as plating has them by default
 FUNNEL = 10.0, 3.0  # m: distance and width
 FUNNEL_ASIDE = 0.5 * math.pi  # rad from the ship's bearing to the funnel's
 CELLS = (0.25, 0.5, 1.0, 2.0)  # times as many cells as the engine has
 BLOCK = 16  # azimuths computed together
 COMPARED = 3  # azimuths of a scan
-KEPT, FLAT, HELD, EACH = "dents kept", "dents left out", "indirect, one aspect a scan", "indirect, aspects as on boresight"
-DENTS_METHODS, INDIRECT_METHODS = 2 * len(DENTS), len(CELLS) + 1
-
-
-def dents_points(ship: Scene, aspects: int, scans: int, done: Callable[[], object]) -> list[Point]:
-    """Two points for each depth of dents, from so many aspects of each passage of the beam over a ship (`rolling_ships`), against
-    each aspect traced with dents; none where she has no echo. `done` is called after each scan of a method."""
-    points = []
-    for depth in DENTS:
-        dented = _plated(ship, Plating(depth, FRAME, TIER, 0))
-        exact = RollingShip.of(dented, replace(BALANCED, trace_step_deg=0.0))
-        passages = [_some(exact.nodes(scan), aspects) for scan in range(scans + 1)]
-        truth = [[exact.powers(*passage)] for passage in passages[1:]]
-        if not any(powers.any() for (powers,) in truth):
-            return []
-        methods = [RollingShip.of(each, BALANCED) for each in (dented, _plated(ship, None))]
-        results: list[list[list[Floats]]] = [[], []]
-
-        def run(method: RollingShip, result: list[list[Floats]], at: list[tuple[int, list[int]]]) -> None:
-            result.append([method.powers(*at[len(result) + 1])])
-
-        for method in methods:
-            method.powers(*passages[0])  # facets are cut once for a distance; that is not timed
-        tasks = [partial(run, *each, passages) for each in zip(methods, results, strict=True)]
-        times = time_interleaved(tasks, [scans] * 2, done)
-        for family, taken, powers in zip((KEPT, FLAT), times, results, strict=True):
-            points.append(_point(family, f"{1e3 * depth:g} mm", [t / aspects for t in taken], powers, truth))
-    return points
-
-
-def _some(passage: tuple[int, list[int]], count: int) -> tuple[int, list[int]]:
-    """The crossing of a passage, and so many of its nodes at most, evenly."""
-    crossing, nodes = passage
-    return crossing, [nodes[k] for k in np.unique(np.linspace(0, len(nodes) - 1, count).astype(np.int64)).tolist()]
-
-
-def _plated(ship: Scene, plating: Plating | None) -> Scene:
-    (body,) = ship.bodies
-    return ship.with_world(bodies=(replace(body, plating=plating),))
-
-
-def _point(
-    family: str, setting: str, taken: Sequence[float], powers: list[list[Floats]], truth: list[list[Floats]],
-    preset: str | None = None,
-) -> Point:  # fmt: skip
-    return Point("effects", family, setting, tuple(taken), False, *power_errors(powers, truth), None, preset)
+HELD, EACH = "one aspect a scan", "aspects as on boresight"
+METHODS = len(CELLS) + 1
 
 
 class EveryAspect(BeamPassages):
@@ -177,16 +127,21 @@ def indirect_points(ship: Scene, scans: int, done: Callable[[], object]) -> list
     tasks = [partial(run_held, *each) for each in zip(held, results, strict=False)]
     tasks.append(partial(run_each, false.as_on_boresight(), results[-1]))
     times = time_interleaved(tasks, [scans] * len(tasks), done)
-    points = [
-        _point(HELD, f"cells of {CELL_PHASE / finer:g} rad", [t / len(lit[0]) for t in taken], powers, truth, _preset(finer))
-        for finer, taken, powers in zip(CELLS, times, results, strict=False)
+    times[-1] = tuple(t * len(lit[0]) / len(compared[0]) for t in times[-1])
+    settings = [(HELD, f"cells of {CELL_PHASE / finer:g} rad", BALANCED.name if finer == 1.0 else None) for finer in CELLS]
+    settings.append((EACH, "all centres", "reference"))
+    return [
+        Point(
+            "indirect",
+            family,
+            setting,
+            tuple(t / scene.radar.azimuths for t in taken),
+            False,
+            power_errors(powers, truth)[0],
+            preset=preset,
+        )
+        for (family, setting, preset), taken, powers in zip(settings, times, results, strict=True)
     ]
-    slow = [t / len(compared[0]) for t in times[-1]]
-    return [*points, _point(EACH, "all of them", slow, results[-1], truth, "reference")]
-
-
-def _preset(finer: float) -> str | None:
-    return BALANCED.name if finer == 1.0 else None
 
 
 def _about_funnel(scene: Scene, scan: int, count: int | None) -> Indices:
