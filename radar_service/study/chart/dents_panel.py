@@ -45,8 +45,8 @@ def dents_points(ship: Scene, aspects: int, scans: int, done: Callable[[], objec
         times = time_interleaved(tasks, [scans] * 2, done)
         share = np.mean([len(exact.nodes(scan)[1]) / len(nodes) for scan, (_, nodes) in enumerate(passages)])
         for family, taken, powers in zip((KEPT, FLAT), times, results, strict=True):
-            whole = tuple(float(t * share) / ship.radar.azimuths for t in taken)
-            points.append(Point("dents", family, f"{1e3 * depth:g} mm", whole, False, *power_errors(powers, truth)))
+            per_azimuth = tuple(float(t * share) / ship.radar.azimuths for t in taken)
+            points.append(Point("dents", family, f"{1e3 * depth:g} mm", per_azimuth, False, *power_errors(powers, truth)))
     return points
 
 
