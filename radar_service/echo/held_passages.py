@@ -22,9 +22,7 @@ from radar_service.world.scene import Scene
 
 CELLS_PER_RANGE = 2.0  # in a range resolution: centres move by a quarter of one at most
 CELLS_PER_BEAM = 4.0  # in a beamwidth, at least: sidelobes, half as wide as the main lobe, are followed
-CELL_PHASE = (
-    1.0  # rad at most, by which the way by the farthest structure differs within a cell: 2 rad make 0.4 to 1 dB too much
-)
+CELL_PHASE = 1.0  # rad at most by which the way by the farthest structure differs in a cell: 2 rad make 0.4 to 1 dB too much
 PASSAGES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 TINY = 1e-30  # m^2
 
