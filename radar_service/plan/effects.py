@@ -186,7 +186,7 @@ def _indirect(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) ->
     if faint == count:
         return [PlanItem("indirect echoes", False, f"{how}: all others below the noise")]
     if fidelity.held_false_echoes and any(scattering_model(scene.bodies[key]).by_aspect for key in ships):
-        how += "; metal has the aspect of the beam's crossing, as another look at it: right in its mean power"
+        how += "; metal has the aspect of the beam's crossing, as another look at it"
     costs = None if statistics.costs is None else statistics.costs.false_echoes
     return [PlanItem("indirect echoes", True, how, power_db=INDIRECT_DB, microseconds=costs)]
 
