@@ -60,6 +60,7 @@ from radar_service.world.poses import BodyPose, pose_at
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
+SIMPLE = 200  # triangles: a plain hull has 104, and sharing its trace saves a quarter of its time
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
@@ -180,8 +181,10 @@ class PhysicalOptics(AspectModel):
         ), centres.amplitude
 
     @override
-    def trace_step(self, b: int) -> float:
-        return self._trace_step if self._optical[b].is_concave else 0.0  # of other bodies a trace takes little
+    def trace_step(self, b: int, sways_and_turns: bool = False) -> float:
+        optical = self._optical[b]  # a trace of convex and of simple bodies takes little
+        simple = not optical.is_concave or (sways_and_turns and len(optical.mesh.faces) <= SIMPLE)
+        return 0.0 if simple else self._trace_step
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
