@@ -1,6 +1,7 @@
 """Dented plating: against elements with real dents, against Bessel orders, and where nothing may change."""
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,20 +9,23 @@ import pytest
 from scipy.special import j0, jv
 
 import radar_service as rs
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics import plating
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scattering.physical_optics.plating import PlatedWalls, strips
 from tests.measurements.cross_sections import fields, sections_dbsm
-from tests.reference import plated_walls
-from tests.reference.plated_walls import Wall, drawn_wall
+from tests.reference import plated_hulls, plated_walls
+from tests.reference.metal_on_water import Setting
+from tests.reference.plated_hulls import Dents, drawn_hull
+from tests.reference.plated_walls import drawn_wall
 from tests.scenes import scene
 
 WAVELENGTH = 299_792_458.0 / 9.41e9
 K = 2.0 * np.pi / WAVELENGTH
+SINGLE = replace(PRESETS["balanced"], bounces=1)
 
 
-def scene_of(wall: Wall) -> rs.Scene:
-    setting = wall.setting
+def scene_of(setting: Setting, body: dict[str, Any]) -> rs.Scene:
     environment = {"multipath": setting.sea, "sea_state": setting.sea_state}
     radar = {
         "range_max_m": 6000,
@@ -29,7 +33,7 @@ def scene_of(wall: Wall) -> rs.Scene:
         "polarization": setting.polarization,
         "beamwidth_el_deg": 170,
     }
-    return rs.load_scene({"radar": radar, "environment": environment, "body": [wall.body()]})
+    return rs.load_scene({"radar": radar, "environment": environment, "body": [body]})
 
 
 def walls_of(scene: rs.Scene) -> PlatedWalls:
@@ -42,7 +46,7 @@ def walls_of(scene: rs.Scene) -> PlatedWalls:
 def both(seed: int, upright: bool) -> tuple[complex, complex, complex]:
     """Fields [m] of a drawn wall: the engine's, that of elements, and that of elements of the flat wall."""
     wall = drawn_wall(seed, upright)
-    scene = scene_of(wall)
+    scene = scene_of(wall.setting, wall.body())
     walls = walls_of(scene)
     depths = walls.drawn[int(walls.wall[0])]
     flat = plated_walls.field(wall, 0.0 * depths, walls.first)
@@ -69,6 +73,61 @@ def test_walls_against_elements_with_real_dents() -> None:
 @pytest.mark.study
 def test_300_walls_against_elements_with_real_dents() -> None:
     check(300, 0.04)  # measured: power 0.02 dB, loss 0.006 dB, rms 0.02
+
+
+@functools.cache
+def both_of_hull(seed: int, facing: bool) -> tuple[complex, complex, complex]:
+    """Fields [m] of a drawn hull over its `unit`: the engine's, of single bounces, that of elements, and, where its side faces
+    the antenna, that of elements of the flat hull."""
+    hull = drawn_hull(seed, facing)
+    triangles, _ = faces_and_dents(scene_of(hull.setting, hull.body()))
+    hull = hull.posed(triangles)
+    scene = scene_of(hull.setting, hull.body())
+    exact = plated_hulls.field(hull, triangles, faces_and_dents(scene)[1])
+    flat = plated_hulls.field(hull, triangles, None) if facing else exact
+    return complex(fields(scene, [0.0], SINGLE)[0]) / hull.unit, exact / hull.unit, flat / hull.unit
+
+
+def faces_and_dents(scene: rs.Scene) -> tuple[np.ndarray, Dents]:
+    """Triangles (F, 3, 3) [m] of the one body of a scene, and the dents that the engine has drawn."""
+    (body,), walls = scene.bodies, walls_of(scene)
+    assert body.mesh is not None
+    return body.mesh.vertices[body.mesh.faces], Dents(walls.drawn, walls.first)
+
+
+def check_hulls(count: int, most_rms: float) -> None:
+    """As `check`, of whole hulls: coherent loss where their sides face the antenna."""
+    drawn = np.array([both_of_hull(seed, False) for seed in range(count)])
+    engine, exact = np.abs(drawn[:, :2]).T
+    power = 10.0 * np.log10(np.mean(engine**2) / np.mean(exact**2))
+    rms = np.sqrt(np.mean(np.abs(drawn[:, 0] - drawn[:, 1]) ** 2) / np.mean(exact**2))
+    facing = np.array([both_of_hull(seed, True) for seed in range(count)])
+    loss, exact_loss = np.mean(20.0 * np.log10(np.abs(facing[:, :2] / facing[:, 2:])), axis=0)
+    apart = np.percentile(20.0 * np.log10(engine / exact), [25, 50, 75]).round(2)
+    print(
+        f"{count} hulls: power {power:+.3f} dB, quartiles {apart}, rms {rms:.3f}; loss {loss:.3f}, exactly {exact_loss:.3f} dB"
+    )
+    assert abs(power) < 0.5 and rms < most_rms
+    assert abs(loss - exact_loss) < 0.5 and -7.0 < exact_loss < -0.5
+
+
+def test_hulls_against_elements_with_real_dents() -> None:
+    check_hulls(4, 0.15)
+
+
+@pytest.mark.study
+def test_300_hulls_against_elements_with_real_dents() -> None:
+    check_hulls(300, 0.1)
+
+
+@pytest.mark.parametrize("seed", range(6), ids=plated_hulls.TYPES)
+def test_the_walls_of_a_hull_are_those_that_the_documents_say(seed: int) -> None:
+    hull = drawn_hull(seed)
+    scene = scene_of(hull.setting, hull.body())
+    walls, (triangles, _) = walls_of(scene), faces_and_dents(scene)
+    expected = plated_hulls.plated_walls(triangles, hull.table["plating"]["frame_m"])
+    assert (expected >= 0).sum() > 8
+    np.testing.assert_array_equal(np.where(walls.axis >= 0, walls.wall, -1), expected)
 
 
 def side(dent: float | None = 0.004, **more: Any) -> dict[str, Any]:
