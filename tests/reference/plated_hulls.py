@@ -7,7 +7,7 @@ have them. Its first reflection alone is summed, by four paths. What the hull it
 | what | distribution |
 |---|---|
 | hull | all six types in turns, 9 to 30 m long (evenly in the logarithm), beam 0.24 to 0.36, height 0.25 to 0.4 of the length |
-| aspect | within 5 degrees in azimuth, 2 in elevation of the normal of the largest side (80 %), else anywhere, listing by up to 3 |
+| aspect | within 5 degrees in azimuth, 2 in elevation of the normal of the largest side (80 %), else anywhere, list to 3 |
 | plating | dents of 2 to 8 mm, frames 0.6 to 0.8 m apart, panels 1.5 to 3 m high |
 | radar | 9.41 GHz, h or v, antenna at 8 to 25 m, 700 to 2500 m off |
 | sea | reflects in 70 %, states 0 to 3 |
@@ -35,7 +35,7 @@ AHEAD = 2e-6  # of the distance: what lies so much nearer shades
 PANEL = 200.0  # rad of phase to a panel of nodes
 CHUNK = 65_536  # elements that the cache holds
 SLICE = 0.25  # m of distance to which faces are cut, so that the phase of a part turns along one edge alone
-FINEST = 0.1  # m: larger parts across which the edge of a shadow runs are divided
+FINEST = 0.2  # m: larger parts across which the edge of a shadow runs are divided
 
 
 class Dents(NamedTuple):
@@ -120,28 +120,29 @@ def drawn_hull(seed: int, facing: bool = False) -> Hull:
     return Hull(table, distance, float(turn), float(lean), near, heading, heel, setting)
 
 
-def field(hull: Hull, triangles: Floats, dents: Dents | None) -> complex:
-    """The root of the effective cross-section [m] of a hull of triangles (F, 3, 3) in its own frame, with the phase about its
-    origin; None: it is flat."""
-    posed = triangles @ hull.rotation.T + hull.position
-    wall = plated_walls(triangles, hull.table["plating"]["frame_m"]) if dents else np.full(len(triangles), -1)
+def fields(hull: Hull, triangles: Floats, dents: Dents) -> tuple[complex, complex]:
+    """Roots of the effective cross-sections [m] of a hull and of the same one without dents, with phases about its origin.
+
+    triangles: (F, 3, 3) in its own frame [m]."""
+    posed, setting = triangles @ hull.rotation.T + hull.position, hull.setting
     shading = np.array([part for face in posed for part in _fan(oracle.dry(face))])
-    legs = (False, True)[: 1 + hull.setting.sea]
-    shades = [_picture(shading.reshape(-1, 3), hull.setting, by_sea) for by_sea in legs]
-    parts, total = _parts(hull, posed, wall), 0j
+    legs = (False, True)[: 1 + setting.sea]
+    shades = [_picture(shading.reshape(-1, 3), setting, by_sea) for by_sea in legs]
+    parts = _parts(hull, posed, plated_walls(triangles, hull.table["plating"]["frame_m"]))
+    dented = flat = 0j
     while len(parts.quad):
-        elements, owner = _elements(parts, hull.setting)
-        clear = [
-            _unshaded(elements.position, *shade, hull.setting, by_sea) for shade, by_sea in zip(shades, legs, strict=True)
-        ]
+        elements, owner = _elements(parts, setting)
+        clear = np.array([_unshaded(elements.position, *shade, setting, by) for shade, by in zip(shades, legs, strict=True)])
         there = np.array([np.bincount(owner, each, len(parts.quad)) for each in clear])
         mixed = ((there > 0) & (there < np.bincount(owner))).any(axis=0) & parts.large
-        kept = ~mixed[owner] & np.any(clear, axis=0)
-        dented = _dented(elements, parts, owner, hull, dents)
-        total += _sum(oracle.Elements(*(part[kept] for part in dented)), np.array(clear)[:, kept], hull.setting)
+        kept = ~mixed[owner] & clear.any(axis=0)
+        elements, owner, clear = oracle.Elements(*(part[kept] for part in elements)), owner[kept], clear[:, kept]
+        flat += _sum(elements, clear, setting)
+        dented += _sum(_dented(elements, parts, owner, hull, dents), clear, setting)
         parts = parts.chosen(np.flatnonzero(mixed)).quarters
-    slant = oracle.slant_range(hull.position, hull.setting)
-    return total * slant**2 * complex(np.exp(2j * hull.setting.wavenumber * slant))
+    slant = oracle.slant_range(hull.position, setting)
+    unit = slant**2 * complex(np.exp(2j * setting.wavenumber * slant))
+    return dented * unit, flat * unit
 
 
 def plated_walls(triangles: Floats, frame: float) -> Indices:
@@ -155,9 +156,9 @@ def plated_walls(triangles: Floats, frame: float) -> Indices:
     for number, ring in enumerate(corner.tolist()):
         for a, b in zip(ring, (*ring[1:], ring[0]), strict=True):
             owners.setdefault((min(a, b), max(a, b)), []).append(number)
-    pairs = [(a, b) for edge in owners.values() for a in edge for b in edge
-             if a < b and np.linalg.norm(np.cross(normal[a], normal[b])) < COPLANAR]  # fmt: skip
+    pairs = [(a, b) for edge in owners.values() for a in edge for b in edge if a < b]
     ends = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    ends = ends[np.linalg.norm(np.cross(normal[ends[:, 0]], normal[ends[:, 1]]), axis=1) < COPLANAR]
     count, patch = connected_components(coo_array((np.ones(len(ends)), ends.T), shape=(len(normal),) * 2), directed=False)
     result = np.full(len(normal), -1)
     for number in range(count):
@@ -211,11 +212,9 @@ def _parts(hull: Hull, posed: Floats, wall: Indices) -> _Parts:
     """The quadrangles of the faces that may be lit; of plated ones between two frames and two tiers each."""
     plating, quads, faces = hull.table["plating"], [np.zeros((0, 4, 3))], list[int]()
     across, ahead, up = hull.rotation.T
-    for number, (face, way) in enumerate(zip(posed, wall.tolist(), strict=True)):
-        if not oracle.may_be_lit(oracle.Face(face), hull.setting):
-            continue
-        polygons = _slices([oracle.dry(face) - hull.position], np.array([0.0, 1.0, 0.0]), SLICE, 0.0)
-        if way >= 0:
+    for number in np.flatnonzero(_may_be_lit(posed, hull.setting)).tolist():
+        polygons = _slices([oracle.dry(posed[number]) - hull.position], np.array([0.0, 1.0, 0.0]), SLICE, 0.0)
+        if (way := wall[number]) >= 0:
             polygons = _slices(polygons, ahead if way >= 2 else across, plating["frame_m"], 0.0)
             polygons = _slices(polygons, up, plating["panel_height_m"], 0.5)
         some = [quad + hull.position for polygon in polygons for quad in oracle.quadrangles(polygon)]
@@ -223,6 +222,15 @@ def _parts(hull: Hull, posed: Floats, wall: Indices) -> _Parts:
         faces += [number] * len(some)
     phase = np.where(wall[faces] >= 0, 4.0 * hull.setting.wavenumber * plating["dent_m"], 0.0)
     return _Parts(np.concatenate(quads), _normals(posed)[faces], wall[faces], phase)
+
+
+def _may_be_lit(posed: Floats, setting: Setting) -> np.ndarray:
+    """Whether any ray comes from before the outer side of each face (F,), tried at its corners, with a margin."""
+    corners = np.maximum(posed.reshape(-1, 3), [-np.inf, -np.inf, 1e-3])
+    azimuth, normal = np.arctan2(corners[:, 0], corners[:, 1]), np.repeat(_normals(posed), 3, axis=0)
+    along = normal[:, 0] * np.sin(azimuth) + normal[:, 1] * np.cos(azimuth)
+    rays = [oracle.direct_rays(corners, setting), *([oracle.sea_rays(corners, setting)] if setting.sea else [])]
+    return np.any([ray.level * along + ray.rise * normal[:, 2] < 1e-2 for ray in rays], axis=0).reshape(-1, 3).any(axis=1)
 
 
 def _elements(parts: _Parts, setting: Setting) -> tuple[oracle.Elements, Indices]:
@@ -251,11 +259,9 @@ def _elements(parts: _Parts, setting: Setting) -> tuple[oracle.Elements, Indices
     return oracle.Elements(where, np.concatenate(area), np.zeros((len(where), 0, 3))), np.concatenate(owner)
 
 
-def _dented(elements: oracle.Elements, parts: _Parts, owner: Indices, hull: Hull, dents: Dents | None) -> oracle.Elements:
+def _dented(elements: oracle.Elements, parts: _Parts, owner: Indices, hull: Hull, dents: Dents) -> oracle.Elements:
     """Elements where their dents have them; owner: the part of each (M,)."""
     plated = np.flatnonzero(parts.wall[owner] >= 0)
-    if dents is None or not len(plated):
-        return elements
     position, of = elements.position.copy(), owner[plated]
     own = (position[plated] - hull.position) @ hull.rotation
     position[plated] -= _depths(own, parts.wall[of], hull.table["plating"], dents)[:, None] * parts.normal[of]

@@ -76,16 +76,15 @@ def test_300_walls_against_elements_with_real_dents() -> None:
 
 
 @functools.cache
-def both_of_hull(seed: int, facing: bool) -> tuple[complex, complex, complex]:
-    """Fields [m] of a drawn hull over its `unit`: the engine's, of single bounces, that of elements, and, where its side faces
-    the antenna, that of elements of the flat hull."""
+def both_of_hull(seed: int, facing: bool) -> np.ndarray:
+    """Fields (2, 2) of a drawn hull over its `unit`, dented and flat: those of the engine, of single bounces, and of elements.
+    facing: its side faces the antenna."""
     hull = drawn_hull(seed, facing)
     triangles, _ = faces_and_dents(scene_of(hull.setting, hull.body()))
     hull = hull.posed(triangles)
-    scene = scene_of(hull.setting, hull.body())
-    exact = plated_hulls.field(hull, triangles, faces_and_dents(scene)[1])
-    flat = plated_hulls.field(hull, triangles, None) if facing else exact
-    return complex(fields(scene, [0.0], SINGLE)[0]) / hull.unit, exact / hull.unit, flat / hull.unit
+    scenes = [scene_of(hull.setting, hull.body(dented)) for dented in (True, False)]
+    exact = plated_hulls.fields(hull, triangles, faces_and_dents(scenes[0])[1])
+    return np.array([[fields(scene, [0.0], SINGLE)[0] for scene in scenes], exact]) / hull.unit
 
 
 def faces_and_dents(scene: rs.Scene) -> tuple[np.ndarray, Dents]:
@@ -95,29 +94,25 @@ def faces_and_dents(scene: rs.Scene) -> tuple[np.ndarray, Dents]:
     return body.mesh.vertices[body.mesh.faces], Dents(walls.drawn, walls.first)
 
 
-def check_hulls(count: int, most_rms: float) -> None:
-    """As `check`, of whole hulls: coherent loss where their sides face the antenna."""
-    drawn = np.array([both_of_hull(seed, False) for seed in range(count)])
-    engine, exact = np.abs(drawn[:, :2]).T
-    power = 10.0 * np.log10(np.mean(engine**2) / np.mean(exact**2))
-    rms = np.sqrt(np.mean(np.abs(drawn[:, 0] - drawn[:, 1]) ** 2) / np.mean(exact**2))
-    facing = np.array([both_of_hull(seed, True) for seed in range(count)])
-    loss, exact_loss = np.mean(20.0 * np.log10(np.abs(facing[:, :2] / facing[:, 2:])), axis=0)
-    apart = np.percentile(20.0 * np.log10(engine / exact), [25, 50, 75]).round(2)
-    print(
-        f"{count} hulls: power {power:+.3f} dB, quartiles {apart}, rms {rms:.3f}; loss {loss:.3f}, exactly {exact_loss:.3f} dB"
-    )
-    assert abs(power) < 0.5 and rms < most_rms
-    assert abs(loss - exact_loss) < 0.5 and -7.0 < exact_loss < -0.5
-
-
-def test_hulls_against_elements_with_real_dents() -> None:
-    check_hulls(4, 0.15)
+@pytest.mark.parametrize("seed", [0, 1, 3], ids=["plain", "cargo", "fishing"])
+def test_a_dented_hull_whose_side_faces_the_antenna_is_the_sum_of_its_elements(seed: int) -> None:
+    """Dents take 2.5 to 4 dB of these. Of 300 hulls the loss differs by 0.1 dB rms."""
+    (engine, flat), (exact, exact_flat) = 20.0 * np.log10(np.abs(both_of_hull(seed, True)))
+    assert abs(engine - exact) < 0.1 and abs(flat - exact_flat) < 0.1
+    assert exact_flat - exact > 2.0
 
 
 @pytest.mark.study
 def test_300_hulls_against_elements_with_real_dents() -> None:
-    check_hulls(300, 0.1)
+    """Mean power and coherent loss within 0.5 dB, of some 240 hulls about the normal of a side and 60 at any aspect. Rails and
+    stanchions shade sides by up to 0.9 dB too much, flat ones too."""
+    power = 10.0 * np.log10(np.mean([np.abs(both_of_hull(seed, False)) ** 2 for seed in range(300)], axis=0))
+    facing = 20.0 * np.log10(np.mean([np.abs(both_of_hull(seed, True)) for seed in range(300)], axis=0))
+    figures = f"power {power.round(3).tolist()}, facing {facing.round(3).tolist()} dB"
+    print(figures)
+    loss = facing[:, 1] - facing[:, 0]
+    assert abs(power[0, 0] - power[1, 0]) < 0.5, figures
+    assert abs(loss[0] - loss[1]) < 0.5 and 0.5 < loss[1] < 7.0, figures
 
 
 @pytest.mark.parametrize("seed", range(6), ids=plated_hulls.TYPES)
