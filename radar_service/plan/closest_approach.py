@@ -70,10 +70,9 @@ def nearest_and_top(body: Body, scene: Scene) -> tuple[float, float]:
     """Minimum ground distance [m] of a body's points from the antenna at any time, and their maximum height [m]."""
     radius, top = 0.0, 0.0
     if body.mesh is not None:
-        used = body.mesh.vertices[np.unique(body.mesh.faces)]
-        radius, top = float(np.hypot(used[:, 0], used[:, 1]).max()), float(used[:, 2].max())
+        radius, top = body.arm, body.mesh.top
         if body.motion.sway is not None and body.motion.sway.tilts:
-            radius, top = body.arm, top + body.arm * float(np.sin(body.motion.sway.max_tilt))
+            top += radius * float(np.sin(body.motion.sway.max_tilt))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
     gap = closest_approach(scene.own_ship, body.motion) - radius - lean
     return max(0.0, gap), top + max_height(body.motion)

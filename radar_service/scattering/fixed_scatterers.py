@@ -28,7 +28,6 @@ from radar_service.scattering.surface_sampling import (
     normals_and_areas,
     sample_surface,
     surface_db,
-    triangle_frames,
     triangle_middles,
 )
 from radar_service.trace.line_of_sight import SurfacePoints
@@ -229,7 +228,7 @@ class DiffuseScattering(FixedScatterers):
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """The peak of speckle over all of the area."""
         assert body.mesh is not None
-        return PEAK_TO_MEAN * body.material.gamma * float(triangle_frames(body.mesh)[2].sum())
+        return PEAK_TO_MEAN * body.material.gamma * float(normals_and_areas(body.mesh)[1].sum())
 
     @staticmethod
     @override

@@ -285,8 +285,8 @@ def _compact_groups(feature: Floats, parts: int, halvings: int) -> Indices:
 
 def _patch_heights(mesh: Mesh, normal: Floats, points: _Points, sea: float) -> tuple[Floats, Floats]:
     """Middle heights and vertical extents (M,) [m] of square patches about points, kept within their triangles."""
-    height = mesh.vertices[:, 2][mesh.faces]
-    low, high = (np.maximum(end, sea)[points.triangle] for end in (height.min(axis=1), height.max(axis=1)))
+    height = mesh.vertices[:, 2][mesh.faces[points.triangle]]
+    low, high = (np.maximum(end, sea) for end in (height.min(axis=1), height.max(axis=1)))
     slope = np.sqrt(np.maximum(0.0, 1.0 - normal[points.triangle, 2] ** 2))
     span = np.minimum(np.sqrt(points.area) * slope, high - low)
     return np.clip(points.position[:, 2], low + span / 2.0, high - span / 2.0), span

@@ -27,6 +27,7 @@ except ImportError:  # no wheel for this platform: pyproject.toml names those th
     EmbreeScene = None
 
 MAX_TREES = 32_768  # a scene may have 10,000 bodies; 70,000 trees of boxes took 5 KB each and worked (tests/measurements)
+MAX_PLANES = 2**20  # triangles of a mesh whose planes are kept; of larger ones they are computed for those that rays meet
 LAZY_FACES = 1024  # larger meshes take more than some ms, so their trees are built with the scene and not under the beam
 
 
@@ -133,7 +134,10 @@ class TriangleScene:
 
     def hit_distance(self, triangle: Indices, origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
-        normal, offset = self.planes[0].take(triangle, axis=0), self.planes[1].take(triangle)
+        if len(self.faces) > MAX_PLANES:
+            normal, offset = self._planes_of(self.faces.take(triangle, axis=0))
+        else:
+            normal, offset = self.planes[0].take(triangle, axis=0), self.planes[1].take(triangle)
         along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         toward = offset - np.einsum("ij,ij->i", normal, np.broadcast_to(origin, normal.shape))
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
@@ -147,7 +151,11 @@ class TriangleScene:
     def planes(self) -> tuple[Floats, Floats]:
         """Normals (F, 3), twice as long as the area, and what all points of the planes have for them (F,); 32 bytes a
         triangle, a fraction of what Embree's tree takes."""
-        a, b, c = (self.vertices.take(self.faces[:, i], axis=0) for i in range(3))
+        return self._planes_of(self.faces)
+
+    def _planes_of(self, faces: Indices) -> tuple[Floats, Floats]:
+        """`planes` of some faces (F, 3)."""
+        a, b, c = (self.vertices.take(faces[:, i], axis=0) for i in range(3))
         (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
         normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)  # half the time of np.cross
         return normal, np.einsum("ij,ij->i", normal, a)

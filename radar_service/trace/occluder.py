@@ -27,7 +27,7 @@ class Occluder:
         """rays: counts the rays cast, where given."""
         self._scene = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces, rays)
         self._earth_radius = earth_radius
-        self.top = float(mesh.used_vertices[:, 2].max())  # in the body's own frame [m]
+        self.top = mesh.top  # in its own frame [m]
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
     @property

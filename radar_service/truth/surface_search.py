@@ -18,7 +18,7 @@ from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.legs import reflection_points
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.surface_sampling import R2, triangle_frames
+from radar_service.scattering.surface_sampling import R2, normals_and_areas
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.world.body import Mesh
 from radar_service.world.poses import pose_at
@@ -27,6 +27,7 @@ from radar_service.world.scene import Scene
 OUTWARD = np.array(
     [[0, 0, 8], [1, 1, 2], [1, -1, 2], [-1, 1, 2], [-1, -1, 2], [1, 0, 0.1], [-1, 0, 0.1], [0, 1, 0.1], [0, -1, 0.1]]
 )  # top, upper corners, sides
+VERTICES = 2**18  # at a time
 FACE_POINTS = 512  # of a body, spread evenly over the area of its faces
 FACE_SHARE, MAX_FACE_POINTS = 4, 4096  # one for so many triangles of a fine mesh, at most
 PLAN_CELLS = 64  # on a side of the plan, of a fine mesh: the highest vertex of each is a corner
@@ -72,7 +73,7 @@ class Surface:
     @cached_property
     def faces(self) -> tuple[Floats, Indices]:
         """Points (P, 3) in faces, evenly over their area, and the triangle of each."""
-        area = triangle_frames(self.mesh)[2]
+        area = normals_and_areas(self.mesh)[1]
         count = int(np.clip(len(area) // FACE_SHARE, FACE_POINTS, MAX_FACE_POINTS))
         cumulated = np.cumsum(area)
         triangle = np.searchsorted(cumulated, (np.arange(count) + 0.5) * (cumulated[-1] / count))
@@ -91,8 +92,12 @@ class Surface:
 
 def outermost(mesh: Mesh) -> Floats:
     """The vertices (K, 3) that lie farthest out in the directions of OUTWARD, in the body's own frame [m]."""
-    vertices = mesh.used_vertices
-    return np.asarray(vertices[np.unique(np.argmax(vertices @ OUTWARD.T, axis=0))])
+    vertices, farthest, index = mesh.used_vertices, np.full(len(OUTWARD), -np.inf), np.zeros(len(OUTWARD), dtype=np.int64)
+    for start in range(0, len(vertices), VERTICES):
+        reach = vertices[start : start + VERTICES] @ OUTWARD.T
+        first, most = reach.argmax(axis=0), reach.max(axis=0)
+        index, farthest = np.where(most > farthest, start + first, index), np.maximum(most, farthest)
+    return np.asarray(vertices[np.unique(index)])
 
 
 def viewed(points: Floats, antenna: Floats, earth_radius: float, middle: float) -> View:

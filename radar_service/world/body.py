@@ -71,6 +71,11 @@ class Mesh:
         """Those vertices (U, 3) that triangles have, in their order [m]."""
         return used_rows(self.vertices, self.faces)
 
+    @cached_property
+    def top(self) -> float:
+        """Height of the highest vertex that a triangle has [m]."""
+        return float(self.used_vertices[:, 2].max())
+
     def placed(self, heading: float, offset: Floats) -> "Mesh":
         """Returns the mesh with its bow along y, if that pointed along `heading` [rad], and its origin at `offset` (3,) [m].
 

@@ -223,13 +223,9 @@ def map_from_ordered_bodies(points: Floats, body: Indices, poses: Sequence[BodyP
 
 def merged_mesh(bodies: Sequence[Body]) -> Mesh | None:
     """The meshes of bodies at rest as one mesh in map coordinates, in their order; None where no body has a mesh."""
-    vertices: list[Floats] = []
-    faces: list[Indices] = []
-    count = 0
-    for body in bodies:
-        if body.mesh is not None:
-            pose = pose_at(body, 0.0)
-            vertices.append(pose.map_from_frame(body.mesh.vertices))
-            faces.append(body.mesh.faces + count)
-            count += len(body.mesh.vertices)
-    return Mesh(np.concatenate(vertices), np.concatenate(faces)) if vertices else None
+    posed = [(pose_at(body, 0.0).map_from_frame(body.mesh.vertices), body.mesh) for body in bodies if body.mesh is not None]
+    if len(posed) < 2:  # a large one is not copied
+        return Mesh(posed[0][0], posed[0][1].faces) if posed else None
+    vertices, meshes = zip(*posed, strict=True)
+    first = np.cumsum([0, *(len(each) for each in vertices[:-1])])
+    return Mesh(np.concatenate(vertices), np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]))

@@ -47,6 +47,17 @@ def test_first_hits_and_their_distances_are_those_of_float64() -> None:
     np.testing.assert_allclose(distance, crossings[both, 0], rtol=0, atol=1e-9)
 
 
+def test_planes_that_are_not_kept_give_the_same_distances(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of large meshes they are computed for those triangles alone that rays meet."""
+    kept, large = scene(), scene()
+    triangle = kept.first_hit(ORIGIN, rays())
+    met = triangle >= 0
+    expected = kept.hit_distance(triangle[met], ORIGIN, rays()[met])
+    monkeypatch.setattr(embree, "MAX_PLANES", 10)
+    assert np.array_equal(large.hit_distance(triangle[met], ORIGIN, rays()[met]), expected) and len(expected) > 100
+    assert "planes" in kept.__dict__ and "planes" not in large.__dict__
+
+
 def test_a_rotated_scene_is_that_of_rotated_vertices_whatever_their_rounding() -> None:
     """The same triangles but where rays pass within float32 rounding of an edge; exactly the same for one bit more of turn."""
 

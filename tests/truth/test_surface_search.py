@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.truth import surface_search
 from radar_service.truth.surface_search import (
     FACE_POINTS,
     MAX_CORNERS,
+    OUTWARD,
     PLAN_CELLS,
     ROWS,
     Surface,
@@ -214,6 +216,14 @@ def test_points_of_faces_lie_in_them_evenly() -> None:
 
 def test_outermost_points_of_a_box_are_its_upper_corners_and_more() -> None:
     assert {(20.0, 5.0, 6.0), (-20.0, 5.0, 6.0), (20.0, -5.0, 6.0), (-20.0, -5.0, 6.0)} <= {*map(tuple, outermost(BOX))}
+
+
+def test_outermost_points_are_found_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices = np.random.default_rng(3).normal(size=(1000, 3)) * [40.0, 30.0, 9.0]
+    mesh = Mesh(vertices, np.arange(999).reshape(-1, 3))  # the last vertex is in no triangle
+    expected = vertices[np.unique((vertices[:-1] @ OUTWARD.T).argmax(axis=0))]
+    monkeypatch.setattr(surface_search, "VERTICES", 64)
+    assert np.array_equal(outermost(mesh), expected)
 
 
 def test_corners_of_a_fine_mesh_are_the_highest_of_each_cell() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import map_from_body
-from radar_service.world.poses import BodyPoses, map_from_bodies, pose_at
+from radar_service.world.poses import BodyPoses, map_from_bodies, merged_mesh, pose_at
 from tests.scenes import point, scene
 
 
@@ -60,3 +60,21 @@ def test_bodies_that_are_not_even_are_found_among_those_requested() -> None:
     legs = [point(name, 190, 160, waypoints=corners) for name in ("legs", "more")]
     made = scene([point("rest", 1, 2), legs[0], point("straight", 3, 4, course_deg=50, speed_kn=9), legs[1]])
     assert BodyPoses(made.bodies).uneven(np.array([0.0, 1.0]), np.array([0, 1, 2])).tolist() == [1]
+
+
+def test_meshes_at_rest_are_merged_in_their_order_and_a_single_one_is_not_copied() -> None:
+    box = {"shape": "box", "length_m": 4, "width_m": 2, "height_m": 3}
+    made = scene(
+        [
+            {"name": "first", **box, "position_m": [10, 20, 0], "heading_deg": 90},
+            point("buoy", 5, 5),
+            {"name": "second", **box, "position_m": [-30, 5, 1]},
+        ]
+    )
+    first, buoy, second = made.bodies
+    merged, alone = merged_mesh(made.bodies), merged_mesh([first, buoy])
+    assert merged is not None and alone is not None and first.mesh is not None and second.mesh is not None
+    assert merged_mesh([buoy]) is None and alone.faces is first.mesh.faces
+    expected = [pose_at(body, 0.0).map_from_frame(body.mesh.vertices[body.mesh.faces]) for body in (first, second)]
+    assert np.array_equal(merged.vertices[merged.faces], np.concatenate(expected))
+    assert np.array_equal(alone.vertices[alone.faces], expected[0])

@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, centroids, edge_limits
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
-from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import TOLERANCE
 from radar_service.world.body import Body, Mesh
@@ -43,7 +43,7 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
     A line of sight ends TOLERANCE before its point, so neither shadows the other. Sides that face each other, as a crate's bottom
     and the deck under it, are not lit together; this is known of closed parts (`outward_side`).
     """
-    _, normal, area = triangle_frames(mesh)
+    normal, area = normals_and_areas(mesh)
     shift = APART * (np.arange(len(area)) * GOLDEN % 1.0)
     corners = mesh.vertices[mesh.faces] + (shift[:, None] * normal)[:, None]
     scene = TriangleScene(corners.reshape(-1, 3), np.arange(3 * len(area)).reshape(-1, 3))

@@ -49,7 +49,7 @@ from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
-from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Body
@@ -311,7 +311,7 @@ class PhysicalOptics(AspectModel):
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """A plate of all its area, which each bounce may light once more: 4 pi A^2 / lambda^2."""
         assert body.mesh is not None
-        area = float(triangle_frames(body.mesh)[2].sum())
+        area = float(normals_and_areas(body.mesh)[1].sum())
         return 4.0 * math.pi * (fidelity.bounces * area / radar.wavelength) ** 2
 
     @staticmethod

@@ -37,7 +37,7 @@ from radar_service.scattering.physical_optics.scattering_centres import Lattice,
 from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
-from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body, Mesh, Plating
@@ -347,7 +347,7 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     assert body.mesh is not None
     limit = edge_limits(radar, body.mesh).longest_edge(distance)
     area, largest = max(
-        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in body_columns(body.mesh)),
+        ((float(normals_and_areas(b.mesh)[1].sum()), b.mesh) for b in body_columns(body.mesh)),
         key=lambda area_and_mesh: area_and_mesh[0],
     )
     if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less

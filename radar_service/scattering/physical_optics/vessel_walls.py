@@ -3,7 +3,7 @@
 import numpy as np
 
 from radar_service.numerics.types import Floats
-from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.world.body import Body
 from radar_service.world.environment import Environment
 from radar_service.world.materials import power_reflectivity
@@ -21,7 +21,7 @@ def vessel_remarks(body: Body, environment: Environment) -> list[str]:
     """Sentences about the walls of a vessel; none about other bodies."""
     if not body.is_vessel or body.mesh is None:
         return []
-    _, normal, area = triangle_frames(body.mesh)
+    normal, area = normals_and_areas(body.mesh)
     dry = body.mesh.vertices[body.mesh.faces][:, :, 2].max(axis=1) + float(body.motion.position[0, 2]) > 0.0
     walls = dry & (np.abs(normal[:, 2]) < STEEPEST)
     if not walls.any():
