@@ -96,7 +96,7 @@ def faces_and_dents(scene: rs.Scene) -> tuple[np.ndarray, Dents]:
 
 @pytest.mark.parametrize("seed", [0, 1, 3], ids=["plain", "cargo", "fishing"])
 def test_a_dented_hull_whose_side_faces_the_antenna_is_the_sum_of_its_elements(seed: int) -> None:
-    """Dents take 2.5 to 4 dB of these. Of 300 hulls the loss differs by 0.1 dB rms."""
+    """Dents take 2.5 to 4 dB of these. Of 173 hulls of all types the loss differs by 0.2 dB rms, for what bars shade."""
     (engine, flat), (exact, exact_flat) = 20.0 * np.log10(np.abs(both_of_hull(seed, True)))
     assert abs(engine - exact) < 0.1 and abs(flat - exact_flat) < 0.1
     assert exact_flat - exact > 2.0
@@ -104,8 +104,8 @@ def test_a_dented_hull_whose_side_faces_the_antenna_is_the_sum_of_its_elements(s
 
 @pytest.mark.study
 def test_300_hulls_against_elements_with_real_dents() -> None:
-    """Mean power and coherent loss within 0.5 dB, of some 240 hulls about the normal of a side and 60 at any aspect. Rails and
-    stanchions shade sides by up to 0.9 dB too much, flat ones too."""
+    """Mean power and coherent loss within 0.5 dB of some 240 hulls about the normal of a side and 60 at any aspect. Rails and
+    stanchions shade sides by up to 2.6 dB too much, flat ones too."""
     power = 10.0 * np.log10(np.mean([np.abs(both_of_hull(seed, False)) ** 2 for seed in range(300)], axis=0))
     facing = 20.0 * np.log10(np.mean([np.abs(both_of_hull(seed, True)) for seed in range(300)], axis=0))
     figures = f"power {power.round(3).tolist()}, facing {facing.round(3).tolist()} dB"
