@@ -175,7 +175,9 @@ def test_the_noise_of_the_receiver_stays() -> None:
 
 
 def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
-    bodies = [point("t", 250.0, -420.0, swerling=1), point("u", 100.0, 300.0, roll_deg=8, roll_period_s=4.0)]
+    metal = {"name": "box", "shape": "box", "length_m": 8, "width_m": 3, "height_m": 3, "scattering": "optics",
+             "position_m": [200, 150, 0], "course_deg": 90, "speed_kn": 16, "turn_rate_deg_s": 3}  # fmt: skip
+    bodies = [point("t", 250.0, -420.0, swerling=1), point("u", 100.0, 300.0, roll_deg=8, roll_period_s=4.0), metal]
     settings: dict[str, Any] = {"own_ship": TURNING, "environment": {"noise": True, "multipath": True, "sea_state": 3}}
     through = simulator([FUNNEL], bodies, **settings)
     third = [through.scan() for _ in range(3)][2]

@@ -74,7 +74,7 @@ class BeamPassages:
             for local, body in enumerate(np.searchsorted(scatterers.key, model.key))
         ]
         bodies = [scatterers.bodies[aspect.body] for aspect in self._aspects]
-        self._key = scatterers.key[[aspect.body for aspect in self._aspects]]  # in the scene
+        self.key = scatterers.key[[aspect.body for aspect in self._aspects]]  # in the scene
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
@@ -116,7 +116,7 @@ class BeamPassages:
             return []
         spoke = self._scene.radar.spokes_at(azimuths.time)
         single, shared = list[ObservedEchoes](), list[ObservedEchoes]()
-        present = self._line_of_sight.present(azimuths.middle)[self._key]
+        present = self._line_of_sight.present(azimuths.middle)[self.key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
             for part in self.parts(n, crossing, azimuths.middle) if present[n] else ():
                 weights = part.weights(spoke)
@@ -127,12 +127,12 @@ class BeamPassages:
                     continue
                 for node, fade in zip(part.nodes.tolist(), weights, strict=True):
                     if fade.any():
-                        observed = self._node(n, crossing, node, azimuths.middle)
+                        observed = self.node(n, crossing, node, azimuths.middle)
                         single.append(replace(observed, fade=np.broadcast_to(fade, (len(observed.echoes), len(spoke)))))
         return joined(single) + joined(shared)
 
     def _table(self, n: int, nodes: Indices, time: float) -> PassageTable | None:
-        """The echoes of body n at two nodes or more, where its model has them at once; None elsewhere. time: as of `_node`."""
+        """The echoes of body n at two nodes or more, where its model has them at once; None elsewhere. time: as of `node`."""
         if len(nodes) < 2 or self._at_rest:
             return None
         key = n, nodes.tobytes(), self._line_of_sight.presences.state(time)
@@ -152,7 +152,7 @@ class BeamPassages:
         """Positions (M, 3) of echoes of body n on the map at `time` [s]."""
         return self._poses.at(np.array([time]), np.array([n])).map_from_bodies(0, echoes.position, np.full(len(echoes), n))
 
-    def _node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
+    def node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
         return self._kept(n, spoke, time, self.runs(n, crossing, time).get(spoke))
 
@@ -162,7 +162,7 @@ class BeamPassages:
         return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
 
     def _trace(self, n: int, run: TraceRun, time: float) -> Any:
-        """What a run of nodes of body n shares; time: as of `_node`."""
+        """What a run of nodes of body n shares; time: as of `node`."""
         model, local, _ = self._aspects[n]
 
         def traced() -> Any:
@@ -188,7 +188,7 @@ class BeamPassages:
         return self._aspect_traces.get((n, aspect), lambda: model.traced_at(local, aspect, instant))
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
-        """The antenna (3,) and the instant of a spoke; presence_time: as of `_node`."""
+        """The antenna (3,) and the instant of a spoke; presence_time: as of `node`."""
         time = self._scene.radar.time_of_spokes(float(spoke))
         instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         return self._scene.antenna(time)[0], instant
@@ -339,16 +339,16 @@ class BeamPassages:
         (position,), _ = self._rates[n].track(np.array([self._scene.radar.time_of_spokes(float(crossing))]))
         return float(_aside(self._radius[n], np.hypot(position[0], position[1])))
 
-    def _casters(self, n: int, crossing: int, aside: float) -> list[Caster]:
+    def _casters(self, n: int, crossing: int, aside: float, resting: bool = False) -> list[Caster]:
         """The bodies whose shadows may move over body n around a crossing, while its gain is above SHADOW_GAIN anywhere; aside:
-        half the angle that it fills [rad]."""
+        half the angle that it fills [rad]; resting: of moving bodies alone, as over one that rests."""
         radar, aspect = self._scene.radar, self._aspects[n]
         reach = np.count_nonzero(self._envelope > SHADOW_GAIN) / len(self._envelope) * np.pi + aside
         span = min(reach / radar.azimuth_step, radar.azimuths / 2.0) * radar.spoke_period
         time = radar.time_of_spokes(float(crossing))
         antenna = self._scene.antenna(time)[0]
-        others = self._line_of_sight.other_occluders(int(self._key[n]), antenna, time, True, span, self._own_speed)
-        if self._at_rest:
+        others = self._line_of_sight.other_occluders(int(self.key[n]), antenna, time, True, span, self._own_speed)
+        if self._at_rest or resting:
             others = [other for other in others if other in self._moving]
         else:
             others = self._shadows[n].moving(others, time + span * np.array([-1.0, 0.0, 1.0]))
@@ -366,7 +366,7 @@ class BeamPassages:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
     def evaluated(self, n: int, spoke: int, presence_time: float, run: TraceRun | None = None) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke; presence_time: as of `_node`; run: whose trace serves, None: it is traced."""
+        """The echoes of body n as it is at a spoke; presence_time: as of `node`; run: whose trace serves, None: it is traced."""
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(spoke, presence_time)
         if run is not None:

@@ -49,10 +49,11 @@ class MovingEchoes:
 
     def __init__(
         self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False,
-        paths: Sequence[BeamPath] = (),
+        paths: Sequence[BeamPath] = (), passages: BeamPassages | None = None,
     ) -> None:  # fmt: skip
         """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`; paths: by which echoes are
-        received, with a beam of gain 1; none: directly, with that of the beam."""
+        received, with a beam of gain 1; none: directly, with that of the beam; passages: of the bodies by aspect; None: of their
+        own."""
         self._paths = paths
         self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
@@ -62,7 +63,7 @@ class MovingEchoes:
         self._moves[self._poses.moving] = True
         self._sways = any(motion.sway is not None for motion in (scene.own_ship, *(body.motion for body in self._bodies)))
         self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
-        self.passages = BeamPassages(
+        self.passages = passages or BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent, at_rest
         )
 

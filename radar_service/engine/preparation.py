@@ -92,7 +92,7 @@ class Prepared:
             clutter = replace(clutter, sea=None if other is None else other.sea)
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         land = None if self.land is None else self.land.of_scene(scene)
-        indirect = None if self.indirect is None else self.indirect.of_scene(scene)
+        indirect = None if self.indirect is None else self.indirect.of_scene(scene, moving)
         return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter, indirect=indirect)
 
 
@@ -123,6 +123,7 @@ def prepare(
     beam = beam_table(radar, fidelity, max_tile)
     paths = _paths(scene, beam.extent)
     unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
+    moving = MovingEchoes(scene, visibility, unit, seed, paths=paths)
     return Prepared(
         scene,
         fidelity,
@@ -132,7 +133,7 @@ def prepare(
         resting_set,
         resting,
         _resting_profiles(scene, fidelity, resting.echoes, compression),
-        MovingEchoes(scene, visibility, unit, seed, paths=paths),
+        moving,
         _land_rows(scene, land_set, line_of_sight, max_range, fidelity, compression, beam, seed),
         PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
         MovingEchoes(
@@ -144,7 +145,7 @@ def prepare(
         tuple(
             BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
         ),
-        _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight),
+        _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight, moving),
     )
 
 
@@ -182,15 +183,17 @@ def _context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None)
 
 def _indirect_echoes(
     scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], context: ScatteringContext,
-    line_of_sight: OcclusionScene,
+    line_of_sight: OcclusionScene, moving: MovingEchoes,
 ) -> IndirectEchoes | None:  # fmt: skip
-    """The false echoes by own ship's structures of all bodies but land and the silent ones; None without any."""
+    """The false echoes by own ship's structures of all bodies but land and the silent ones; None without any. moving: their
+    direct echoes."""
     keys = [key for key, body in enumerate(scene.bodies) if key not in silent and not is_land(body)]
     if not keys or not structure_reflectors(scene.radar):
         return None
     scatterers = build_scatterers([scene.bodies[key] for key in keys], keys, context)
     visibility = Visibility(scene, scatterers, line_of_sight, max_echo_range(scene.radar), fidelity.visibility_step)
-    return IndirectEchoes(scene, visibility, min(np.pi, fidelity.beam_extent * scene.radar.beamwidth), seed)
+    extent, direct = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth), moving if fidelity.held_false_echoes else None
+    return IndirectEchoes(scene, visibility, extent, seed, direct)
 
 
 def rests(body: Body, scene: Scene) -> bool:

@@ -11,6 +11,7 @@ from radar_service.echo.second_time_around import max_echo_range
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.closest_approach import nearest_and_top
+from radar_service.plan.run import aspects
 from radar_service.propagation.attenuation import attenuation_amplitude
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
@@ -19,6 +20,7 @@ from radar_service.radar.structure_shadow import structure_reflectors, structure
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
+from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
@@ -52,12 +54,14 @@ class Culling:
     faint: bodies whose false echoes are culled, by their index in the scene, with the highest power of these [dB of the noise].
     multiple_db: where multiple echoes are culled, their highest power [dB of the noise]; None where they are not.
     effects: relative field error [dB] of each culled effect, by name ("multipath", "gas", "structures").
+    dents: bodies whose plating is culled, by their index in the scene, with the relative error of their fields [dB].
     """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
     effects: Mapping[str, float] = field(default_factory=dict)
     faint: Mapping[int, float] = field(default_factory=dict)
     multiple_db: float | None = None
+    dents: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def silent(self) -> list[int]:
@@ -80,7 +84,8 @@ class Culling:
             scene = replace(scene, radar=replace(scene.radar, structures=()))
         if self.multiple_db is not None:
             scene = replace(scene, radar=replace(scene.radar, multiple=None))
-        return scene.with_world(environment=environment)
+        bodies = tuple(replace(body, plating=None) if key in self.dents else body for key, body in enumerate(scene.bodies))
+        return scene.with_world(environment=environment, bodies=bodies if self.dents else scene.bodies)
 
 
 def cull(scene: Scene, fidelity: Fidelity) -> Culling:
@@ -88,11 +93,13 @@ def cull(scene: Scene, fidelity: Fidelity) -> Culling:
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return Culling()
     multiple = highest_multiple_db(scene, fidelity)
+    bodies = culled_bodies(scene, fidelity)
     return Culling(
-        culled_bodies(scene, fidelity),
+        bodies,
         negligible_effects(scene, fidelity),
         faint_indirect_echoes(scene, fidelity),
         multiple if multiple is not None and multiple < MAX_FAINT else None,
+        {key: error for key, error in negligible_dents(scene, fidelity).items() if key not in bodies},
     )
 
 
@@ -189,6 +196,17 @@ def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
         result["structures"] = _relative_db(2.0 * shadow.max_taken)  # two ways
     allowed = ErrorBudget(fidelity.error_db).method_db
     return {name: error for name, error in result.items() if error < allowed}
+
+
+def negligible_dents(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
+    """The bodies whose dents change their own field by less than the error budget, by index, with that relative error [dB]."""
+    conditions, allowed, result = Conditions.of_scene(scene, fidelity), ErrorBudget(fidelity.error_db).field_db, {}
+    for key, body in enumerate(scene.bodies):
+        if body.plating is not None and body.mesh is not None:
+            error = scattering_model(body).dents_db(body, conditions, aspects(body, scene))
+            if error is not None and error < allowed:
+                result[key] = error
+    return result
 
 
 def gas_db(scene: Scene) -> float:

@@ -1,6 +1,7 @@
 """The effects of a scene: which are modelled, how, and their errors and costs."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
-        *_structures(scene, statistics),
+        *_structures(scene, fidelity, statistics),
         *_multiple(scene, statistics.culling.multiple_db),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
@@ -93,7 +94,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_air(scene, statistics),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
-        *_plating(scene),
+        *_plating(scene, statistics.culling.dents),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
@@ -143,7 +144,7 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
     return PlanItem("beam", True, f"{radar.pattern.description}, {extent}", field_db=error if math.isfinite(error) else None)
 
 
-def _structures(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """How own ship's structures near the antenna are modelled, with the loss behind the middle of each."""
     structures, shadow = scene.radar.structures, structure_shadow(scene.radar)
     if shadow is None:
@@ -155,7 +156,7 @@ def _structures(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
     losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
     how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}"
-    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, statistics)]
+    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, fidelity, statistics)]
 
 
 def _multiple(scene: Scene, culled_db: float | None) -> list[PlanItem]:
@@ -173,7 +174,7 @@ def _multiple(scene: Scene, culled_db: float | None) -> list[PlanItem]:
     return [PlanItem("multiple echoes", ships > 0, how)]
 
 
-def _indirect(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+def _indirect(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """How indirect echoes by structures are modelled, with their highest level behind each."""
     reflectors = structure_reflectors(scene.radar)
     if not reflectors:
@@ -184,6 +185,8 @@ def _indirect(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     how = f"there and back and one way by {levels} of the direct echo at most; {count - faint} of {count} bodies, land apart"
     if faint == count:
         return [PlanItem("indirect echoes", False, f"{how}: all others below the noise")]
+    if fidelity.held_false_echoes and any(scattering_model(scene.bodies[key]).by_aspect for key in ships):
+        how += "; metal has the aspect of the beam's crossing, as another look at it"
     costs = None if statistics.costs is None else statistics.costs.false_echoes
     return [PlanItem("indirect echoes", True, how, power_db=INDIRECT_DB, microseconds=costs)]
 
@@ -296,17 +299,25 @@ def _seaway(scene: Scene) -> list[PlanItem]:
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 
 
-def _plating(scene: Scene) -> list[PlanItem]:
-    """How walls are dented; what it takes is counted with the aspects of metal."""
-    plates = [body.plating for body in scene.bodies if body.plating is not None and scattering_model(body).by_aspect]
-    dents = [plating.depth for plating in plates if plating.depth > 0.0]
-    if not dents:
-        return []
+def _plating(scene: Scene, culled: Mapping[int, float]) -> list[PlanItem]:
+    """How walls are dented; what it takes is counted with the aspects of metal. culled: errors [dB] of bodies whose dents are
+    left out."""
+    plated = {
+        key: body
+        for key, body in enumerate(scene.bodies)
+        if body.plating is not None and body.plating.depth > 0.0 and scattering_model(body).by_aspect
+    }
+    dents = [body.plating.depth for key, body in plated.items() if key not in culled and body.plating is not None]
+    depths = f"{1e3 * min(dents, default=0.0):g} to {1e3 * max(dents, default=0.0):g} mm"
     how = (
-        f"walls of {len(dents)} bodies, {1e3 * min(dents):g} to {1e3 * max(dents):g} mm deep between frames, as phases of strips "
-        f"near their normals: {PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
+        f"walls of {len(dents)} bodies, {depths} deep between frames, as phases of strips near their normals: "
+        f"{PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
     )
-    return [PlanItem("dented plating", True, how)]
+    items = [PlanItem("dented plating", True, how)] if dents else []
+    for key in sorted(culled.keys() & plated.keys()):
+        how = "flat: over the run its dents change its field by less than the error budget"
+        items.append(PlanItem(f"dents of {scene.bodies[key].name}", False, how, field_db=culled[key]))
+    return items
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

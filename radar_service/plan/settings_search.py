@@ -145,6 +145,7 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
         min_scatterers=_min_scatterers(scene, budget),
         visibility_step=next(step for minimum, step in VISIBILITY_STEPS.items() if budget.target_db >= minimum),
         trace_step_deg=Fidelity.trace_step_deg if budget.target_db >= KEPT_DB else 0.0,
+        held_false_echoes=budget.target_db >= KEPT_DB,
         bounces=2 if budget.target_db > 1.0 else 3,
         error_db=budget.target_db,
     )

@@ -17,7 +17,9 @@ from radar_service.radar.structures import Aperture, Structure, fresnel_integral
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow
-MIN_LIT = 1e-3  # of the most that lights a structure: less reflects nothing, there and back it would be -120 dB
+MIN_LIT = (
+    4e-3  # of the direct field: less reflects nothing: at most -42 dB of a target where the beam is on it too, else -62 dB
+)
 BEYOND = 10.0  # Fresnel units beside the aperture that the table covers
 SPECULAR = 0.7  # radii from the middle of a structure to its specular point, along the beam, for targets abeam
 
@@ -78,7 +80,7 @@ class Reflector:
         below_top = half_plane(structure.top / fresnel_unit(wavelength, distance))
         self._lit = sign * size * below_top * near_field(aperture, wavelength, distance, self._across)
         self.max_field = float(np.abs(self._lit).max())
-        bright = np.abs(self._lit) > MIN_LIT * self.max_field
+        bright = np.abs(self._lit) > MIN_LIT
         self._lit[~bright] = 0.0
         sides = float(np.abs(self._across[bright]).max(initial=0.0)) + structure.radius
         self.lit_within = np.pi if sides >= distance else float(np.arcsin(sides / distance))

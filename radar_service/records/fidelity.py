@@ -28,6 +28,8 @@ class Fidelity:
         dB, 1 computes each azimuth at its own time. Where there are few echoes and none is near, a longer block keeps the limits.
     trace_step_deg: by which metal may have turned within a passage of the beam since its shadows and ray tubes were traced; 0:
         each aspect is traced.
+    held_false_echoes: whether indirect echoes of metal have the aspect of the beam's crossing, in cells; else aspects are as
+        close as on boresight.
     visibility_step: relative motion [m] after which line of sight and scattering are computed again.
     beam_table_oversampling: of the table of the beam; 1 errs by -78 dB, 8 by -88.
     error_db: bodies and effects that change target power by less than this may be culled [dB]; 0 culls nothing.
@@ -45,6 +47,7 @@ class Fidelity:
     beam_extent: float = 12.0
     azimuths_per_block: int = 16
     trace_step_deg: float = 0.1
+    held_false_echoes: bool = True
     visibility_step: float = 5.0
     beam_table_oversampling: int = 1
     error_db: float = 0.0
@@ -56,7 +59,7 @@ PRESETS: dict[str, Fidelity] = {
     "balanced": Fidelity("balanced"),
     "reference": Fidelity(
         "reference", scatterers_per_cell=16.0, kernel_width=8, beam_kernel_width=6, beam_extent=inf, azimuths_per_block=1,
-        trace_step_deg=0.0, visibility_step=1.0, beam_table_oversampling=8,
+        trace_step_deg=0.0, held_false_echoes=False, visibility_step=1.0, beam_table_oversampling=8,
     ),
 }  # fmt: skip
 

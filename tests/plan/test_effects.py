@@ -79,6 +79,11 @@ def test_dented_plating_is_named_with_the_bodies_that_have_it() -> None:
     item = items(scene([*dented, *flat]))["dented plating"]
     assert item.modelled and item.how.startswith("walls of 2 bodies, 4 to 6 mm deep between frames")
     assert "dented plating" not in items(scene(flat))
+    some = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0})))
+    assert some["dented plating"].how.startswith("walls of 1 bodies, 6 to 6 mm deep")
+    assert not some["dents of a"].modelled and some["dents of a"].field_db == -51.0
+    all_flat = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0, 1: -42.0})))
+    assert "dented plating" not in all_flat and all_flat["dents of b"].field_db == -42.0
 
 
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
@@ -184,6 +189,12 @@ def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
     assert "mast -50 dB" in result["indirect echoes"].how and "wall" not in result["indirect echoes"].how
     assert result["indirect echoes"].microseconds == 7.0 and "1 of 1 bodies" in result["indirect echoes"].how
     assert "2 of each of 1 ships within 2000 m, by 30 dBsm" in result["multiple echoes"].how
+    box = {"name": "b", "shape": "box", "length_m": 9, "width_m": 3, "height_m": 3, "position_m": [0, 300, 0],
+           "scattering": "optics", "material": "steel"}  # fmt: skip
+    metal = scene([box], radar=radar)
+    for name, each in (("balanced", metal), ("reference", metal), ("balanced", made)):
+        held = "the aspect of the beam's crossing" in items(each, name)["indirect echoes"].how
+        assert held == (name == "balanced" and each is metal)
     culled = Culling(effects={"structures": -70.0}, multiple_db=-25.0)
     result = items(made, statistics=EngineStatistics(culled))
     assert not result["structures"].modelled and result["structures"].field_db == -70.0

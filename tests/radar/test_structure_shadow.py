@@ -102,12 +102,12 @@ def test_a_radar_without_structures_has_no_shadow() -> None:
 
 
 def test_what_changes_is_the_difference_to_the_plain_beam() -> None:
-    """Two ways, with all that a structure reaches; nothing where it does not."""
+    """Two ways, with all that a structure reaches; nothing where it does not. 3e-6: of the table of the pattern, two ways."""
     shadow, from_bow = shadow_of("taylor", MAST), MAST.bearing + np.radians([0.0, 20.0, 120.0])
     offset = np.radians([0.2, -1.0, 0.4])
     plain = PATTERNS["taylor"].gain(offset, BEAMWIDTH)
     np.testing.assert_allclose(
-        shadow.two_way_change(from_bow, offset), shadow.one_way(from_bow, offset) ** 2 - plain, atol=1e-9
+        shadow.two_way_change(from_bow, offset), shadow.one_way(from_bow, offset) ** 2 - plain, atol=3e-6
     )
     assert shadow.reaches(from_bow).tolist() == [True, True, False]
     assert shadow.two_way_change(from_bow, offset)[2] == 0.0 and shadow.extent == pytest.approx(10.0 * BEAMWIDTH)

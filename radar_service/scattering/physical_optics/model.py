@@ -43,6 +43,7 @@ from radar_service.scattering.physical_optics.optical_body import (
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField
@@ -103,6 +104,7 @@ class PhysicalOptics(AspectModel):
     tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
     has_resting_points: ClassVar[bool] = False
     upright: ClassVar[float] = UPRIGHT
+    dents_db = staticmethod(dents_db)
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext

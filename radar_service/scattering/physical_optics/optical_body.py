@@ -21,7 +21,7 @@ from radar_service.scattering.physical_optics.convex_sights import Casters, Sigh
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, edge_limits
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
-from radar_service.scattering.physical_optics.patches import outward_side, patch_spans, ranks
+from radar_service.scattering.physical_optics.patches import faces_itself, outward_side, patch_spans, ranks
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
     Wave,
@@ -118,8 +118,7 @@ class OpticalBody:
     @property
     def is_concave(self) -> bool:
         """Whether parts of it may face each other, so that it has bounces and shadows of its own."""
-        rises = self.planes.may_rebounce
-        return bool((rises[:, 0] & (self.outside >= 0)).any() or (rises[:, 1] & (self.outside <= 0)).any())
+        return faces_itself(self.planes.may_rebounce, self.outside)
 
     @property
     def is_small_and_convex(self) -> bool:

@@ -85,6 +85,11 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     return np.asarray(side[part], dtype=np.int8)
 
 
+def faces_itself(rises: Flags, outside: NDArray[np.int8]) -> bool:
+    """Whether parts of a mesh may face each other; arguments as from `concave_sides` and `outward_side`."""
+    return bool((rises[:, 0] & (outside >= 0)).any() or (rises[:, 1] & (outside <= 0)).any())
+
+
 def concave_sides(mesh: Mesh) -> Flags:
     """(F, 2) whether any part of the body rises before the front and before the back of each triangle's plane."""
     corners = mesh.vertices[mesh.faces]

@@ -16,9 +16,13 @@ from tqdm import tqdm
 from radar_service.batch.jobs import Executor, Job, run
 from radar_service.numerics.types import Floats
 from radar_service.study.chart.closed_form import closed_form_error_db
+from radar_service.study.chart.dents_panel import METHODS as DENTS_METHODS
+from radar_service.study.chart.dents_panel import dents_points
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
+from radar_service.study.chart.indirect_panel import METHODS as INDIRECT_METHODS
+from radar_service.study.chart.indirect_panel import indirect_points
 from radar_service.study.chart.land_panel import METHODS as LAND_METHODS
 from radar_service.study.chart.land_panel import land_points, land_under_way
 from radar_service.study.chart.point import Point, pareto
@@ -56,7 +60,9 @@ class Effort:
     lattice: columns and rows of the reference lattice of rays;
     turns: random turns of the canonical targets;
     scans: in each of which the beam passes the ships;
-    azimuths: of land under way, in each of `scans` runs.
+    azimuths: of land under way, in each of `scans` runs;
+    aspects: of a dented ship, in each of `scans`;
+    looks: scans in which indirect echoes are compared.
     """
 
     echoes: int
@@ -70,11 +76,13 @@ class Effort:
     turns: int
     scans: int
     azimuths: int
+    aspects: int
+    looks: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2, 64)  # three minutes for a big scene
-QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1, 16)
-PANELS = ("field", "power", "scattering", "ships", "land")
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2, 64, 6, 16)  # three minutes for a big scene
+QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1, 16, 2, 3)
+PANELS = ("field", "power", "scattering", "ships", "land", "dents", "indirect")
 
 
 @dataclass(frozen=True)
@@ -115,7 +123,7 @@ def measure(
     """
     points: list[Point] = []
     facts: dict[str, Any] = {"seed": seed}
-    for panels in ((_field, _power), (_scattering, _ships, _land)):
+    for panels in ((_field, _power), (_scattering, _ships, _land, _dents, _indirect)):
         jobs = [Job(panel.__name__, (panel, scene, seed, effort, progress and executor is None)) for panel in panels]
         for panel_points, panel_facts in run(_measured, jobs, executor):
             points += panel_points
@@ -204,6 +212,28 @@ def _land(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResul
     return points, {}
 
 
+def _dents(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of the dents of the largest ship of `_ships`, none if there is none."""
+    ships = rolling_ships(scene)
+    if not ships:
+        return [], {}
+    return _with_bar(
+        "dents", effort.scans * DENTS_METHODS, progress,
+        lambda done: dents_points(ships[0], effort.aspects, effort.scans, done),
+    ), {}  # fmt: skip
+
+
+def _indirect(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of the indirect echoes of the largest ship of `_ships`, none if there is none."""
+    ships = rolling_ships(scene)
+    if not ships:
+        return [], {}
+    return _with_bar(
+        "indirect echoes", effort.looks * INDIRECT_METHODS, progress,
+        lambda done: indirect_points(ships[0], effort.looks, done),
+    ), {}  # fmt: skip
+
+
 def _reference_powers(
     scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
 ) -> tuple[Floats, Floats]:
@@ -247,6 +277,13 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
         "scattering": ("Scattering models: targets of known cross-section", power_error, 0.1, True),
         "ships": ("Ships rolling by 5 degrees: power against finer facets and tubes", power_error, 0.01, True),
         "land": ("Land under way at 8 kn: field against visibility each 0.1 m", field_error, FLOOR_DB, False),
+        "dents": (
+            "A ship rolling by 5 degrees: power without dents, against each aspect with them",
+            power_error,
+            0.01,
+            True,
+        ),
+        "indirect": ("Her indirect echoes by a funnel: mean power over aspects", "error of mean power [dB]", 0.01, True),
     }
     return [
         Panel(title, ylabel, chart.of_panel(panel), lowest, notes[panel], log)

@@ -132,7 +132,7 @@ def ships_points(ships: Sequence[Scene], scans: int, done: Callable[[], object])
             setting,
             tuple(t / azimuths for t in taken),
             False,
-            *_errors(powers, results[-1]),
+            *power_errors(powers, results[-1]),
             None,
             _preset(f),
         )
@@ -151,7 +151,7 @@ def _preset(fidelity: Fidelity) -> str | None:
     return ", ".join(same) or None
 
 
-def _errors(result: Sequence[Sequence[Floats]], exact: Sequence[Sequence[Floats]]) -> tuple[float, float]:
+def power_errors(result: Sequence[Sequence[Floats]], exact: Sequence[Sequence[Floats]]) -> tuple[float, float]:
     """Error of the mean power and spread of one aspect's [dB], rms over ships, of powers by scan, ship and aspect."""
     mean, spread = [], []
     for ship in range(len(exact[0])):

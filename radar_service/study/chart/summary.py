@@ -9,19 +9,21 @@ BUDGET_DB = -40.0  # default error budget of the field
 UNDER_WAY = " under way"
 TITLES = {
     "field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships",
-    "land": "Land under way",
+    "land": "Land under way", "dents": "Dents", "indirect": "Indirect echoes",
 }  # fmt: skip
 
 
 def summary(points: Sequence[Point], real_time: float) -> dict[str, list[str]]:
     """Returns the lines of each panel that has points; real_time: time of one azimuth at the scene's rpm [s]."""
-    field, power, models, ships, land = ([p for p in points if p.panel == panel] for panel in TITLES)
+    field, power, models, ships, land, dents, indirect = ([p for p in points if p.panel == panel] for panel in TITLES)
     lines = {
         "field": _field(field, real_time),
         "power": _samplers(power),
         "scattering": [_model(p) for p in models],
         "ships": [f"{_model(p)}, {duration(p.seconds)}" for p in ships],
         "land": _land(land, real_time),
+        "dents": [f"{_model(p)}, {duration(p.seconds)}" for p in dents],
+        "indirect": [_mean(p) for p in indirect],
     }
     return {panel: panel_lines for panel, panel_lines in lines.items() if panel_lines}
 
@@ -81,6 +83,11 @@ def _mean_and_spread(point: Point) -> str:
     if point.error_db is None or point.spread_db is None:
         return f"no target met{missed}"
     return f"mean {point.error_db:.2g} dB, spread {point.spread_db:.2g} dB{missed}"
+
+
+def _mean(point: Point) -> str:
+    preset = f" = {point.preset}" if point.preset else ""
+    return f"{point.family}, {point.setting}{preset}: {point.error_db or 0.0:.2g} dB, {duration(point.seconds)}"
 
 
 def _name(point: Point) -> str:
