@@ -133,7 +133,6 @@ class PhysicalOptics(AspectModel):
 
     def clear(self) -> None:
         """Nothing is cached that depends on an instant."""
-        return
 
     def _in_wedge(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the wedge of an instant."""
@@ -184,9 +183,10 @@ class PhysicalOptics(AspectModel):
 
     @override
     def trace_step(self, b: int, sways_and_turns: bool = False) -> float:
-        optical = self._optical[b]  # a trace of convex and of simple bodies takes little
-        simple = not optical.is_concave or (sways_and_turns and len(optical.mesh.faces) <= SIMPLE)
-        return 0.0 if simple else self._trace_step
+        optical = self._optical[b]  # of convex and of simple bodies a trace takes little
+        return (
+            self._trace_step if optical.is_concave and not (sways_and_turns and len(optical.mesh.faces) <= SIMPLE) else 0.0
+        )
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
