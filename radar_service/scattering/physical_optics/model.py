@@ -183,10 +183,8 @@ class PhysicalOptics(AspectModel):
 
     @override
     def trace_step(self, b: int, sways_and_turns: bool = False) -> float:
-        optical = self._optical[b]  # of convex and of simple bodies a trace takes little
-        return (
-            self._trace_step if optical.is_concave and not (sways_and_turns and len(optical.mesh.faces) <= SIMPLE) else 0.0
-        )
+        few = sways_and_turns and len(self._optical[b].mesh.faces) <= SIMPLE  # of these a trace takes little
+        return self._trace_step if self._optical[b].is_concave and not few else 0.0
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
