@@ -64,10 +64,6 @@ class AspectRates:
             rate += 8.0 * np.pi / self.scene.radar.wavelength * rise * antenna_height / nearest
         return np.asarray(rate)
 
-    def sways_and_turns(self, time: Floats) -> bool:
-        """Whether the body sways, and its heading differs between any of the times (K,) [s]."""
-        return self.body.motion.sway is not None and bool(np.ptp(self.body.motion.pose(time).heading) > 0.0)
-
     def corners(self, time: Floats, spacing: float) -> Indices:
         """Indices (C,) of the times (K,) [s], evenly apart, whose aspect does not follow smoothly from the time before.
 

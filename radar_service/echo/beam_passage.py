@@ -325,13 +325,11 @@ class BeamPassages:
         """Computes `runs` anew."""
         model, local, _ = self._aspects[n]
         half_angle, runs = self._half_angle(n, crossing), dict[int, TraceRun]()
-        alone = self._at_rest or half_angle >= np.pi or model.trace_step(local) == 0.0
-        for part in () if alone else self.parts(n, crossing, time):
+        step = 0.0 if self._at_rest or half_angle >= np.pi else model.trace_step(local)
+        for part in self.parts(n, crossing, time) if step > 0.0 else ():
             if len(part.nodes) > 1 and not part.shaded:
-                turning = self._rates[n].sways_and_turns(self._scene.radar.time_of_spokes(part.nodes.astype(np.float64)))
                 away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - half_angle
-                if step := model.trace_step(local, turning):
-                    runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
+                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
         return runs
 
     def _half_angle(self, n: int, crossing: int) -> float:

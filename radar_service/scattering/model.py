@@ -241,10 +241,8 @@ class AspectModel(ScatteringModel, Protocol):
         them."""
         ...
 
-    def trace_step(self, b: int, sways_and_turns: bool = False) -> float:
-        """By which body b may have turned, as of `turned`, since it was traced for `body_echoes` [rad]; 0: it is traced anew.
-
-        sways_and_turns: whether it does both at once."""
+    def trace_step(self, b: int) -> float:
+        """By which body b may have turned, as of `turned`, since it was traced for `body_echoes` [rad]; 0: it is traced anew."""
         ...
 
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:

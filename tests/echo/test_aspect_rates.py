@@ -95,11 +95,3 @@ def test_a_waterline_rises_by_heave_and_by_what_roll_lifts_a_side() -> None:
     rates = afloat.motion.sway_rates(np.arange(3) * 1.0).T
     np.testing.assert_allclose(waterline_rise(afloat, rates), expected, rtol=1e-12)
     assert waterline_rise(aloft, rates) == 0.0
-
-
-def test_a_body_sways_and_turns_where_it_does_both() -> None:
-    roll: dict[str, Any] = {"roll_deg": 5}
-    turn: dict[str, Any] = {"course_deg": 0, "speed_kn": 10, "turn_rate_deg_s": 1}
-    assert rates(**roll, **turn).sways_and_turns(TIMES) and rates(**roll, yaw_deg=1).sways_and_turns(TIMES)
-    assert not any(each.sways_and_turns(TIMES) for each in (rates(), rates(**roll), rates(**turn)))
-    assert not rates(**roll, **turn).sways_and_turns(TIMES[:1])

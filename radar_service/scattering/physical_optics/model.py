@@ -182,9 +182,10 @@ class PhysicalOptics(AspectModel):
         ), centres.amplitude
 
     @override
-    def trace_step(self, b: int, sways_and_turns: bool = False) -> float:
-        few = sways_and_turns and len(self._optical[b].mesh.faces) <= SIMPLE  # of these a trace takes little
-        return self._trace_step if self._optical[b].is_concave and not few else 0.0
+    def trace_step(self, b: int) -> float:
+        optical, sways = self._optical[b], self.bodies[b].motion.sway is not None
+        simple = not optical.is_concave or (sways and len(optical.mesh.faces) <= SIMPLE)
+        return 0.0 if simple else self._trace_step  # of simple ones a trace takes little
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
