@@ -12,19 +12,17 @@ from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.radar_equation import attenuation
-from radar_service.records.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.model import Instant, ScatteringContext
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import pose_at
 
 
-def fields(scene: rs.Scene, times: Sequence[float] | Floats) -> Complexes:
+def fields(scene: rs.Scene, times: Sequence[float] | Floats, fidelity: Fidelity = PRESETS["balanced"]) -> Complexes:
     """Roots of the effective cross-sections [m] of the first body at times (K,) [s], with the phase about its origin."""
     earth = effective_earth_radius(scene.environment.earth_factor)
-    context = ScatteringContext(
-        scene.radar, PRESETS["balanced"], 0, scene.antenna(0.0)[0], scene.environment, scene.bodies, earth
-    )
+    context = ScatteringContext(scene.radar, fidelity, 0, scene.antenna(0.0)[0], scene.environment, scene.bodies, earth)
     model, line_of_sight = PhysicalOptics.build(scene.bodies[:1], np.arange(1), context), OcclusionScene(scene.bodies, earth)
     return np.array([_field(scene, model, line_of_sight, float(time)) for time in times])
 

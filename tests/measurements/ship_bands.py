@@ -3,7 +3,9 @@
     .venv/bin/python -m tests.measurements.ship_bands FOLDER [NAME ...] [--mesh NAME=FILE ...]
 
 Each ship turns through all aspects 2 km from an antenna 15 m high: in free space, over a flat sea, and moved by the seaway of sea
-states 1, 3 and 5. Aspects lie in windows of 5 degrees, 15 degrees apart; at sea state 3 more lie within 2 degrees of broadside.
+states 1, 3 and 5. Aspects lie in windows of 5 degrees, 15 degrees apart; at sea state 3 more lie within 2 degrees of broadside,
+and windows of bow and quarter have others, closer together, for the spread of single looks. Of many equal scatterers that is
+5.57 dB (pi / sqrt 6 x 10 / ln 10, exponential power), of means of two looks 3.5 dB.
 Without names all built-in ships, meshes of `scenes/` and those of `--mesh` (bow along y, waterline at 0) are measured. All are
 dented (`plating`). FOLDER keeps what is measured, for another table, and polar plots.
 """
@@ -15,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import chi2
 
 import radar_service as rs
 from radar_service.numerics.types import Floats
@@ -25,7 +26,8 @@ SCENES = Path(__file__).parents[2] / "scenes"
 DISTANCE, ANTENNA = 2000.0, 15.0  # m
 WINDOW, STEP = 5.0, 15.0  # degrees: width and distance of windows
 AWAY, BROADSIDE = 12.0, 2.0  # degrees off broadside: more is bow or quarter, less is broadside
-PER_WINDOW, FLOOR = 2, -10.0  # aspects; dBsm of the middle of plots
+PER_WINDOW, LOOKS = 2, 8  # aspects, and those for the spread: 22 windows then have 154 degrees of freedom, 6 % of the spread
+FLOOR = -10.0  # dBsm of the middle of plots
 TURN = 0.1  # degrees/s: an aspect is a time
 SEAS: dict[str, dict[str, Any]] = {
     "free": {},
@@ -80,12 +82,10 @@ class Echoes(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """Standard deviation [dB] within a window of bow and quarter: that of normal draws with the same median over windows."""
+        """Standard deviation [dB] of looks within a window, over all windows of bow and quarter."""
         window = np.round(self.aspect / STEP).astype(int)
         away = np.unique(window[self.off_beam > AWAY])
-        variances = [self.section[window == n].var(ddof=1) for n in away]
-        freedom = int((window == away[0]).sum()) - 1
-        return float(np.sqrt(np.median(variances) * freedom / chi2.median(freedom)))
+        return float(np.sqrt(np.mean([self.section[window == n].var(ddof=1) for n in away])))
 
 
 def aspects(per_window: int, abeam: int) -> Floats:
@@ -125,14 +125,14 @@ def together(seas: Mapping[str, Echoes]) -> Echoes:
     return Echoes(aspect, section, each[0].length)
 
 
-def row(name: str, seas: Mapping[str, Echoes]) -> str:
-    """A line of the table."""
+def row(name: str, seas: Mapping[str, Echoes], looks: Echoes) -> str:
+    """A line of the table; looks: those of the spread."""
     limits, way = band(seas[UNDER_WAY].length), seas[UNDER_WAY]
     parts = [" / ".join(f"{value:.0f}" for value in each.quartiles) for each in seas.values()]
     median = round(float(together(seas).quartiles[1]))  # the bands are in whole decibels
     inside = "" if limits is None else "yes" if limits[0] <= median <= limits[1] else "no"
     text = "none" if limits is None else f"{limits[0]:.0f} to {limits[1]:.0f}"
-    return f"| {name} | {' | '.join(parts)} | {median} | {text} | {inside} | {way.broadside:+.0f} | {way.spread:.1f} |"
+    return f"| {name} | {' | '.join(parts)} | {median} | {text} | {inside} | {way.broadside:+.0f} | {looks.spread:.1f} |"
 
 
 def plot(name: str, seas: Mapping[str, Echoes], file: Path) -> None:
@@ -148,17 +148,24 @@ def plot(name: str, seas: Mapping[str, Echoes], file: Path) -> None:
     figure.savefig(file, dpi=110)
 
 
-def measured(name: str, body: Mapping[str, Any], folder: Path) -> dict[str, Echoes]:
-    """By sea, from the folder where they are there already."""
-    seas = {}
-    for sea in SEAS:
-        file = folder / f"{name.replace(', ', '-').replace(' ', '')}-{sea}.npz"
+def bow_and_quarter(looks: int) -> Floats:
+    """So many aspects in each window of bow and quarter [degrees from the bow]."""
+    each = aspects(looks, 0)
+    return np.asarray(each[np.abs(np.round(each / STEP) * STEP % 180.0 - 90.0) > AWAY])
+
+
+def measured(name: str, body: Mapping[str, Any], folder: Path) -> tuple[dict[str, Echoes], Echoes]:
+    """By sea, and the looks of the spread, from the folder where they are there already."""
+    plans = {sea: (sea, aspects(PER_WINDOW, ABEAM if sea == UNDER_WAY else 0)) for sea in SEAS}
+    plans["looks"] = UNDER_WAY, bow_and_quarter(LOOKS)
+    result = {}
+    for plan, (sea, aspect) in plans.items():
+        file = folder / f"{name.replace(', ', '-').replace(' ', '')}-{plan}.npz"
         if not file.exists():
-            each = echoes(body, sea, aspects(PER_WINDOW, ABEAM if sea == UNDER_WAY else 0))
-            np.savez(file, **each._asdict())
+            np.savez(file, **echoes(body, sea, aspect)._asdict())
         with np.load(file) as kept:
-            seas[sea] = Echoes(kept["aspect"], kept["section"], float(kept["length"]))
-    return seas
+            result[plan] = Echoes(kept["aspect"], kept["section"], float(kept["length"]))
+    return result, result.pop("looks")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -174,8 +181,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
     for name, body in {**SHIPS, **others}.items():
         if not options.names or name in options.names:
-            seas = measured(name, body, options.folder)
-            print(row(name, seas), flush=True)
+            seas, looks = measured(name, body, options.folder)
+            print(row(name, seas, looks), flush=True)
             plot(name, seas, options.folder / f"{name.replace(', ', '-').replace(' ', '')}.png")
 
 

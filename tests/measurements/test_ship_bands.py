@@ -2,8 +2,22 @@
 
 import numpy as np
 import pytest
+from scipy.special import polygamma
 
-from tests.measurements.ship_bands import AWAY, BANDS, BROADSIDE, SHIPS, Echoes, aspects, band, echoes, row, together
+from tests.measurements.ship_bands import (
+    AWAY,
+    BANDS,
+    BROADSIDE,
+    LOOKS,
+    SHIPS,
+    Echoes,
+    aspects,
+    band,
+    bow_and_quarter,
+    echoes,
+    row,
+    together,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["pilot, 9 m", "fishing, 52 m", "cargo, 103 m"])
@@ -40,10 +54,31 @@ def test_quartiles_broadside_and_spread_of_normal_draws() -> None:
 def test_a_row_tells_whether_the_waves_lie_in_the_band() -> None:
     seas = {sea: drawn(n, level, 1.0, 15.0) for n, (sea, level) in enumerate({"1": 33.0, "3": 30.0, "5": 27.0}.items())}
     assert together(seas).quartiles[1] == pytest.approx(30.0, abs=0.3)
-    assert "| 20 to 36 | yes |" in row("a", seas)
-    assert "| 20 to 36 | no |" in row("a", {sea: each._replace(section=each.section + 8.0) for sea, each in seas.items()})
+    assert "| 20 to 36 | yes |" in row("a", seas, seas["3"])
+    assert "| 20 to 36 | no |" in row(
+        "a", {sea: each._replace(section=each.section + 8.0) for sea, each in seas.items()}, seas["3"]
+    )
 
 
 def test_bands_do_not_overlap_in_length() -> None:
     edges = [edge for limits in sorted(BANDS) for edge in limits]
     assert edges == sorted(edges) and band(85.0) is None
+
+
+@pytest.mark.parametrize(("looks", "expected"), [(1, 5.570), (2, 3.488), (4, 2.314)])
+def test_the_spread_of_many_scatterers_is_that_of_the_logarithm_of_a_gamma_law(looks: int, expected: float) -> None:
+    """10 / ln 10 x sqrt(trigamma(n)) for means of n looks. A spread scatters by 8 %, the mean of 100 by 1 %."""
+    assert 10.0 / np.log(10.0) * np.sqrt(polygamma(1, looks)) == pytest.approx(expected, abs=5e-4)
+    aspect, rng = bow_and_quarter(LOOKS), np.random.default_rng(3)
+    spreads = []
+    for _ in range(100):
+        power = rng.exponential(size=(looks, len(aspect))).mean(axis=0)
+        spreads.append(Echoes(aspect, 10.0 * np.log10(power), 9.0).spread)
+    assert np.sqrt(np.mean(np.square(spreads))) == pytest.approx(expected, abs=0.1)
+    assert np.std(spreads) < 0.1 * expected
+
+
+def test_looks_lie_in_windows_of_bow_and_quarter_alone() -> None:
+    aspect = bow_and_quarter(LOOKS)
+    window, count = np.unique(np.round(aspect / 15.0), return_counts=True)
+    assert len(window) == 22 and (count == LOOKS).all() and not {6.0, 18.0} & set(window.tolist())
