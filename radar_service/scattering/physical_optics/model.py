@@ -183,9 +183,8 @@ class PhysicalOptics(AspectModel):
 
     @override
     def trace_step(self, b: int) -> float:
-        optical, sways = self._optical[b], self.bodies[b].motion.sway is not None
-        simple = not optical.is_concave or (sways and len(optical.mesh.faces) <= SIMPLE)
-        return 0.0 if simple else self._trace_step  # of simple ones a trace takes little
+        few = self.bodies[b].motion.sway is not None and len(self._optical[b].mesh.faces) <= SIMPLE  # a trace takes little
+        return self._trace_step if self._optical[b].is_concave and not few else 0.0
 
     @override
     def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
