@@ -16,8 +16,8 @@ UNDER_WAY = {"scattering": "optics", "material": "steel", "speed_kn": 3.0, "cour
 
 
 def corner(folder: Path) -> rs.Scene:
-    """A dihedral of 4 m at 300 m that opens toward the antenna, under way."""
-    write_obj(folder / "corner.obj", dihedral(4.0, 4.0, 2))
+    """A dihedral of 4 m at 300 m that opens toward the antenna, under way; its 256 triangles share a trace as it rolls."""
+    write_obj(folder / "corner.obj", dihedral(4.0, 4.0, 8))
     body = {"name": "corner", "mesh": "corner.obj", "position_m": [0.0, 300.0, 15.0], **UNDER_WAY}
     return rs.load_scene({"radar": RADAR, "environment": {"multipath": False}, "body": [body]}, folder=folder)
 
