@@ -17,9 +17,8 @@ from radar_service.radar.structures import Aperture, Structure, fresnel_integral
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow
-MIN_LIT = (
-    4e-3  # of the direct field: less reflects nothing: at most -42 dB of a target where the beam is on it too, else -62 dB
-)
+# Of the direct field; less reflects nothing: at most -42 dB of a target where the beam is on it too, else -62 dB.
+MIN_LIT = 4e-3
 BEYOND = 10.0  # Fresnel units beside the aperture that the table covers
 SPECULAR = 0.7  # radii from the middle of a structure to its specular point, along the beam, for targets abeam
 

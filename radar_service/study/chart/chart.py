@@ -194,10 +194,34 @@ def _scattering(scene: Scene, seed: int, effort: Effort, progress: bool) -> Pane
 
 def _ships(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
     """Returns the points of ships in a seaway, none if there is no ship."""
+    return _of_ships(scene, "ships", METHODS, progress, effort.scans, ships_points)
+
+
+def _dents(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of the dents of the largest ship of `_ships`, none if there is none."""
+
+    def points(ships: list[Scene], scans: int, done: Callable[[], object]) -> list[Point]:
+        return dents_points(ships[0], effort.aspects, scans, done)
+
+    return _of_ships(scene, "dents", DENTS_METHODS, progress, effort.scans, points)
+
+
+def _indirect(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+    """Returns the points of the indirect echoes of the largest ship of `_ships`, none if there is none."""
+
+    def points(ships: list[Scene], scans: int, done: Callable[[], object]) -> list[Point]:
+        return indirect_points(ships[0], scans, done)
+
+    return _of_ships(scene, "indirect echoes", INDIRECT_METHODS, progress, effort.looks, points)
+
+
+def _of_ships(
+    scene: Scene, title: str, methods: int, progress: bool, scans: int,
+    points: Callable[[list[Scene], int, Callable[[], object]], list[Point]],
+) -> PanelResult:  # fmt: skip
+    """Returns points of the ships of a scene (`rolling_ships`), by so many methods in so many scans; none if there is no ship."""
     ships = rolling_ships(scene)
-    if not ships:
-        return [], {}
-    return _with_bar("ships", effort.scans * METHODS, progress, lambda done: ships_points(ships, effort.scans, done)), {}
+    return (_with_bar(title, scans * methods, progress, lambda done: points(ships, scans, done)) if ships else []), {}
 
 
 def _land(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
@@ -210,28 +234,6 @@ def _land(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResul
         lambda done: land_points(land_scene, effort.azimuths, effort.scans, seed, done),
     )  # fmt: skip
     return points, {}
-
-
-def _dents(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of the dents of the largest ship of `_ships`, none if there is none."""
-    ships = rolling_ships(scene)
-    if not ships:
-        return [], {}
-    return _with_bar(
-        "dents", effort.scans * DENTS_METHODS, progress,
-        lambda done: dents_points(ships[0], effort.aspects, effort.scans, done),
-    ), {}  # fmt: skip
-
-
-def _indirect(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of the indirect echoes of the largest ship of `_ships`, none if there is none."""
-    ships = rolling_ships(scene)
-    if not ships:
-        return [], {}
-    return _with_bar(
-        "indirect echoes", effort.looks * INDIRECT_METHODS, progress,
-        lambda done: indirect_points(ships[0], effort.looks, done),
-    ), {}  # fmt: skip
 
 
 def _reference_powers(
