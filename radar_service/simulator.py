@@ -25,6 +25,7 @@ from radar_service.simulation.engine_set_up import check_arguments, chosen_fidel
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
@@ -56,11 +57,11 @@ class Simulator:
         radar: str | None = None, powers: PowersOf = (),
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
-        many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
-        are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run; labels:
-        whether spokes name the strongest source of each cell, which changes no other byte; radar: id of one of the
-        scene's radars, by default the first; powers: `all`, or the numbers of the sources whose
-        power the spokes have too.
+        many processes compute at once (on Linux; elsewhere one), which changes no byte; sector: from and to, clockwise from true
+        north [rad]: only its azimuths are computed, with the bytes that they have in a whole scan; commands: to replay, as
+        `commands` of another run; labels: whether spokes name the strongest source of each cell, which changes no other byte;
+        radar: id of one of the scene's radars, by default the first; powers: `all`, or the numbers of the sources whose power
+        the spokes have too.
 
         Raises TypeError and ValueError as `check_arguments`, and ValueError for an unknown name or radar, labels or powers that
         the radar cannot tell or has no source for, or a command that is not possible (CommandError).
@@ -70,7 +71,7 @@ class Simulator:
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
         self._requested, self._threads, self._ends = fidelity, threads, sector
-        self._made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads)
+        self._made = engine_set_up(steering.scene, self.fidelity, fidelity, seed)
         self.range, self.range_step = self._made.engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._join(steering, source_request(labels, powers))
@@ -95,7 +96,8 @@ class Simulator:
         tiles = SourceTiles(engine, pulses, request)
         self.sources = tiles.sources(source_names(self.scene))
         self.sources.check(request)
-        self._stream = SpokeStream(tiles, steering, Sector(self.scene.radar, self._ends), reporter)
+        self._processes = TileProcesses(tiles, steering, self._threads)
+        self._stream = SpokeStream(self._processes, steering, Sector(self.scene.radar, self._ends), reporter)
 
     @BLAS_LIMIT.held()
     def begin_at(self, origin: Origin) -> None:
@@ -104,7 +106,7 @@ class Simulator:
         steering = self._stream.steering
         steering.begin_at(origin)
         self.scene = scene_at_origin(self.scene, origin)
-        self._made = set_up_at_origin(self._made, steering.scene, self.fidelity, self._requested, self.seed, self._threads)
+        self._made = set_up_at_origin(self._made, steering.scene, self.fidelity, self._requested, self.seed)
         self._join(steering, self._stream.request)
 
     def __repr__(self) -> str:
@@ -142,6 +144,11 @@ class Simulator:
             self.range_step,
             self.sources,
         )
+
+    @property
+    def processes(self) -> list[int]:
+        """Numbers of the processes that compute with it now, where it has several `threads`."""
+        return self._processes.numbers
 
     @property
     def trees(self) -> int:
@@ -303,7 +310,8 @@ class Simulator:
         return [*map(TruthLine.of, self.crossings(scan, radiometric)), TruthLine.of(self.snapshot(scan))]
 
     def close(self) -> None:
-        """Does nothing: a simulator computes only while a block is taken."""
+        """Ends the processes that compute with it, where it has several `threads`; the next block starts others."""
+        self._processes.close()
 
     @cached_property
     def _crossings(self) -> CrossingTruth:

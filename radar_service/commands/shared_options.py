@@ -35,10 +35,10 @@ def add_exactness(to: "argparse._ActionsContainer") -> None:
 
 
 def add_threads(to: "argparse._ActionsContainer") -> None:
-    """Adds the number of threads."""
+    """Adds the number of processes that compute side by side."""
     to.add_argument(
         "--threads", default=1, type=thread_count, metavar="N",
-        help="threads that compute each radar, or auto: all cores but one (default 1); changes no byte",
+        help="processes that compute each radar, or auto: all cores but one (default 1; Linux); changes no byte",
     )  # fmt: skip
 
 

@@ -10,7 +10,6 @@ Arithmetic runs in tiles that are the same however spokes are grouped afterwards
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +21,7 @@ from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
 from radar_service.engine.preparation import Prepared, column
 from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.parallel import BLAS_LIMIT, in_order
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.structure_shadow import structure_shadow
@@ -259,28 +258,24 @@ def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:
 
 
 class Engine:
-    """Computes scans of a prepared scene tile by tile, on one or more threads, which changes no byte."""
+    """Computes scans of a prepared scene tile by tile."""
 
-    def __init__(self, prepared: Prepared, threads: int = 1) -> None:
-        self.prepared, self._threads = prepared, threads
+    def __init__(self, prepared: Prepared) -> None:
+        self.prepared = prepared
         radar = prepared.scene.radar
         self.range: Floats = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
 
     def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
         """One scan: index of each tile's first azimuth, field (K, bins) [sqrt(W)] and power (K, bins) [W]; only tiles that
         hold any of the requested azimuths, where there are flags (A,) of these."""
-        starts = self.starts(requested)
-        fields = in_order(partial(self._tile, scan), starts, self._threads)
-        for start, field in zip(starts, fields, strict=True):
+        for start in self.starts(requested):
+            field = profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
             yield start, field, square_law(field)
 
     def starts(self, requested: Flags | None = None) -> list[int]:
         """The first azimuths of a scan's tiles; only of those that hold any of the requested azimuths (A,)."""
         azimuths, tile = self.prepared.scene.radar.azimuths, self.prepared.tile
         return [n for n in range(0, azimuths, tile) if requested is None or requested[n : n + tile].any()]
-
-    def _tile(self, scan: int, start: int) -> Profiles:
-        return profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
 
 
 def _beam_weighted(echoes: OccludedEchoes, azimuths: AzimuthTimes, prepared: Prepared) -> BeamWeightedEchoes:

@@ -1,22 +1,19 @@
-"""Runs work on several threads and hands the results over in order; keeps BLAS to one thread while the engine computes.
+"""Keeps BLAS to one thread while the engine computes, and knows whether any thread computes.
 
 The engine makes thousands of small matrix products. BLAS libraries that spread each of them over the cores mostly wait, and
-compete with the engine's own threads. numpy, scipy.fft and Embree release the interpreter's lock, so tiles run side by side.
+compete with the engine's own processes.
 
 Importing this module changes neither the environment nor any library. `BLAS_LIMIT` acts only while something holds it.
 """
 
 import os
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
-from threading import Lock
+from threading import Lock, local
 from typing import Any, Protocol, TypeVar
 
 Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 BLAS_USERS = ("numpy.linalg", "scipy.linalg")  # each loads the BLAS library of its package; the engine uses no third one
 ENVIRONMENT_OF_THREADPOOLCTL = "KMP_DUPLICATE_LIB_OK"  # threadpoolctl sets it when it is imported, for OpenMP of Intel
@@ -90,7 +87,7 @@ class BlasLimit:
         """libraries: those to limit; None for all BLAS libraries that are loaded when the limit is first held."""
         self.libraries = libraries
         self._lock = Lock()
-        self._holders = 0
+        self._holders, self._own = 0, local()  # times that it is held, by all threads and by each
         self._previous: list[tuple[BlasLibrary, int]] = []
 
     @property
@@ -106,6 +103,12 @@ class BlasLimit:
             yield
         finally:
             self._release(own)
+
+    @contextmanager
+    def alone(self) -> Iterator[bool]:
+        """Whether no other thread holds the limit; during a `with` block none takes it or gives it back."""
+        with self._lock:
+            yield self._holders == self._times
 
     def each(self, items: Iterable[Item]) -> Iterator[Item]:
         """Yields the items. Holds the limit while each is computed and not while the consumer has it."""
@@ -124,6 +127,7 @@ class BlasLimit:
             if not self._holders:
                 self._previous = _set_to_one(shared)
             self._holders += 1
+            self._own.times = self._times + 1
         return _set_to_one(own)
 
     def _release(self, own: list[tuple[BlasLibrary, int]]) -> None:
@@ -131,8 +135,14 @@ class BlasLimit:
         _restore(own)
         with self._lock:
             self._holders -= 1
+            self._own.times = self._times - 1
             if not self._holders:
                 _restore(self._previous)
+
+    @property
+    def _times(self) -> int:
+        """How often this thread holds it."""
+        return getattr(self._own, "times", 0)
 
     def _by_scope(self) -> tuple[list[BlasLibrary], list[BlasLibrary]]:
         """The libraries with one number for the process, and those with one for each thread."""
@@ -157,26 +167,3 @@ def _restore(numbers: Sequence[tuple[BlasLibrary, int]]) -> None:
 
 
 BLAS_LIMIT = BlasLimit()  # the one of this process: the libraries have one number for all who use them
-
-
-def in_order(function: Callable[[Item], Result], items: Iterable[Item], threads: int) -> Iterator[Result]:
-    """Yields function(item) for each item in order. Up to `threads` items are computed at a time, and as many wait.
-
-    Each call holds BLAS_LIMIT, on whichever thread it runs.
-    """
-    limited = BLAS_LIMIT.held()(function)
-    if threads == 1:
-        yield from map(limited, items)
-        return
-    waiting: deque[Future[Result]] = deque()
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for item in items:
-                waiting.append(pool.submit(limited, item))
-                if len(waiting) >= 2 * threads:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:  # where the consumer wants no more
-            for future in waiting:
-                future.cancel()

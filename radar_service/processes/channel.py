@@ -84,6 +84,10 @@ class Channel:
         except BlockingIOError:
             return False
 
+    def fileno(self) -> int:
+        """Returns the descriptor of this end."""
+        return self._end.fileno()
+
     def end(self) -> None:
         """Sends no more: the other end reads what was sent, and then the end. A `send` that waits raises OSError."""
         with contextlib.suppress(OSError):
@@ -111,3 +115,12 @@ class Channel:
                 raise EOFError("the other process has ended")
             at += count
         return data
+
+
+def first_ready(channels: Sequence[Channel]) -> list[int]:
+    """Waits until one of several channels has something to receive, or its other end is gone; returns the numbers of those."""
+    poll = select.poll()
+    for channel in channels:
+        poll.register(channel, select.POLLIN)
+    ready = {descriptor for descriptor, _ in poll.poll()}
+    return [number for number, channel in enumerate(channels) if channel.fileno() in ready]

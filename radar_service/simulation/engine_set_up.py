@@ -74,7 +74,7 @@ class EngineSetUp(NamedTuple):
 
 
 @BLAS_LIMIT.held()
-def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int) -> EngineSetUp:
+def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int) -> EngineSetUp:
     """Returns the engine of a scene: a LabelledEngine but for the specification as printed.
 
     fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs.
@@ -85,21 +85,21 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
         )
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    return _of_pulses(set_up, prepared_pulses(scene, set_up.prepared, requested, seed), threads)
+    return _of_pulses(set_up, prepared_pulses(scene, set_up.prepared, requested, seed))
 
 
 def set_up_at_origin(
-    earlier: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int
+    earlier: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int
 ) -> EngineSetUp:
     """Returns the engine of the same scene whose rotation has another origin; arguments as `engine_set_up`."""
     if earlier.set_up is None:
-        return engine_set_up(scene, fidelity, requested, seed, threads)
+        return engine_set_up(scene, fidelity, requested, seed)
     pulses = tuple(prepared.at_origin(scene.radar.origin, seed) for prepared in earlier.pulses)
-    return _of_pulses(replace(earlier.set_up, prepared=pulses[-1]), pulses, threads)
+    return _of_pulses(replace(earlier.set_up, prepared=pulses[-1]), pulses)
 
 
-def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...], threads: int) -> EngineSetUp:
-    engines = [LabellingEngine(prepared, threads) for prepared in pulses]
+def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...]) -> EngineSetUp:
+    engines = [LabellingEngine(prepared) for prepared in pulses]
     engine = LabellingStitchedEngine(engines) if len(engines) > 1 else engines[0]
     return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight, pulses)
 

@@ -17,7 +17,8 @@ from radar_service.records.reports import Readings
 from radar_service.records.spokes import SpokeBlock, regrouped
 from radar_service.records.truth import OwnShipTruth
 from radar_service.scans.sector import Sector
-from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.simulation.source_tiles import SourceTile
+from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.world.commands import Command
 from radar_service.world.steering import Steering
 
@@ -29,7 +30,7 @@ class SpokeStream:
     request: what spokes tell of their sources.
     """
 
-    def __init__(self, tiles: SourceTiles, steering: Steering, sector: Sector, reporter: ErrorReporter) -> None:
+    def __init__(self, tiles: TileProcesses, steering: Steering, sector: Sector, reporter: ErrorReporter) -> None:
         """tiles: what the engine computes."""
         self.steering, self.reporter = steering, reporter
         self.next_scan = steering.scene.radar.origin.scan

@@ -6,7 +6,7 @@ own. Most of these rows cannot exceed the noise (`Compression.peak_gain`), and a
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import StitchedEngine
-from radar_service.numerics.parallel import BLAS_LIMIT, in_order
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
@@ -209,16 +209,10 @@ class LabellingEngine(Engine):
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
         """Yields the tiles of a scan, each with its labels (K, bins); arguments as of `tiles`."""
         labeller = self._labeller
-        starts = self.starts(requested)
-        tiles = in_order(partial(_labelled_tile, labeller, self.prepared, scan), starts, self._threads)
-        for start, (field, labels) in zip(starts, tiles, strict=True):
-            yield start, field, square_law(field), labels
-
-
-def _labelled_tile(labeller: Labeller, prepared: Prepared, scan: int, start: int) -> tuple[Profiles, Labels]:
-    azimuths, record = tile_azimuths(prepared, scan, start), Contributions()
-    field = profiles(prepared, azimuths, record)
-    return field, labeller.labels(azimuths, record)
+        for start in self.starts(requested):
+            azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
+            field = profiles(self.prepared, azimuths, record)
+            yield start, field, square_law(field), labeller.labels(azimuths, record)
 
 
 class LabellingStitchedEngine(StitchedEngine):

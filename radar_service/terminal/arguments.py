@@ -58,7 +58,7 @@ def add_whole_number(
 
 
 def thread_count(text: str) -> int:
-    """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
+    """Returns a number of processes that compute; auto: all cores but one. Raises ArgumentTypeError."""
     return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole_number(text, 1, MAX_THREADS)
 
 

@@ -2,7 +2,8 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from threading import Lock
 from types import MappingProxyType
@@ -80,6 +81,18 @@ class Steering:
         with self._lock:
             return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
 
+    @property
+    def followed(self) -> tuple[Command, ...]:
+        """The commands that the motions of `scene` follow."""
+        with self._lock:
+            return tuple(self._commands[: self._followed])
+
+    @contextmanager
+    def unchanged(self) -> Iterator[None]:
+        """Keeps commands away during a `with` block."""
+        with self._lock:
+            yield
+
     def begin_at(self, origin: Origin) -> None:
         """Gives the rotation of the radar another origin. Comes before any command."""
         is_steered = self.past is not self.scene
@@ -127,7 +140,16 @@ class Steering:
                 each.forget()
             self._change_past()
 
-    def go_to(self, spoke: int) -> None:
+    def follow(self, commands: Sequence[Command]) -> None:
+        """Lets the motions of `scene` follow all commands that those of a copy of it follow, and no other one."""
+        with self._lock:
+            pairs = enumerate(zip(commands, self._commands, strict=False))
+            same = next((at for at, (new, old) in pairs if new != old), min(len(commands), len(self._commands)))
+            self._take(min(same, self._taken))
+            self._commands = list(commands)
+        self.go_to(math.inf)
+
+    def go_to(self, spoke: float) -> None:
         """Lets the motions of `scene` follow all commands up to this spoke, and no later one."""
         with self._lock:
             count = bisect_right(self._commands, spoke, key=_spoke)

@@ -67,7 +67,7 @@ def made() -> rs.Scene:
 
 @pytest.fixture(scope="module")
 def prepared(made: rs.Scene) -> EngineSetUp:
-    return engine_set_up(made, PRESETS["fast"], "fast", 0, 1)
+    return engine_set_up(made, PRESETS["fast"], "fast", 0)
 
 
 def tiles(made: rs.Scene, prepared: EngineSetUp) -> None:
@@ -93,11 +93,11 @@ def truth(made: rs.Scene, prepared: EngineSetUp) -> None:
 
 
 def documented(made: rs.Scene, prepared: EngineSetUp) -> None:
-    next(engine_set_up(made, PRESETS["documented"], "documented", 0, 1).engine.tiles(0))
+    next(engine_set_up(made, PRESETS["documented"], "documented", 0).engine.tiles(0))
 
 
 def set_up(made: rs.Scene, prepared: EngineSetUp) -> None:
-    engine_set_up(made, PRESETS["fast"], "fast", 0, 1)
+    engine_set_up(made, PRESETS["fast"], "fast", 0)
 
 
 @pytest.mark.parametrize("work", [set_up, tiles, again, radiometric, truth, documented])

@@ -15,7 +15,7 @@ import radar_service as rs
 from radar_service import __main__ as command_line
 from radar_service.engine import pipeline, preparation
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.numerics.parallel import BLAS_LIMIT, BlasLimit, in_order
+from radar_service.numerics.parallel import BLAS_LIMIT, BlasLimit
 from radar_service.plan import cost_model
 from radar_service.simulation import engine_set_up
 from tests.scenes import point, scene
@@ -113,15 +113,14 @@ assert {found["filepath"] for found in threadpool_info() if found["user_api"] ==
 """)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
 def test_limit_is_in_force_in_set_up_and_in_each_block(
-    host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch, threads: int
+    host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     set_up: list[Numbers] = []
     tiles: list[Numbers] = []
     monkeypatch.setattr(engine_set_up, "prepare", watched(preparation.prepare, set_up))
     monkeypatch.setattr(pipeline, "profiles", watched(pipeline.profiles, tiles))
-    sim = rs.Simulator(small, threads=threads)
+    sim = rs.Simulator(small)
     assert in_force(set_up) and numbers() == host
     for _ in sim.blocks(scans=2):
         pass
@@ -260,22 +259,27 @@ class Library:
         return threading.get_ident() if self.per_thread else 0
 
 
-def test_workers_hold_the_limit_for_their_own_items_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """While the consumer keeps the first item, the second is computed under the limit; when it is done, nothing holds it."""
-    library, go = Library(5), threading.Event()
-    monkeypatch.setattr(BLAS_LIMIT, "libraries", [library])
+def test_a_thread_knows_whether_it_holds_the_limit_alone() -> None:
+    """However often it holds it itself; meanwhile no other one takes it."""
+    limit, taken, go = BlasLimit([Library(4)]), threading.Event(), threading.Event()
 
-    def item(number: int) -> int:
-        assert number == 0 or go.wait(PATIENCE)
-        return library.get_num_threads()
+    def other() -> None:
+        with limit.held():
+            taken.set()
+            assert go.wait(PATIENCE)
 
-    items = in_order(item, range(4), threads=2)
-    assert next(items) == 1
-    assert library.becomes(1)
+    with limit.held(), limit.held(), limit.alone() as alone:
+        assert alone
+        thread = threading.Thread(target=other)
+        thread.start()
+        assert not taken.is_set()
+    assert taken.wait(PATIENCE)
+    with limit.alone() as alone:
+        assert not alone
     go.set()
-    assert library.becomes(5)
-    assert list(items) == [1, 1, 1]
-    assert library.becomes(5)
+    thread.join(PATIENCE)
+    with limit.alone() as alone:
+        assert alone
 
 
 def test_each_thread_sets_and_restores_a_library_that_has_one_number_for_each_thread() -> None:
@@ -311,21 +315,3 @@ def test_commands_hold_the_limit_for_the_whole_process(host: Numbers, monkeypatc
         monkeypatch.setattr(f"radar_service.commands.{name}.run", run)
     assert command_line.main(["check"]) == command_line.main(["scan", "-o", "x.npz"]) == 0
     assert len(seen) == 2 and in_force(seen) and numbers() == host
-
-
-def test_a_consumer_that_wants_no_more_waits_only_for_what_is_being_computed() -> None:
-    computed: list[int] = []
-    begun, go = threading.Event(), threading.Event()
-
-    def item(number: int) -> int:
-        computed.append(number)
-        if number == 1:
-            begun.set()
-            assert go.wait(PATIENCE)
-        return number
-
-    items = in_order(item, range(100), threads=2)
-    assert next(items) == 0 and begun.wait(PATIENCE)
-    threading.Timer(0.0, go.set).start()
-    items.close()  # type: ignore[attr-defined]  # it is a generator
-    assert max(computed) < 6  # 4 wait or are computed at a time

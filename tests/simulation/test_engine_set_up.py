@@ -24,7 +24,7 @@ TWO = {
 )  # fmt: skip
 def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, kind: type) -> None:
     made = scene([point("p", 100, 200)], radar=radar)
-    engine, set_up, line_of_sight, pulses = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1)
+    engine, set_up, line_of_sight, pulses = engine_set_up(made, PRESETS[fidelity], fidelity, 0)
     assert type(engine) is kind and (set_up is None) == (fidelity == "documented")
     expected = [] if set_up is None else [300, 600] if radar is TWO else [600]
     assert [prepared.scene.radar.range_max for prepared in pulses] == expected

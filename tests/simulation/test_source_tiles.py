@@ -23,7 +23,7 @@ STITCHED = scene(BODIES, radar={name: value for name, value in RADAR.items() if 
 
 
 def tiles(request: SourceRequest, made: Scene = MADE) -> SourceTiles:
-    engine, _, _, pulses = engine_set_up(made, PRESETS["fast"], "fast", 0, 1)
+    engine, _, _, pulses = engine_set_up(made, PRESETS["fast"], "fast", 0)
     return SourceTiles(engine, pulses, request)
 
 
@@ -59,7 +59,7 @@ def test_what_is_not_requested_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
 
 def test_the_specification_as_printed_tells_no_sources_and_says_why() -> None:
     made = scene(radar=RADAR)
-    engine, _, _, pulses = engine_set_up(made, PRESETS["documented"], "documented", 0, 1)
+    engine, _, _, pulses = engine_set_up(made, PRESETS["documented"], "documented", 0)
     sources = SourceTiles(engine, pulses, SourceRequest()).sources(source_names(made))
     assert "documented" in sources.no_labels and "documented" in sources.no_powers and sources.names[0] == "noise"
     with pytest.raises(ValueError, match="powers: .*documented.* leave powers out"):

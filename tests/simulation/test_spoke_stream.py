@@ -15,6 +15,7 @@ from radar_service.scene_file.load import load_scene
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.simulator import Simulator
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.scene import scene_at_rpm
@@ -34,8 +35,8 @@ SCENE = {
 def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
-    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
-    tiles = SourceTiles(engine, pulses, SourceRequest())
+    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0)
+    tiles = TileProcesses(SourceTiles(engine, pulses, SourceRequest()), steering, 1)
     errors: ErrorSettings | None = scene.errors
     return SpokeStream(tiles, steering, Sector(scene.radar, None), ErrorReporter(scene.radar, 0, errors))
 
@@ -113,8 +114,8 @@ def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() 
     """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
     scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
     steering = Steering(scene)
-    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
-    tiles = SourceTiles(engine, pulses, SourceRequest())
+    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0)
+    tiles = TileProcesses(SourceTiles(engine, pulses, SourceRequest()), steering, 1)
     made = SpokeStream(tiles, steering, Sector(scene.radar, None), ErrorReporter(scene.radar, 0, None))
     blocks = made.blocks(1, 8)
     assert [next(blocks).first, next(blocks).first] == [7 * 32, 7 * 32 + 8]

@@ -99,7 +99,7 @@ def test_the_order_of_bodies_changes_no_name() -> None:
 def test_field_and_power_keep_their_bytes() -> None:
     prepared = prepare(everything(), PRESETS["balanced"], 4)
     plain = [(field.tobytes(), power.tobytes()) for _, field, power in Engine(prepared).tiles(2)]
-    labelled = list(LabellingEngine(prepared, threads=2).labelled_tiles(2))
+    labelled = list(LabellingEngine(prepared).labelled_tiles(2))
     assert plain == [(field.tobytes(), power.tobytes()) for _, field, power, _ in labelled]
     assert [labels.dtype for *_, labels in labelled] == [np.uint32] * len(labelled)
 

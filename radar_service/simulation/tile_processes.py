@@ -1,0 +1,338 @@
+"""Tiles of a scan that several processes compute side by side, in order and with the bytes of one.
+
+Threads win little here: the engine makes thousands of small calls, and only one thread at a time runs Python. So the process
+that has prepared the scene forks others, which share its memory (docs/decisions/0024-tile-processes.md has the figures).
+"""
+
+import contextlib
+import gc
+import os
+import pickle
+import signal
+import socket
+import sys
+import warnings
+import weakref
+from collections import deque
+from collections.abc import Iterator, Sequence
+from time import thread_time
+from typing import NamedTuple, NoReturn, cast
+
+import numpy as np
+
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.processes.channel import Channel, first_ready
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.world.commands import Command
+from radar_service.world.steering import Steering
+
+CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
+STANDARD_STREAMS = 3  # descriptors that a child keeps
+
+_FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
+
+
+class Order(NamedTuple):
+    """What a process is to compute: tiles of a scan that hold requested azimuths (A,), under commands.
+
+    kept, commands: how many of the commands of the last order hold still, and those that follow them.
+    """
+
+    scan: int
+    requested: Flags
+    sources: SourceRequest
+    kept: int
+    commands: Sequence[Command]
+
+
+class Computed(NamedTuple):
+    """A tile, and the processor time that it took [s]."""
+
+    tile: SourceTile
+    seconds: float
+
+
+STOP = "stop"  # gives up an order
+DONE = "done"  # answers each order, after its tiles
+
+
+class TileProcesses:
+    """Tiles as of SourceTiles, computed in several processes. They are forked with the first scan and end with this object.
+
+    A process computes about the same azimuths in each scan, since it keeps what it knows of ships there. While another thread
+    uses the engine nothing is forked, and a scan is computed in this process; so is the rest of one where a process has died.
+    """
+
+    def __init__(self, tiles: SourceTiles, steering: Steering, count: int) -> None:
+        """tiles: whose scene `steering` commands; count: of processes, of which 1 is this one."""
+        self.engine, self.request = tiles.engine, tiles.request
+        self._tiles, self._steering, self._length = tiles, steering, tiles.length
+        self._count = count if CAN_FORK and self._length else 1
+        self._children: list[_Child] = []
+        number = -(-steering.scene.radar.azimuths // max(self._length, 1))
+        self._seconds, self._again = np.ones(number), np.zeros(number)  # that tiles (T,) take, and take more as first ones
+        self._owners: Indices = np.zeros(number, dtype=np.int64)
+        _FORKING.add(self)
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the processes that there are now."""
+        return [child.process for child in self._children]
+
+    def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
+        """Yields the tiles of a scan, as `SourceTiles.scan`."""
+        self._tiles.request = self.request
+        if self._count == 1:
+            yield from self._tiles.scan(scan, requested)
+            return
+        azimuths = self._steering.scene.radar.azimuths
+        flags = np.ones(azimuths, dtype=np.bool_) if requested is None else requested
+        starts = [n for n in range(0, azimuths, self._length) if flags[n : n + self._length].any()]
+        done = 0
+        if len(starts) > 1 and (self._children or self._forked()):
+            try:
+                for tile in self._together(scan, flags, starts):
+                    yield tile
+                    done += 1
+                return
+            except (EOFError, OSError):
+                self.close()
+        if done < len(starts):
+            yield from self._tiles.scan(scan, flags & (np.arange(azimuths) >= starts[done]))
+
+    def close(self) -> None:
+        """Ends the processes. Another scan forks others."""
+        for child in self._children:
+            child.end()
+        self._children = []
+
+    def forget(self) -> None:
+        """Gives up the processes without ending them, in a process that was forked from theirs."""
+        for child in self._children:
+            child.forget()
+        self._children = []
+
+    def _forked(self) -> bool:
+        """Forks the processes. Returns False where that is not possible now."""
+        own_end: socket.socket | None = None
+        with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged():
+            while is_alone and len(self._children) < self._count and own_end is None:
+                try:
+                    child, own_end = _fork()
+                except OSError:  # no memory, or too many processes
+                    break
+                self._children += [child] if child else []
+        if own_end:
+            _live(own_end, self._tiles, self._steering)
+        return bool(self._children)
+
+    def _together(self, scan: int, requested: Flags, starts: Sequence[int]) -> Iterator[SourceTile]:
+        """Yields the tiles that begin at `starts`. Raises EOFError and OSError where a process has died."""
+        self._shared_out(np.asarray(starts) // self._length)
+        for child in self._children:
+            child.wait()
+        commands = self._steering.followed
+        for number, child in enumerate(self._children):
+            share = requested & np.repeat(self._owners == number, self._length)[: len(requested)]
+            if share.any():
+                child.order(scan, share, self.request, commands)
+        try:
+            for start in starts:
+                yield self._received(start // self._length)
+        finally:
+            for child in self._children:
+                child.give_up()
+
+    def _received(self, number: int) -> SourceTile:
+        """The next tile from its process, while tiles that come from others wait."""
+        owner = self._children[int(self._owners[number])]
+        while not owner.tiles:
+            if not owner.is_busy:
+                raise EOFError(f"a process has not computed tile {number}")
+            busy = [child for child in self._children if child.is_busy]
+            for ready in first_ready([child.channel for child in busy]):
+                busy[ready].receive()
+        tile, seconds = owner.tiles.popleft()
+        self._seconds[number] = max(seconds - self._again[number], 0.0)
+        return tile
+
+    def _shared_out(self, tiles: Indices) -> None:
+        """Decides which process computes each of these tiles."""
+        seconds = self._seconds[tiles]
+        again = computed_again(seconds, self._tiles.passage)
+        owners = shares(seconds, again, len(self._children))
+        self._owners[tiles] = owners
+        self._again[tiles] = np.where(np.diff(owners, prepend=0) > 0, again, 0.0)
+
+
+def shares(seconds: Floats, again: Floats, count: int) -> Indices:
+    """The number (T,) of the process that computes each of consecutive tiles, so that the last one ends soonest.
+
+    seconds: that each tile takes (T,); again: what it takes more where a process begins with it (T,); count: of processes at
+    most: where the work of one can not be shared, others have none.
+    """
+    tiles = len(seconds)
+    until = np.concatenate([[0.0], np.cumsum(seconds)])
+    spent = until[1:] - until[:-1, None] + again[:, None]  # by who computes from one tile to another, both included
+    spent[np.tril_indices(tiles, -1)] = np.inf
+    ends, begins = (
+        [spent[0]],
+        [np.zeros(tiles, dtype=np.int64)],
+    )  # of so many processes: the least time, where the last begins
+    for _ in range(1, min(count, tiles)):
+        last = np.maximum(np.append(np.inf, ends[-1][:-1])[:, None], spent)
+        ends.append(last.min(axis=0))
+        begins.append(last.argmin(axis=0))
+    owners, stop = np.zeros(tiles, dtype=np.int64), tiles
+    for number in range(int(np.argmin([end[-1] for end in ends])), 0, -1):
+        begin = int(begins[number][stop - 1])
+        owners[begin:stop], stop = number, begin
+    return owners
+
+
+def computed_again(seconds: Floats, passage: int) -> Floats:
+    """What each tile (T,) would take more [s] if other processes had computed those before: the bodies that begin there.
+
+    seconds: that tiles take (T,): a body's echoes are computed with its first one. passage: tiles that a body is in the beam.
+    """
+    bodies = np.maximum(seconds - np.median(seconds), 0.0)
+    before = np.concatenate([np.zeros(passage), np.cumsum(bodies)])
+    return np.asarray(before[passage - 1 : -1] - before[: len(seconds)])
+
+
+class _Child:
+    """One of the processes, as its parent has it. process: its number; tiles: that were received and not
+    yet asked for; is_busy: has an order."""
+
+    def __init__(self, channel: Channel, process: int) -> None:
+        self.tiles: deque[Computed] = deque()
+        self.is_busy = False
+        self.channel = channel
+        self.process, self._handle = process, os.pidfd_open(process)  # a number may be another process's one day
+        self._commands: Sequence[Command] = ()
+        self._ending = weakref.finalize(self, _end, channel, process, self._handle)
+
+    def order(self, scan: int, requested: Flags, sources: SourceRequest, commands: Sequence[Command]) -> None:
+        """Gives an order to a process that has none. Raises OSError where it has died."""
+        known, self._commands = self._commands, commands
+        pairs = enumerate(zip(commands, known, strict=False))
+        kept = next((at for at, (new, old) in pairs if new is not old), min(len(commands), len(known)))
+        self.channel.send(Order(scan, requested, sources, kept, commands[kept:]))
+        self.is_busy = True
+
+    def receive(self) -> None:
+        """Takes the next message. Raises what the process raised, and EOFError where it has died."""
+        message = self.channel.receive()
+        if isinstance(message, Computed):
+            self.tiles.append(message)
+            return
+        self.is_busy = False
+        if message != DONE:
+            raise message
+
+    def give_up(self) -> None:
+        """Lets the process give up its order."""
+        self.tiles.clear()
+        if self.is_busy:
+            with contextlib.suppress(OSError):  # it has died: the next order finds out
+                self.channel.send(STOP)
+
+    def wait(self) -> None:
+        """Waits until the process has given up its order. Raises EOFError where it has died."""
+        while self.is_busy:
+            self.is_busy = isinstance(self.channel.receive(), Computed)
+
+    def end(self) -> None:
+        """Ends the process."""
+        self._ending()
+
+    def forget(self) -> None:
+        """Gives up what belongs to another process's child."""
+        self._ending.detach()
+        self.channel.forget()
+        os.close(self._handle)
+
+
+def _fork() -> "tuple[_Child | None, socket.socket | None]":
+    """Forks a process. Returns it; in the process itself, the end of its connection instead. Raises OSError."""
+    near, far = socket.socketpair()
+    with warnings.catch_warnings():  # of threads: none of them holds a lock that the process needs
+        warnings.simplefilter("ignore", DeprecationWarning)
+        try:
+            process = os.fork()
+        except OSError:
+            near.close()
+            far.close()
+            raise
+    if not process:
+        return None, far
+    far.close()
+    return _Child(Channel(near), process), None
+
+
+def _end(channel: Channel, process: int, handle: int) -> None:
+    """Ends a process and leaves no zombie."""
+    channel.close()
+    with contextlib.suppress(ProcessLookupError):
+        signal.pidfd_send_signal(handle, signal.SIGKILL)
+    with contextlib.suppress(ChildProcessError):
+        os.waitpid(process, 0)
+    os.close(handle)
+
+
+def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoReturn:
+    """Is the life of a process: obeys orders until its parent is gone."""
+    try:
+        gc.freeze()  # nothing of the parent is tidied up here
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its children
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.closerange(STANDARD_STREAMS, end.fileno())
+        os.closerange(end.fileno() + 1, os.sysconf("SC_OPEN_MAX"))
+        channel = Channel(end)
+        commands: tuple[Command, ...] = ()
+        while True:
+            order = channel.receive()
+            if order != STOP:
+                commands = (*commands[: order.kept], *order.commands)
+                _obey(channel, tiles, steering, order, commands)
+    finally:
+        os._exit(0)
+
+
+def _obey(channel: Channel, tiles: SourceTiles, steering: Steering, order: Order, commands: Sequence[Command]) -> None:
+    """Sends the tiles of an order until it is given up, then DONE or an error. Raises OSError when the parent is gone."""
+    answer: str | Exception = DONE
+    try:
+        steering.follow(commands)
+        tiles.request = order.sources
+        begin = thread_time()
+        for tile in tiles.scan(order.scan, order.requested):
+            now = thread_time()
+            channel.send(Computed(tile, now - begin))
+            if channel.wait(0.0):
+                break
+            begin = thread_time()
+    except OSError:
+        raise
+    except Exception as error:
+        answer = _portable(error)
+    channel.send(answer)
+
+
+def _portable(error: Exception) -> Exception:
+    """The error itself where its kind can be handed on, else one that tells of it."""
+    with contextlib.suppress(Exception):
+        return cast(Exception, pickle.loads(pickle.dumps(error)))
+    return RuntimeError(f"{type(error).__name__}: {error}")
+
+
+def _forget_all() -> None:
+    for processes in list(_FORKING):
+        processes.forget()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_all)

@@ -1,0 +1,275 @@
+"""Processes that compute tiles side by side: the bytes of one, whatever is asked, commanded, killed or given up meanwhile."""
+
+import itertools
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.engine import pipeline
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.records.spokes import SpokeBlock
+from radar_service.simulation import tile_processes
+from radar_service.simulation.tile_processes import CAN_FORK, computed_again, shares
+from tests.scenes import point, scene
+
+pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 60.0  # s after which a test that waits for another process fails
+RADAR = {"azimuths": 128, "beamwidth_deg": 6, "range_max_m": 900, "pulse_s": 1e-6}
+BODIES = [point("p", 100, 200, speed_kn=10), point("q", -100, 200, speed_kn=5, course_deg=90), point("r", -50, -300)]
+ENVIRONMENT = {"noise": True, "sea_state": 3}
+TWO = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}, {"pulse_s": 1e-6}]
+MADE = scene(BODIES, radar=RADAR, environment=ENVIRONMENT, own_ship={"steerable": {"max_speed_kn": 30}, "speed_kn": 10})
+STITCHED = scene(BODIES, radar={name: value for name, value in RADAR.items() if name != "pulse_s"} | {"pulses": TWO},
+                 environment=ENVIRONMENT)  # fmt: skip
+
+
+def simulator(threads: int, made: rs.Scene = MADE, **more: Any) -> rs.Simulator:
+    return rs.Simulator(made, "fast", 3, threads, **more)
+
+
+def digest(blocks: Iterable[SpokeBlock]) -> str:
+    """Of all that blocks have, however they are grouped."""
+    result = sha256()
+    for block in blocks:
+        for k in range(len(block)):
+            result.update(block.field[k].tobytes() + block.power[k].tobytes())
+            result.update(b"" if block.labels is None else block.labels[k].tobytes())
+            result.update(
+                b"".join(number.to_bytes(4) + power[k].tobytes() for number, power in (block.powers or {}).items())
+            )
+    return result.hexdigest()
+
+
+def has_ended(process: int) -> bool:
+    """Waits for the end of a process."""
+    try:
+        handle = os.pidfd_open(process)
+    except ProcessLookupError:
+        return True
+    poll = select.poll()
+    poll.register(handle, select.POLLIN)
+    ended = bool(poll.poll(1000.0 * PATIENCE))
+    os.close(handle)
+    return ended
+
+
+@pytest.mark.parametrize(
+    "more",
+    [{}, {"made": STITCHED}, {"labels": True, "powers": "all"}, {"made": STITCHED, "labels": True}, {"sector": (5.0, 1.3)}],
+    ids=["plain", "two pulses", "labels and powers", "labels of two pulses", "sector across north"],
+)
+def test_blocks_have_the_bytes_of_one_process(more: dict[str, Any]) -> None:
+    shared = simulator(3, **more)
+    assert digest(shared.blocks(scans=3)) == digest(simulator(1, **more).blocks(scans=3))
+    assert len(shared.processes) == 3
+
+
+def test_requests_and_commands_of_a_run_reach_the_processes() -> None:
+    """Commands that follow each other, and one that comes before them."""
+
+    def run(sim: rs.Simulator) -> str:
+        parts = [digest(sim.blocks(scans=1))]
+        for at, speed in ((150, 25.0), (200, 5.0), (140, 15.0)):
+            sim.command(speed_kn=speed, course_deg=speed, spoke=at)
+        parts.append(digest(sim.blocks(scans=1)))
+        sim.request_sources(labels=True)
+        sim.skip_to(4)
+        parts.append(digest(sim.blocks(scans=1)))
+        return " ".join(parts)
+
+    plain, commanded = digest(simulator(1).blocks(scans=2)), run(simulator(1))
+    assert run(simulator(2)) == commanded
+    assert plain != commanded
+
+
+def test_a_reader_that_leaves_within_a_scan_finds_the_next_one_whole() -> None:
+    sim = simulator(2)
+    blocks = sim.blocks()
+    next(blocks)
+    blocks.close()  # type: ignore[attr-defined]  # it is a generator
+    alone = simulator(1)
+    alone.skip_to(1)
+    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
+
+
+def test_where_a_process_is_killed_the_scan_goes_on_here_and_the_next_one_has_others() -> None:
+    sim, expected = simulator(2), digest(simulator(1).blocks(scans=3))
+    blocks: list[SpokeBlock] = []
+    for block in sim.blocks(scans=3):
+        blocks.append(block)
+        if block.first in (32, 128):  # once within a scan, once with its first tile
+            before = sim.processes
+            for process in before:
+                os.kill(process, signal.SIGKILL)
+                assert has_ended(process)
+    assert digest(blocks) == expected
+    assert len(sim.processes) == 2 and not set(sim.processes) & set(before)
+
+
+def test_what_a_process_raises_is_raised_here_and_the_next_scan_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    class OnlyHere(Exception):
+        """Cannot be handed to another process."""
+
+        def __reduce__(self) -> str:
+            raise TypeError
+
+    original = pipeline.profiles
+
+    def failing(prepared: Any, azimuths: Any, *more: Any) -> Any:
+        if azimuths.number[0] == 96:
+            raise ValueError("no tile at 96")
+        if azimuths.number[0] == 128 + 96:
+            raise OnlyHere("nor here")
+        return original(prepared, azimuths, *more)
+
+    monkeypatch.setattr(pipeline, "profiles", failing)
+    sim = simulator(2)
+    with pytest.raises(ValueError, match="no tile at 96"):
+        sim.scan()
+    with pytest.raises(RuntimeError, match="OnlyHere: nor here"):
+        sim.scan()
+    alone = simulator(1)
+    alone.skip_to(2)
+    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
+
+
+def test_while_another_thread_computes_nothing_is_forked() -> None:
+    sim, begun, go = simulator(2), threading.Event(), threading.Event()
+
+    def compute() -> None:
+        with BLAS_LIMIT.held():
+            begun.set()
+            assert go.wait(PATIENCE)
+
+    thread = threading.Thread(target=compute)
+    thread.start()
+    assert begun.wait(PATIENCE)
+    first = digest(sim.blocks(scans=1))
+    assert sim.processes == []
+    go.set()
+    thread.join(PATIENCE)
+    alone = simulator(1)
+    assert first == digest(alone.blocks(scans=1))
+    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1)) and len(sim.processes) == 2
+
+
+def test_where_no_process_can_be_forked_this_one_computes(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(tile_processes.os, "fork", none)
+    sim = simulator(2)
+    assert digest(sim.blocks(scans=1)) == digest(simulator(1).blocks(scans=1)) and sim.processes == []
+
+
+def test_processes_end_with_the_simulator_and_when_it_is_closed() -> None:
+    sim = simulator(3)
+    sim.scan()
+    closed = sim.processes
+    sim.close()
+    assert all(map(has_ended, closed)) and sim.processes == []
+    sim.scan()
+    dropped = sim.processes
+    del sim
+    assert len(dropped) == 3 and all(map(has_ended, dropped))
+    with pytest.raises(ChildProcessError):
+        os.waitpid(dropped[0], os.WNOHANG)  # no zombie
+
+
+def test_a_process_that_hangs_ends_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    original = pipeline.profiles
+
+    def hanging(prepared: Any, azimuths: Any, *more: Any) -> Any:
+        if azimuths.number[0] == 96:
+            select.select([], [], [])
+        return original(prepared, azimuths, *more)
+
+    monkeypatch.setattr(pipeline, "profiles", hanging)
+    sim = simulator(2)
+    next(sim.blocks())
+    processes = sim.processes
+    sim.close()
+    assert all(map(has_ended, processes))
+
+
+def test_processes_end_where_their_parent_is_killed() -> None:
+    script = (
+        "from tests.simulation.test_tile_processes import simulator\nimport sys\n"
+        "sim = simulator(2)\nblocks = sim.blocks()\nnext(blocks)\nprint(*sim.processes, flush=True)\nsys.stdin.read()"
+    )
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        processes = [int(number) for number in parent.stdout.readline().split()]
+        parent.kill()
+        assert len(processes) == 2 and all(map(has_ended, processes))
+
+
+def test_processes_hold_no_connection_of_their_parent() -> None:
+    near, far = socket.socketpair()
+    sim = simulator(2)
+    sim.scan()
+    far.close()
+    near.settimeout(PATIENCE)
+    assert near.recv(1) == b""  # no copy of the other end is left
+    near.close()
+
+
+def test_a_copy_of_the_parent_has_processes_of_its_own() -> None:
+    """As the spare of a scene's process, which runs on where that one dies."""
+    sim, alone = simulator(2), simulator(1)
+    sim.scan(), alone.scan()
+    before = sim.processes
+    reading, writing = os.pipe()
+    if not os.fork():
+        try:
+            text = digest(sim.blocks(scans=1))
+            os.write(writing, f"{text} {bool(set(sim.processes) & set(before))} {len(sim.processes)}".encode())
+            sim.close()
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        expected = digest(alone.blocks(scans=1))
+        assert pipe.read() == f"{expected} False 2"
+    os.wait()
+    assert digest(sim.blocks(scans=1)) == expected and sim.processes == before
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_shares_are_the_best_of_all_divisions(seed: int) -> None:
+    """Each division of up to 8 tiles among up to 4 processes is tried."""
+    random = np.random.default_rng(seed)
+    tiles, count = int(random.integers(1, 9)), int(random.integers(1, 5))
+    seconds, again = random.exponential(1.0, tiles), random.exponential(1.0, tiles) * (np.arange(tiles) > 0)
+
+    def last(begins: tuple[int, ...]) -> float:
+        parts = itertools.pairwise((0, *begins, tiles))
+        return max(float(again[first] + seconds[first:stop].sum()) for first, stop in parts)
+
+    divisions = [each for n in range(min(count, tiles)) for each in itertools.combinations(range(1, tiles), n)]
+    owners = shares(seconds, again, count)
+    assert owners[0] == 0 and set(np.diff(owners)) <= {0, 1} and owners[-1] < count
+    assert last(tuple((np.flatnonzero(np.diff(owners)) + 1).tolist())) == pytest.approx(min(map(last, divisions)))
+
+
+def test_a_body_is_computed_again_where_a_process_begins_within_its_passage() -> None:
+    seconds = np.array([1.0, 9.0, 1.0, 1.0, 1.0, 5.0, 1.0, 1.0])
+    np.testing.assert_array_equal(computed_again(seconds, 3), [0, 0, 8, 8, 0, 0, 4, 4])
+    np.testing.assert_array_equal(computed_again(seconds, 1), np.zeros(8))
+    np.testing.assert_array_equal(computed_again(np.ones(4), 9), np.zeros(4))
+    np.testing.assert_array_equal(computed_again(seconds, 20), [0, 0, 8, 8, 8, 8, 12, 12])
