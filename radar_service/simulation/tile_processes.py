@@ -15,6 +15,7 @@ import warnings
 import weakref
 from collections import deque
 from collections.abc import Iterator, Sequence
+from itertools import count
 from time import thread_time
 from typing import NamedTuple, NoReturn, cast
 
@@ -29,6 +30,7 @@ from radar_service.world.commands import Command
 from radar_service.world.steering import Steering
 
 CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
+UNEVEN = 1.2  # times that the best shares take, from which shares are made anew
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
@@ -37,13 +39,24 @@ _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose ch
 class Order(NamedTuple):
     """What a process is to compute: tiles of a scan that hold requested azimuths (A,), under commands.
 
+    goes_on: whether those of the scans after it follow, until the order is given up.
     kept, commands: how many of the commands of the last order hold still, and those that follow them.
     """
 
     scan: int
     requested: Flags
+    goes_on: bool
     sources: SourceRequest
     kept: int
+    commands: Sequence[Command]
+
+
+class Round(NamedTuple):
+    """Orders to all processes for one scan: what they have in common; the next scan may have the same ones."""
+
+    scan: int
+    starts: Sequence[int]
+    sources: SourceRequest
     commands: Sequence[Command]
 
 
@@ -72,8 +85,13 @@ class TileProcesses:
         self._count = count if CAN_FORK and self._length else 1
         self._children: list[_Child] = []
         number = -(-steering.scene.radar.azimuths // max(self._length, 1))
-        self._seconds, self._again = np.ones(number), np.zeros(number)  # that tiles (T,) take, and take more as first ones
+        self._seconds, self._again = (
+            np.full(number, np.nan),
+            np.zeros(number),
+        )  # that tiles (T,) take, and take more as first ones
         self._owners: Indices = np.zeros(number, dtype=np.int64)
+        self._requested: Flags | None = None
+        self._ahead: Round | None = None  # what they compute where nobody has asked yet
         _FORKING.add(self)
 
     @property
@@ -87,13 +105,14 @@ class TileProcesses:
         if self._count == 1:
             yield from self._tiles.scan(scan, requested)
             return
-        azimuths = self._steering.scene.radar.azimuths
+        azimuths, goes_on = self._steering.scene.radar.azimuths, requested is None or requested is self._requested
+        self._requested = requested
         flags = np.ones(azimuths, dtype=np.bool_) if requested is None else requested
         starts = [n for n in range(0, azimuths, self._length) if flags[n : n + self._length].any()]
         done = 0
         if len(starts) > 1 and (self._children or self._forked()):
             try:
-                for tile in self._together(scan, flags, starts):
+                for tile in self._together(scan, flags, starts, goes_on):
                     yield tile
                     done += 1
                 return
@@ -106,13 +125,13 @@ class TileProcesses:
         """Ends the processes. Another scan forks others."""
         for child in self._children:
             child.end()
-        self._children = []
+        self._children, self._ahead = [], None
 
     def forget(self) -> None:
         """Gives up the processes without ending them, in a process that was forked from theirs."""
         for child in self._children:
             child.forget()
-        self._children = []
+        self._children, self._ahead = [], None
 
     def _forked(self) -> bool:
         """Forks the processes. Returns False where that is not possible now."""
@@ -128,22 +147,29 @@ class TileProcesses:
             _live(own_end, self._tiles, self._steering)
         return bool(self._children)
 
-    def _together(self, scan: int, requested: Flags, starts: Sequence[int]) -> Iterator[SourceTile]:
-        """Yields the tiles that begin at `starts`. Raises EOFError and OSError where a process has died."""
-        self._shared_out(np.asarray(starts) // self._length)
+    def _together(self, scan: int, requested: Flags, starts: Sequence[int], goes_on: bool) -> Iterator[SourceTile]:
+        """Yields the tiles that begin at `starts`. Raises EOFError and OSError where a process has died.
+
+        goes_on: whether the same azimuths of the next scan are likely to be asked for.
+        """
+        asked = Round(scan, starts, self.request, self._steering.followed)
+        if self._ahead != asked or self._is_uneven(np.asarray(starts) // self._length):
+            self._order(asked, requested, goes_on)
+        self._ahead = None
+        for start in starts:
+            yield self._received(start // self._length)
+        self._ahead = asked._replace(scan=scan + 1) if goes_on else None
+
+    def _order(self, asked: Round, requested: Flags, goes_on: bool) -> None:
+        """Shares a scan out to the processes, and those after it where it goes on. Raises EOFError and OSError."""
+        self._share_out(np.asarray(asked.starts) // self._length)
         for child in self._children:
-            child.wait()
-        commands = self._steering.followed
+            child.give_up()
         for number, child in enumerate(self._children):
+            child.wait()
             share = requested & np.repeat(self._owners == number, self._length)[: len(requested)]
             if share.any():
-                child.order(scan, share, self.request, commands)
-        try:
-            for start in starts:
-                yield self._received(start // self._length)
-        finally:
-            for child in self._children:
-                child.give_up()
+                child.order(Order(asked.scan, share, goes_on, asked.sources, 0, asked.commands))
 
     def _received(self, number: int) -> SourceTile:
         """The next tile from its process, while tiles that come from others wait."""
@@ -151,20 +177,40 @@ class TileProcesses:
         while not owner.tiles:
             if not owner.is_busy:
                 raise EOFError(f"a process has not computed tile {number}")
-            busy = [child for child in self._children if child.is_busy]
+            busy = [child for child in self._children if child.is_busy and len(child.tiles) < len(self._owners)]
             for ready in first_ready([child.channel for child in busy]):
                 busy[ready].receive()
         tile, seconds = owner.tiles.popleft()
-        self._seconds[number] = max(seconds - self._again[number], 0.0)
+        latest, known = max(seconds - self._again[number], 0.0), float(self._seconds[number])
+        self._seconds[number] = latest if np.isnan(known) else (latest + known) / 2.0
         return tile
 
-    def _shared_out(self, tiles: Indices) -> None:
+    def _share_out(self, tiles: Indices) -> None:
         """Decides which process computes each of these tiles."""
-        seconds = self._seconds[tiles]
-        again = computed_again(seconds, self._tiles.passage)
+        seconds, again = self._costs(tiles)
         owners = shares(seconds, again, len(self._children))
+        self._owners[:] = -1
         self._owners[tiles] = owners
         self._again[tiles] = np.where(np.diff(owners, prepend=0) > 0, again, 0.0)
+
+    def _is_uneven(self, tiles: Indices) -> bool:
+        """Whether other shares of these tiles would be done noticeably sooner."""
+        seconds, again = self._costs(tiles)
+        best = shares(seconds, again, len(self._children))
+        return longest(seconds, again, self._owners[tiles]) > UNEVEN * longest(seconds, again, best)
+
+    def _costs(self, tiles: Indices) -> tuple[Floats, Floats]:
+        """What these tiles (M,) take, and what each takes more as the first one of a process [s]."""
+        seconds = self._seconds[tiles]
+        known = ~np.isnan(seconds)
+        seconds = np.where(known, seconds, seconds[known].mean() if known.any() else 1.0)
+        return seconds, computed_again(seconds, self._tiles.passage)
+
+
+def longest(seconds: Floats, again: Floats, owners: Indices) -> float:
+    """How long the process takes that ends last; arguments as of `shares`, and what it returns."""
+    first = np.diff(owners, prepend=0) > 0
+    return float(np.bincount(owners, seconds + np.where(first, again, 0.0)).max())
 
 
 def shares(seconds: Floats, again: Floats, count: int) -> Indices:
@@ -214,12 +260,12 @@ class _Child:
         self._commands: Sequence[Command] = ()
         self._ending = weakref.finalize(self, _end, channel, process, self._handle)
 
-    def order(self, scan: int, requested: Flags, sources: SourceRequest, commands: Sequence[Command]) -> None:
-        """Gives an order to a process that has none. Raises OSError where it has died."""
-        known, self._commands = self._commands, commands
-        pairs = enumerate(zip(commands, known, strict=False))
-        kept = next((at for at, (new, old) in pairs if new is not old), min(len(commands), len(known)))
-        self.channel.send(Order(scan, requested, sources, kept, commands[kept:]))
+    def order(self, order: Order) -> None:
+        """Gives an order, with all its commands, to a process that has none. Raises OSError where it has died."""
+        known, self._commands = self._commands, order.commands
+        pairs = enumerate(zip(self._commands, known, strict=False))
+        kept = next((at for at, (new, old) in pairs if new is not old), min(len(self._commands), len(known)))
+        self.channel.send(order._replace(kept=kept, commands=self._commands[kept:]))
         self.is_busy = True
 
     def receive(self) -> None:
@@ -308,18 +354,25 @@ def _obey(channel: Channel, tiles: SourceTiles, steering: Steering, order: Order
     try:
         steering.follow(commands)
         tiles.request = order.sources
-        begin = thread_time()
-        for tile in tiles.scan(order.scan, order.requested):
-            now = thread_time()
-            channel.send(Computed(tile, now - begin))
-            if channel.wait(0.0):
+        for scan in count(order.scan) if order.goes_on else (order.scan,):
+            if not _sent(channel, tiles.scan(scan, order.requested)):
                 break
-            begin = thread_time()
     except OSError:
         raise
     except Exception as error:
         answer = _portable(error)
     channel.send(answer)
+
+
+def _sent(channel: Channel, tiles: Iterator[SourceTile]) -> bool:
+    """Sends tiles; returns False where the order was given up meanwhile."""
+    begin = thread_time()
+    for tile in tiles:
+        channel.send(Computed(tile, thread_time() - begin))
+        if channel.wait(0.0):
+            return False
+        begin = thread_time()
+    return True
 
 
 def _portable(error: Exception) -> Exception:

@@ -19,9 +19,10 @@ import pytest
 import radar_service as rs
 from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.processes.channel import Channel
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
-from radar_service.simulation.tile_processes import CAN_FORK, computed_again, shares
+from radar_service.simulation.tile_processes import CAN_FORK, Order, computed_again, longest, shares
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
@@ -94,6 +95,42 @@ def test_requests_and_commands_of_a_run_reach_the_processes() -> None:
     plain, commanded = digest(simulator(1).blocks(scans=2)), run(simulator(1))
     assert run(simulator(2)) == commanded
     assert plain != commanded
+
+
+@pytest.mark.parametrize("change", ["command", "earlier command", "request", "skip", "back"])
+def test_what_was_computed_ahead_is_dropped_where_the_next_scan_is_another(change: str) -> None:
+    def run(sim: rs.Simulator) -> str:
+        first = digest(sim.blocks(scans=2))
+        if change == "command":
+            sim.command(speed_kn=25.0, course_deg=70.0, spoke=2 * RADAR["azimuths"])
+        elif change == "earlier command":
+            sim.command(speed_kn=25.0, course_deg=70.0, spoke=200)
+        elif change == "request":
+            sim.request_sources(labels=True)
+        else:
+            sim.skip_to(5 if change == "skip" else 1)
+        return first + digest(sim.blocks(scans=2))
+
+    plain, expected = digest(simulator(1).blocks(scans=2)), run(simulator(1))
+    assert run(simulator(2)) == expected and not expected.endswith(plain)
+
+
+def test_processes_go_on_without_an_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the next scan, of which a sector is known from its second time on; shares stay where others were not much better."""
+    orders: list[Order] = []
+    original = Channel.send
+
+    def send(channel: Channel, message: object) -> None:
+        orders.extend([message] if isinstance(message, Order) else [])
+        original(channel, message)
+
+    monkeypatch.setattr(Channel, "send", send)
+    monkeypatch.setattr(tile_processes, "UNEVEN", np.inf)
+    for more, expected in ({}, [0, 0]), ({"sector": (0.0, 4.0)}, [0, 0, 1, 1]):
+        orders.clear()
+        for _ in simulator(2, **more).blocks(scans=4):
+            pass
+        assert [order.scan for order in orders] == expected
 
 
 def test_a_reader_that_leaves_within_a_scan_finds_the_next_one_whole() -> None:
@@ -264,7 +301,8 @@ def test_shares_are_the_best_of_all_divisions(seed: int) -> None:
     divisions = [each for n in range(min(count, tiles)) for each in itertools.combinations(range(1, tiles), n)]
     owners = shares(seconds, again, count)
     assert owners[0] == 0 and set(np.diff(owners)) <= {0, 1} and owners[-1] < count
-    assert last(tuple((np.flatnonzero(np.diff(owners)) + 1).tolist())) == pytest.approx(min(map(last, divisions)))
+    assert longest(seconds, again, owners) == pytest.approx(min(map(last, divisions)))
+    assert longest(seconds, again, owners) == pytest.approx(last(tuple((np.flatnonzero(np.diff(owners)) + 1).tolist())))
 
 
 def test_a_body_is_computed_again_where_a_process_begins_within_its_passage() -> None:
