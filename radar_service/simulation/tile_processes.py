@@ -22,10 +22,11 @@ from typing import NamedTuple, NoReturn, cast
 import numpy as np
 
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics.types import Flags
 from radar_service.processes.channel import Channel, first_ready
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.simulation.tile_shares import TileShares
 from radar_service.world.commands import Command
 from radar_service.world.steering import Steering
 
@@ -84,12 +85,7 @@ class TileProcesses:
         self._tiles, self._steering, self._length = tiles, steering, tiles.length
         self._count = count if CAN_FORK and self._length else 1
         self._children: list[_Child] = []
-        number = -(-steering.scene.radar.azimuths // max(self._length, 1))
-        self._seconds, self._again = (
-            np.full(number, np.nan),
-            np.zeros(number),
-        )  # that tiles (T,) take, and take more as first ones
-        self._owners: Indices = np.zeros(number, dtype=np.int64)
+        self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)), tiles.passage)
         self._requested: Flags | None = None
         self._ahead: Round | None = None  # what they compute where nobody has asked yet
         _FORKING.add(self)
@@ -152,100 +148,37 @@ class TileProcesses:
 
         goes_on: whether the same azimuths of the next scan are likely to be asked for.
         """
-        asked = Round(scan, starts, self.request, self._steering.followed)
-        if self._ahead != asked or self._is_uneven(np.asarray(starts) // self._length):
-            self._order(asked, requested, goes_on)
+        due = Round(scan, starts, self.request, self._steering.followed)
+        if self._ahead != due or self._shares.uneven(len(self._children)) > UNEVEN:
+            self._order(due, requested, goes_on)
         self._ahead = None
         for start in starts:
             yield self._received(start // self._length)
-        self._ahead = asked._replace(scan=scan + 1) if goes_on else None
+        self._ahead = due._replace(scan=scan + 1) if goes_on else None
 
-    def _order(self, asked: Round, requested: Flags, goes_on: bool) -> None:
+    def _order(self, due: Round, requested: Flags, goes_on: bool) -> None:
         """Shares a scan out to the processes, and those after it where it goes on. Raises EOFError and OSError."""
-        self._share_out(np.asarray(asked.starts) // self._length)
+        self._shares.share_out(np.asarray(due.starts) // self._length, len(self._children))
         for child in self._children:
             child.give_up()
         for number, child in enumerate(self._children):
             child.wait()
-            share = requested & np.repeat(self._owners == number, self._length)[: len(requested)]
+            share = requested & np.repeat(self._shares.owners == number, self._length)[: len(requested)]
             if share.any():
-                child.order(Order(asked.scan, share, goes_on, asked.sources, 0, asked.commands))
+                child.order(Order(due.scan, share, goes_on, due.sources, 0, due.commands))
 
     def _received(self, number: int) -> SourceTile:
         """The next tile from its process, while tiles that come from others wait."""
-        owner = self._children[int(self._owners[number])]
+        owner = self._children[int(self._shares.owners[number])]
         while not owner.tiles:
             if not owner.is_busy:
                 raise EOFError(f"a process has not computed tile {number}")
-            busy = [child for child in self._children if child.is_busy and len(child.tiles) < len(self._owners)]
+            busy = [child for child in self._children if child.is_busy and len(child.tiles) < len(self._shares.owners)]
             for ready in first_ready([child.channel for child in busy]):
                 busy[ready].receive()
         tile, seconds = owner.tiles.popleft()
-        latest, known = max(seconds - self._again[number], 0.0), float(self._seconds[number])
-        self._seconds[number] = latest if np.isnan(known) else (latest + known) / 2.0
+        self._shares.note(number, seconds)
         return tile
-
-    def _share_out(self, tiles: Indices) -> None:
-        """Decides which process computes each of these tiles."""
-        seconds, again = self._costs(tiles)
-        owners = shares(seconds, again, len(self._children))
-        self._owners[:] = -1
-        self._owners[tiles] = owners
-        self._again[tiles] = np.where(np.diff(owners, prepend=0) > 0, again, 0.0)
-
-    def _is_uneven(self, tiles: Indices) -> bool:
-        """Whether other shares of these tiles would be done noticeably sooner."""
-        seconds, again = self._costs(tiles)
-        best = shares(seconds, again, len(self._children))
-        return longest(seconds, again, self._owners[tiles]) > UNEVEN * longest(seconds, again, best)
-
-    def _costs(self, tiles: Indices) -> tuple[Floats, Floats]:
-        """What these tiles (M,) take, and what each takes more as the first one of a process [s]."""
-        seconds = self._seconds[tiles]
-        known = ~np.isnan(seconds)
-        seconds = np.where(known, seconds, seconds[known].mean() if known.any() else 1.0)
-        return seconds, computed_again(seconds, self._tiles.passage)
-
-
-def longest(seconds: Floats, again: Floats, owners: Indices) -> float:
-    """How long the process takes that ends last; arguments as of `shares`, and what it returns."""
-    first = np.diff(owners, prepend=0) > 0
-    return float(np.bincount(owners, seconds + np.where(first, again, 0.0)).max())
-
-
-def shares(seconds: Floats, again: Floats, count: int) -> Indices:
-    """The number (T,) of the process that computes each of consecutive tiles, so that the last one ends soonest.
-
-    seconds: that each tile takes (T,); again: what it takes more where a process begins with it (T,); count: of processes at
-    most: where the work of one can not be shared, others have none.
-    """
-    tiles = len(seconds)
-    until = np.concatenate([[0.0], np.cumsum(seconds)])
-    spent = until[1:] - until[:-1, None] + again[:, None]  # by who computes from one tile to another, both included
-    spent[np.tril_indices(tiles, -1)] = np.inf
-    ends, begins = (
-        [spent[0]],
-        [np.zeros(tiles, dtype=np.int64)],
-    )  # of so many processes: the least time, where the last begins
-    for _ in range(1, min(count, tiles)):
-        last = np.maximum(np.append(np.inf, ends[-1][:-1])[:, None], spent)
-        ends.append(last.min(axis=0))
-        begins.append(last.argmin(axis=0))
-    owners, stop = np.zeros(tiles, dtype=np.int64), tiles
-    for number in range(int(np.argmin([end[-1] for end in ends])), 0, -1):
-        begin = int(begins[number][stop - 1])
-        owners[begin:stop], stop = number, begin
-    return owners
-
-
-def computed_again(seconds: Floats, passage: int) -> Floats:
-    """What each tile (T,) would take more [s] if other processes had computed those before: the bodies that begin there.
-
-    seconds: that tiles take (T,): a body's echoes are computed with its first one. passage: tiles that a body is in the beam.
-    """
-    bodies = np.maximum(seconds - np.median(seconds), 0.0)
-    before = np.concatenate([np.zeros(passage), np.cumsum(bodies)])
-    return np.asarray(before[passage - 1 : -1] - before[: len(seconds)])
 
 
 class _Child:

@@ -1,6 +1,5 @@
 """Processes that compute tiles side by side: the bytes of one, whatever is asked, commanded, killed or given up meanwhile."""
 
-import itertools
 import os
 import select
 import signal
@@ -22,7 +21,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.processes.channel import Channel
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
-from radar_service.simulation.tile_processes import CAN_FORK, Order, computed_again, longest, shares
+from radar_service.simulation.tile_processes import CAN_FORK, Order
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
@@ -285,29 +284,3 @@ def test_a_copy_of_the_parent_has_processes_of_its_own() -> None:
         assert pipe.read() == f"{expected} False 2"
     os.wait()
     assert digest(sim.blocks(scans=1)) == expected and sim.processes == before
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_shares_are_the_best_of_all_divisions(seed: int) -> None:
-    """Each division of up to 8 tiles among up to 4 processes is tried."""
-    random = np.random.default_rng(seed)
-    tiles, count = int(random.integers(1, 9)), int(random.integers(1, 5))
-    seconds, again = random.exponential(1.0, tiles), random.exponential(1.0, tiles) * (np.arange(tiles) > 0)
-
-    def last(begins: tuple[int, ...]) -> float:
-        parts = itertools.pairwise((0, *begins, tiles))
-        return max(float(again[first] + seconds[first:stop].sum()) for first, stop in parts)
-
-    divisions = [each for n in range(min(count, tiles)) for each in itertools.combinations(range(1, tiles), n)]
-    owners = shares(seconds, again, count)
-    assert owners[0] == 0 and set(np.diff(owners)) <= {0, 1} and owners[-1] < count
-    assert longest(seconds, again, owners) == pytest.approx(min(map(last, divisions)))
-    assert longest(seconds, again, owners) == pytest.approx(last(tuple((np.flatnonzero(np.diff(owners)) + 1).tolist())))
-
-
-def test_a_body_is_computed_again_where_a_process_begins_within_its_passage() -> None:
-    seconds = np.array([1.0, 9.0, 1.0, 1.0, 1.0, 5.0, 1.0, 1.0])
-    np.testing.assert_array_equal(computed_again(seconds, 3), [0, 0, 8, 8, 0, 0, 4, 4])
-    np.testing.assert_array_equal(computed_again(seconds, 1), np.zeros(8))
-    np.testing.assert_array_equal(computed_again(np.ones(4), 9), np.zeros(4))
-    np.testing.assert_array_equal(computed_again(seconds, 20), [0, 0, 8, 8, 8, 8, 12, 12])
