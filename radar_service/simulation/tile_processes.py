@@ -114,11 +114,10 @@ class TileProcesses:
                     done += 1
             except GeneratorExit:
                 raise
-            except (EOFError, OSError):
-                self.close()
-            except BaseException:  # a message may have been cut off within
-                self.close()
-                raise
+            except BaseException as error:
+                self.close()  # a message may have been cut off within
+                if isinstance(error, TimeoutError) or not isinstance(error, EOFError | OSError):  # a handler of a signal
+                    raise
         if done < len(starts):
             self._tiles.request = request
             yield from self._tiles.scan(scan, flags & (np.arange(azimuths) >= starts[done]))
@@ -224,7 +223,7 @@ class _Child:
         """Lets the process give up its order."""
         self.tiles.clear()
         if self.is_busy:
-            with contextlib.suppress(OSError):  # it has died: the next order finds out
+            with contextlib.suppress(ConnectionError):  # it has died: the next order finds out
                 self.channel.send(STOP)
 
     def wait(self) -> None:

@@ -231,19 +231,21 @@ def test_an_error_comes_in_place_of_its_tile(monkeypatch: pytest.MonkeyPatch) ->
     assert taken == [0, 32, 64, 96, 128, 160]
 
 
-@pytest.mark.parametrize("name", ["send", "_read"])
-def test_after_an_interrupt_within_a_message_the_next_scan_is_right(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(channel: Channel, argument: Any) -> None:
-        if name == "send":
-            channel._end.sendall(b"part of a message")
-        else:
-            channel._end.recv(argument)
-        raise KeyboardInterrupt
+@pytest.mark.parametrize("name", ["sendall", "recv_into"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, TimeoutError])
+def test_what_a_signal_raises_within_a_message_is_raised_and_the_next_scan_is_right(
+    name: str, error: type[BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = getattr(socket.socket, name)
+
+    def interrupted(end: socket.socket, data: Any) -> None:
+        original(end, data[:5])
+        raise error
 
     sim = simulator(2)
     next(sim.blocks())
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(Channel, name, interrupted)
+    with monkeypatch.context() as patch, pytest.raises(error):
+        patch.setattr(socket.socket, name, interrupted)
         sim.scan()
     assert sim.processes == []
     sim.skip_to(0)
