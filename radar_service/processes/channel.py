@@ -109,6 +109,8 @@ class Channel:
         while at < size:
             try:
                 count = self._end.recv_into(data[at:])
+            except TimeoutError:  # of a signal's handler
+                raise
             except OSError:
                 count = 0
             if not count:

@@ -79,7 +79,8 @@ class SpokeStream:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
         with self._commanding:
             self.request, self._requests = request, self._requests + 1
-            self._again = min(self._again, self.next_spoke if spoke is None else spoke)
+            first = self._radar.origin.scan * self._radar.azimuths
+            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, first))
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""

@@ -87,6 +87,7 @@ class TileProcesses:
         self._children: list[_Child] = []
         self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)), tiles.passage)
         self._requested: Flags | None = None
+        self._now: Round | None = None  # whose tiles they compute: those of the scan that was begun last
         self._ahead: Round | None = None  # what they compute where nobody has asked yet
         _FORKING.add(self)
 
@@ -97,7 +98,7 @@ class TileProcesses:
 
     def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
         """Yields the tiles of a scan, as `SourceTiles.scan`."""
-        self._tiles.request = self.request
+        self._tiles.request = request = self.request
         if self._count == 1:
             yield from self._tiles.scan(scan, requested)
             return
@@ -111,28 +112,32 @@ class TileProcesses:
                 for tile in self._together(scan, flags, starts, goes_on):
                     yield tile
                     done += 1
-                return
-            except (EOFError, OSError):
-                self.close()
+            except GeneratorExit:
+                raise
+            except BaseException as error:
+                self.close()  # a message may have been cut off within
+                if isinstance(error, TimeoutError) or not isinstance(error, EOFError | OSError):  # a handler of a signal
+                    raise
         if done < len(starts):
+            self._tiles.request = request
             yield from self._tiles.scan(scan, flags & (np.arange(azimuths) >= starts[done]))
 
     def close(self) -> None:
         """Ends the processes. Another scan forks others."""
         for child in self._children:
             child.end()
-        self._children, self._ahead = [], None
+        self._children, self._now, self._ahead = [], None, None
 
     def forget(self) -> None:
         """Gives up the processes without ending them, in a process that was forked from theirs."""
         for child in self._children:
             child.forget()
-        self._children, self._ahead = [], None
+        self._children, self._now, self._ahead = [], None, None
 
     def _forked(self) -> bool:
         """Forks the processes. Returns False where that is not possible now."""
         own_end: socket.socket | None = None
-        with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged():
+        with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged(), _signals_waiting():
             while is_alone and len(self._children) < self._count and own_end is None:
                 try:
                     child, own_end = _fork()
@@ -144,16 +149,19 @@ class TileProcesses:
         return bool(self._children)
 
     def _together(self, scan: int, requested: Flags, starts: Sequence[int], goes_on: bool) -> Iterator[SourceTile]:
-        """Yields the tiles that begin at `starts`. Raises EOFError and OSError where a process has died.
+        """Yields the tiles that begin at `starts`, until another scan is begun or the processes are ended meanwhile.
 
+        Raises EOFError and OSError where a process has died, and what one raises in place of a tile.
         goes_on: whether the same azimuths of the next scan are likely to be asked for.
         """
         due = Round(scan, starts, self.request, self._steering.followed)
         if self._ahead != due or self._shares.uneven(len(self._children)) > UNEVEN:
             self._order(due, requested, goes_on)
-        self._ahead = None
+        self._now, self._ahead = due, None
         for start in starts:
             yield self._received(start // self._length)
+            if self._now is not due:
+                return
         self._ahead = due._replace(scan=scan + 1) if goes_on else None
 
     def _order(self, due: Round, requested: Flags, goes_on: bool) -> None:
@@ -176,17 +184,20 @@ class TileProcesses:
             busy = [child for child in self._children if child.is_busy and len(child.tiles) < len(self._shares.owners)]
             for ready in first_ready([child.channel for child in busy]):
                 busy[ready].receive()
-        tile, seconds = owner.tiles.popleft()
+        computed = owner.tiles.popleft()
+        if isinstance(computed, Exception):
+            raise computed
+        tile, seconds = computed
         self._shares.note(number, seconds)
         return tile
 
 
 class _Child:
     """One of the processes, as its parent has it. process: its number; tiles: that were received and not
-    yet asked for; is_busy: has an order."""
+    yet asked for, or at last what it raised in place of one; is_busy: has an order."""
 
     def __init__(self, channel: Channel, process: int) -> None:
-        self.tiles: deque[Computed] = deque()
+        self.tiles: deque[Computed | Exception] = deque()
         self.is_busy = False
         self.channel = channel
         self.process, self._handle = process, os.pidfd_open(process)  # a number may be another process's one day
@@ -202,20 +213,17 @@ class _Child:
         self.is_busy = True
 
     def receive(self) -> None:
-        """Takes the next message. Raises what the process raised, and EOFError where it has died."""
+        """Takes the next message. Raises EOFError where the process has died."""
         message = self.channel.receive()
-        if isinstance(message, Computed):
-            self.tiles.append(message)
-            return
-        self.is_busy = False
+        self.is_busy = isinstance(message, Computed)
         if message != DONE:
-            raise message
+            self.tiles.append(message)
 
     def give_up(self) -> None:
         """Lets the process give up its order."""
         self.tiles.clear()
         if self.is_busy:
-            with contextlib.suppress(OSError):  # it has died: the next order finds out
+            with contextlib.suppress(ConnectionError):  # it has died: the next order finds out
                 self.channel.send(STOP)
 
     def wait(self) -> None:
@@ -246,9 +254,28 @@ def _fork() -> "tuple[_Child | None, socket.socket | None]":
             far.close()
             raise
     if not process:
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its children
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         return None, far
     far.close()
-    return _Child(Channel(near), process), None
+    try:
+        return _Child(Channel(near), process), None
+    except OSError:  # no descriptor is left for it
+        near.close()
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+        raise
+
+
+@contextlib.contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Keeps signals that end a program waiting during a `with` block: no child runs a handler of its parent."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end(channel: Channel, process: int, handle: int) -> None:
@@ -265,9 +292,6 @@ def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoRetur
     """Is the life of a process: obeys orders until its parent is gone."""
     try:
         gc.freeze()  # nothing of the parent is tidied up here
-        signal.set_wakeup_fd(-1)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its children
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         os.closerange(STANDARD_STREAMS, end.fileno())
         os.closerange(end.fileno() + 1, os.sysconf("SC_OPEN_MAX"))
         channel = Channel(end)

@@ -19,6 +19,7 @@ import radar_service as rs
 from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.processes.channel import Channel
+from radar_service.radar.parameters import Origin
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
 from radar_service.simulation.tile_processes import CAN_FORK, Order
@@ -142,6 +143,45 @@ def test_a_reader_that_leaves_within_a_scan_finds_the_next_one_whole() -> None:
     assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
 
 
+@pytest.mark.parametrize("how", ["closed", "copied"])
+def test_a_scan_goes_on_here_where_its_processes_have_gone(how: str) -> None:
+    """Within a scan the processes are ended, or the parent is copied."""
+    sim, expected = simulator(2), digest(simulator(1).blocks(scans=2))
+    blocks = sim.blocks(scans=2)
+    first = [next(blocks)]
+    if how == "closed":
+        sim.close()
+        assert digest(first + list(blocks)) == expected
+        return
+    reading, writing = os.pipe()
+    if not os.fork():
+        try:
+            os.write(writing, digest(first + list(blocks)).encode())
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        assert pipe.read() == expected
+    os.wait()
+
+
+def test_two_readers_by_turns_have_the_scans_that_they_began() -> None:
+    def run(sim: rs.Simulator) -> list[str]:
+        readers = [sim.blocks(scans=1, size=32) for _ in range(2)]
+        pairs = list(zip(*readers, strict=True))  # of scans 0 and 1
+        return [digest(blocks) for blocks in zip(*pairs, strict=True)] + [digest(sim.blocks(scans=1))]
+
+    assert run(simulator(2)) == run(simulator(1))
+
+
+def test_a_request_from_a_spoke_before_the_first_one_acts_from_the_first_one() -> None:
+    sim = simulator(2)
+    sim.begin_at(Origin(sim.scene.radar.time_of_turns(2.0), 2))
+    sim.request_sources(labels=True, spoke=200)
+    block = next(sim.blocks())
+    assert block.first == 256 and block.labels is not None
+
+
 def test_where_a_process_is_killed_the_scan_goes_on_here_and_the_next_one_has_others() -> None:
     sim, expected = simulator(2), digest(simulator(1).blocks(scans=3))
     blocks: list[SpokeBlock] = []
@@ -183,6 +223,56 @@ def test_what_a_process_raises_is_raised_here_and_the_next_scan_is_right(monkeyp
     assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
 
 
+def test_an_error_comes_in_place_of_its_tile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the tiles before it, though its process computes it ahead while those of the scan before are asked for."""
+    original = pipeline.profiles
+
+    def failing(prepared: Any, azimuths: Any, *more: Any) -> Any:
+        if azimuths.number[0] == 128 + 64:
+            raise ValueError("no tile at 192")
+        return original(prepared, azimuths, *more)
+
+    monkeypatch.setattr(pipeline, "profiles", failing)
+    monkeypatch.setattr(tile_processes, "first_ready", lambda channels: [0])  # all of one process before those of the next
+    taken: list[int] = []
+    with pytest.raises(ValueError, match="no tile at 192"):
+        taken.extend(block.first for block in simulator(4).blocks(size=32))
+    assert taken == [0, 32, 64, 96, 128, 160]
+
+
+@pytest.mark.parametrize("name", ["sendall", "recv_into"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, TimeoutError])
+def test_what_a_signal_raises_within_a_message_is_raised_and_the_next_scan_is_right(
+    name: str, error: type[BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = getattr(socket.socket, name)
+
+    def interrupted(end: socket.socket, data: Any) -> None:
+        original(end, data[:5])
+        raise error
+
+    sim = simulator(2)
+    next(sim.blocks())
+    with monkeypatch.context() as patch, pytest.raises(error):
+        patch.setattr(socket.socket, name, interrupted)
+        sim.scan()
+    assert sim.processes == []
+    sim.skip_to(0)
+    assert digest(sim.blocks(scans=2)) == digest(simulator(1).blocks(scans=2))
+
+
+def test_a_process_that_is_interrupted_as_it_begins_runs_nothing_of_its_parent() -> None:
+    script = (
+        "from tests.simulation.test_tile_processes import simulator, tile_processes\nimport os, signal\nfork = os.fork\n"
+        "def interrupted():\n    process = fork()\n"
+        "    if not process:\n        os.kill(os.getpid(), signal.SIGINT)\n    return process\n"
+        "tile_processes.os.fork = interrupted\nsim = simulator(2)\n"
+        "try:\n    sim.scan()\nfinally:\n    print(len(sim.processes), flush=True)"
+    )
+    command = [sys.executable, "-c", script]
+    assert subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, timeout=PATIENCE, check=True).stdout == b"2\n"
+
+
 def test_while_another_thread_computes_nothing_is_forked() -> None:
     sim, begun, go = simulator(2), threading.Event(), threading.Event()
 
@@ -210,6 +300,20 @@ def test_where_no_process_can_be_forked_this_one_computes(monkeypatch: pytest.Mo
     monkeypatch.setattr(tile_processes.os, "fork", none)
     sim = simulator(2)
     assert digest(sim.blocks(scans=1)) == digest(simulator(1).blocks(scans=1)) and sim.processes == []
+
+
+def test_a_process_without_a_handle_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    forked: list[int] = []
+
+    def none(process: int) -> int:
+        forked.append(process)
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(tile_processes.os, "pidfd_open", none)
+    sim = simulator(2)
+    assert digest(sim.blocks(scans=1)) == digest(simulator(1).blocks(scans=1)) and sim.processes == []
+    with pytest.raises(ChildProcessError):
+        os.waitpid(forked[0], os.WNOHANG)  # no zombie
 
 
 def test_processes_end_with_the_simulator_and_when_it_is_closed() -> None:
