@@ -27,6 +27,7 @@ from radar_service.processes.channel import Channel, first_ready
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.simulation.tile_shares import TileShares
+from radar_service.trace.embree import TREES
 from radar_service.world.commands import Command
 from radar_service.world.steering import Steering
 
@@ -137,7 +138,7 @@ class TileProcesses:
     def _forked(self) -> bool:
         """Forks the processes. Returns False where that is not possible now."""
         own_end: socket.socket | None = None
-        with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged(), _signals_waiting():
+        with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged(), TREES.unchanged(), _signals_waiting():
             while is_alone and len(self._children) < self._count and own_end is None:
                 try:
                     child, own_end = _fork()
@@ -292,8 +293,9 @@ def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoRetur
     """Is the life of a process: obeys orders until its parent is gone."""
     try:
         gc.freeze()  # nothing of the parent is tidied up here
+        highest = max(int(descriptor) for descriptor in os.listdir("/proc/self/fd"))
         os.closerange(STANDARD_STREAMS, end.fileno())
-        os.closerange(end.fileno() + 1, os.sysconf("SC_OPEN_MAX"))
+        os.closerange(end.fileno() + 1, highest + 1)
         channel = Channel(end)
         commands: tuple[Command, ...] = ()
         while True:

@@ -5,7 +5,8 @@ A tree belongs to the meshes that use it and goes with the last of them. A dropp
 
 import itertools
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from hashlib import blake2b
 from typing import Any, Protocol
 from weakref import WeakValueDictionary
@@ -53,6 +54,12 @@ class TreeCache:
     def live(self) -> int:
         """How many trees there are now."""
         return len(self._live())
+
+    @contextmanager
+    def unchanged(self) -> Iterator[None]:
+        """Lets no other thread add or drop a tree during a `with` block."""
+        with self._lock:
+            yield
 
     def share(self, triangles: Triangles) -> SharedTree:
         """What equal triangles share, whichever scene they belong to."""
