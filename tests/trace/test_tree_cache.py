@@ -98,3 +98,13 @@ def test_eight_threads_that_thrash_get_their_own_trees() -> None:
     for thread in threads:
         thread.join()
     assert not wrong and cache.live <= 4
+
+
+def test_no_tree_is_shared_or_built_while_the_cache_is_unchanged() -> None:
+    cache = TreeCache(Tree, 10)
+    with cache.unchanged():
+        thread = threading.Thread(target=used, args=(cache, 1.0))
+        thread.start()
+        assert thread.is_alive() and cache.builds == 0
+    thread.join(60.0)
+    assert cache.builds == 1

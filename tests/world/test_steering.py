@@ -1,6 +1,7 @@
 """The commands to a world: their order, what the motions follow when, and the segments that commands begin."""
 
 import math
+import threading
 from dataclasses import replace
 from typing import Any
 
@@ -219,3 +220,39 @@ def test_a_heading_stays_at_its_angle_to_the_course() -> None:
     assert math.degrees(made.drift) == pytest.approx(20.0)
     assert math.degrees(made.motion(None).pose(200.0).heading[0]) == pytest.approx(50.0)
     assert segment(course_deg=30).drift == BEFORE.drift
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_copy_follows_what_the_original_follows(seed: int) -> None:
+    """Commands in any order of times, and steps ahead and back: the copy has the course and the speed of the original."""
+    random, original, copy = np.random.default_rng(seed), Steering(MADE), Steering(MADE)
+    for _ in range(12):
+        values = {"course_deg": float(random.uniform(0, 360)), "speed_kn": float(random.uniform(0, 20)), "at_once": True}
+        original.add(int(random.integers(0, 200)), "a", values)
+        original.go_to(int(random.integers(0, 200)))
+        copy.follow(original.followed)
+        for time in (1.0, 5.0, 100.0):
+            motions = (each.scene.bodies[0].motion.pose(time) for each in (original, copy))
+            first, second = ((float(pose.course[0]), float(pose.speed[0])) for pose in motions)
+            assert first == second
+        assert copy.due == math.inf and copy.followed == original.followed
+
+
+def test_a_copy_that_follows_the_same_changes_nothing() -> None:
+    original, copy = Steering(MADE), Steering(MADE)
+    original.add(3, "a", {"course_deg": 90, "speed_kn": 5})
+    original.go_to(3)
+    copy.follow(original.followed)
+    before = copy.scene.revision.number
+    copy.follow(original.followed)
+    assert copy.scene.revision.number == before
+
+
+def test_no_command_is_added_while_a_steering_is_unchanged() -> None:
+    made = Steering(MADE)
+    with made.unchanged():
+        thread = threading.Thread(target=made.add, args=(0, "a", {"speed_kn": 5}))
+        thread.start()
+        assert thread.is_alive() and made.count == 0
+    thread.join(60.0)
+    assert made.count == 1
