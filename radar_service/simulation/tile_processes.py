@@ -29,7 +29,7 @@ from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.simulation.tile_shares import TileShares
 from radar_service.trace.embree import TREES
 from radar_service.world.commands import Command
-from radar_service.world.steering import Steering
+from radar_service.world.steering import Steering, same_at_first
 
 CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
 UNEVEN = 1.2  # times that the best shares take, from which shares are made anew
@@ -208,8 +208,7 @@ class _Child:
     def order(self, order: Order) -> None:
         """Gives an order, with all its commands, to a process that has none. Raises OSError where it has died."""
         known, self._commands = self._commands, order.commands
-        pairs = enumerate(zip(self._commands, known, strict=False))
-        kept = next((at for at, (new, old) in pairs if new is not old), min(len(self._commands), len(known)))
+        kept = same_at_first(self._commands, known)
         self.channel.send(order._replace(kept=kept, commands=self._commands[kept:]))
         self.is_busy = True
 

@@ -143,9 +143,7 @@ class Steering:
     def follow(self, commands: Sequence[Command]) -> None:
         """Lets the motions of `scene` follow all commands that those of a copy of it follow, and no other one."""
         with self._lock:
-            pairs = enumerate(zip(commands, self._commands, strict=False))
-            same = next((at for at, (new, old) in pairs if new != old), min(len(commands), len(self._commands)))
-            self._take(min(same, self._taken))
+            self._take(min(same_at_first(commands, self._commands), self._taken))
             self._commands = list(commands)
         self.go_to(math.inf)
 
@@ -187,6 +185,13 @@ class Steering:
 
     def _steered(self) -> list[SteeredMotion | SteeredPresence]:
         return [*self._motions.values(), *self._presences.values()]
+
+
+def same_at_first(commands: Sequence[Command], others: Sequence[Command]) -> int:
+    """How many commands two sequences begin with alike."""
+    pairs = enumerate(zip(commands, others, strict=False))
+    shorter = min(len(commands), len(others))
+    return next((at for at, (each, other) in pairs if each is not other and each != other), shorter)
 
 
 def begun_segment(

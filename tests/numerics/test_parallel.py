@@ -234,26 +234,17 @@ def test_an_iterator_that_is_not_finished_does_not_hold_the_limit(host: Numbers,
 
 
 class Library:
-    """A BLAS library that says when its number of threads changes; with a number for each thread, or one for all."""
+    """A BLAS library; with a number of threads for each thread, or one for all."""
 
     def __init__(self, number: int, per_thread: bool = False) -> None:
         self.per_thread = per_thread
-        self.changed = threading.Condition()
         self._first, self._numbers = number, dict[int, int]()
 
     def get_num_threads(self) -> int:
-        with self.changed:
-            return self._numbers.get(self._of(), self._first)
+        return self._numbers.get(self._of(), self._first)
 
     def set_num_threads(self, number: int) -> None:
-        with self.changed:
-            self._numbers[self._of()] = number
-            self.changed.notify_all()
-
-    def becomes(self, number: int) -> bool:
-        """Waits for a number."""
-        with self.changed:
-            return self.changed.wait_for(lambda: self._numbers.get(self._of(), self._first) == number, PATIENCE)
+        self._numbers[self._of()] = number
 
     def _of(self) -> int:
         return threading.get_ident() if self.per_thread else 0

@@ -13,7 +13,7 @@ from radar_service.numerics.result_cache import STEADY
 from radar_service.world import commands
 from radar_service.world.commands import Command, CommandError
 from radar_service.world.steered_motion import MotionSegment, SteeringLimits
-from radar_service.world.steering import Steering, begun_segment
+from radar_service.world.steering import Steering, begun_segment, same_at_first
 from tests.scenes import point, scene
 
 MADE = scene([point("a", 0, 500, steerable={}), point("b", 0, 900)], own_ship={"steerable": {"max_speed_kn": 12}})
@@ -256,3 +256,12 @@ def test_no_command_is_added_while_a_steering_is_unchanged() -> None:
         assert thread.is_alive() and made.count == 0
     thread.join(60.0)
     assert made.count == 1
+
+
+def test_sequences_of_commands_are_alike_up_to_the_first_difference() -> None:
+    first, second, third = (Command(spoke, float(spoke), None) for spoke in (1, 2, 3))
+    assert same_at_first([first, second], [Command(1, 1.0, None), third]) == 1
+    assert (
+        same_at_first([first, second], [first, second, third]) == same_at_first([first, second, third], [first, second]) == 2
+    )
+    assert same_at_first([], [first]) == same_at_first([second], [first]) == 0
