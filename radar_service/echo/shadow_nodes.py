@@ -1,8 +1,8 @@
 """Which nodes of a passage a shadow needs that moves over a body: those between which what the body scatters changes.
 
 How fast a shadow may move bounds how close nodes must be (`ShadowRates`), mostly at every spoke. But most of the time
-its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where the one in the middle between
-two is not the mean of both, the halves are divided likewise, down to neighbours.
+its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where two of them differ, so is the
+one in the middle; where that is not the mean of both, the halves are divided likewise, down to neighbours.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from radar_service.world.scene import Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
-CHANGE = 0.02  # of the field, by which the one in the middle may differ from the mean: what is between errs by less
+CHANGE = 0.02  # of the field, by which two may differ, or the one in the middle from the mean: what is between errs by less
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
 BITS = 20  # of a coordinate in steps of GRID
 
@@ -87,10 +87,11 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
     while left:
         begin, end = left.pop()
         middle = (begin + end) // 2
-        if middle == begin:
+        before, after = (evaluate(int(nodes[each])) for each in (begin, end))
+        if middle == begin or _change(before, after) <= allowed[middle]:
             continue
         chosen.add(middle)
-        if _bend(*(evaluate(int(nodes[each])) for each in (begin, middle, end))) > allowed[middle]:
+        if _bend(before, evaluate(int(nodes[middle])), after) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]
 
@@ -115,10 +116,20 @@ def _size(echoes: BodyEchoes) -> float:
     return float(np.linalg.norm(echoes.amplitude))
 
 
+def _change(before: BodyEchoes, after: BodyEchoes) -> float:
+    """By how much fields of echoes differ, centre by centre; a root of powers."""
+    return _summed([before, after], [-1.0, 1.0])
+
+
 def _bend(before: BodyEchoes, middle: BodyEchoes, after: BodyEchoes) -> float:
-    """By how much the field of echoes differs from the mean of those before and after, centre by centre; a root of powers."""
-    key = np.concatenate([_centres(echoes) for echoes in (before, middle, after)])
-    field: Complexes = np.concatenate([before.amplitude / 2.0, -middle.amplitude, after.amplitude / 2.0])
+    """By how much the field of echoes differs from the mean of those before and after, likewise."""
+    return _summed([before, middle, after], [0.5, -1.0, 0.5])
+
+
+def _summed(echoes: Sequence[BodyEchoes], factor: Sequence[float]) -> float:
+    """The root of the powers of scattering centres, each the sum of the fields there times their factors."""
+    key = np.concatenate([_centres(each) for each in echoes])
+    field: Complexes = np.concatenate([each.amplitude * times for each, times in zip(echoes, factor, strict=True)])
     _, centre = np.unique(key, return_inverse=True)
     real, imaginary = np.bincount(centre, field.real), np.bincount(centre, field.imag)
     return float(np.sqrt(np.sum(real * real + imaginary * imaginary)))
