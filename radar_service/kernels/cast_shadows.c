@@ -166,6 +166,18 @@ static int cut_up(Pieces *all, const double *corners, const double *virtual, con
     return 1;
 }
 
+/* Whether a triangle at virtual positions (3, 3) lies in the shadow of one other as a whole, however many edges cross it. */
+static int in_one_shadow(const double *virtual, const Near *near) {
+    for (int64_t t = 0; t < near->shadows; t++) {
+        int inside = 1;
+        for (int k = 0; k < 4 && inside; k++)
+            for (int corner = 0; corner < 3 && inside; corner++)
+                inside = dot(near->plane + 12 * t + 3 * k, virtual + 3 * corner) >= near->offset[4 * t + k];
+        if (inside) return 1;
+    }
+    return 0;
+}
+
 /* Finds which pieces lie in no shadow; returns how many. */
 static int64_t light(Pieces *all, const Near *near) {
     int64_t total = 0;
@@ -198,8 +210,9 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
             double centre[3], radius = sphere(virtual + 9 * i, some, centre);
             choose(&near, centre, radius, edges, edge_plane, edge_offset, triangles, plane, offset);
         }
-        failed = !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
-        int64_t lit = light(&all, &near), pieces = lit == all.count ? 0 : lit ? all.count : 1;
+        int dark = in_one_shadow(virtual + 9 * i, &near);
+        failed = !dark && !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
+        int64_t lit = dark ? 0 : light(&all, &near), pieces = dark ? 1 : lit == all.count ? 0 : lit ? all.count : 1;
         for (int64_t piece = 0; piece < pieces; piece++, total++) {
             if (total >= room) continue;
             for (int corner = 0; corner < 3; corner++)

@@ -20,8 +20,8 @@ from radar_service.scattering.physical_optics.triangle_cuts import above_water, 
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import MAP_POSE, BodyPose
 
-MAX_TRIANGLES = 400  # that cast shadows exactly on a body
-MAX_TESTS = 2_000_000  # of triangles against those of the body: more shadows are sampled
+MAX_TRIANGLES = 1_500  # that cast shadows exactly on a body
+MAX_TESTS = 6_000_000  # of triangles against those of the body: more shadows are sampled
 TESTS = 100_000  # of points and triangles at once, some 10 MB
 ON_PLANE = 1e-6  # m from a plane within which points count as on it
 SAME_POINT = 1e-5  # m within which corners of triangles are one
