@@ -128,11 +128,11 @@ static int reserve(Near *near, int64_t edges, int64_t shadows) {
     return 1;
 }
 
-/* Puts those into `near` that may concern what a sphere holds, of all edges and shadows. */
-static void choose(Near *near, const double *centre, double radius, int64_t edges, const double *edge_plane,
+/* Puts those of all edges and shadows into `near` that may concern the first TOGETHER triangles at virtual positions (M, 3, 3). */
+static void choose(Near *near, const double *virtual, int64_t count, int64_t edges, const double *edge_plane,
                    const double *edge_offset, int64_t shadows, const double *plane, const double *offset) {
+    double centre[3], radius = sphere(virtual, count < TOGETHER ? count : TOGETHER, centre) + ON_PLANE;
     near->edges = near->shadows = 0;
-    radius += ON_PLANE;
     for (int64_t i = 0; i < edges; i++)
         if (may_cut(centre, radius, edge_plane + 12 * i, edge_offset + 4 * i)) {
             memcpy(near->edge_plane + 12 * near->edges, edge_plane + 12 * i, 12 * sizeof *plane);
@@ -192,6 +192,22 @@ static int64_t light(Pieces *all, const Near *near) {
     return total;
 }
 
+/* Which triangles (M, 3, 3), M = count, at virtual positions lie in the shadow of one triangle (T) as a whole: dark (M). Planes and
+ * offsets as of `in_shadow`. Returns how many, NO_MEMORY without memory. */
+KERNEL int64_t cast_dark(int64_t count, int64_t triangles, const double *virtual, const double *plane, const double *offset,
+                         uint8_t *dark) {
+    Near near;
+    int64_t total = 0;
+    if (!reserve(&near, 0, triangles)) return NO_MEMORY;
+    for (int64_t i = 0; i < count; i++) {
+        if (i % TOGETHER == 0) choose(&near, virtual + 9 * i, count - i, 0, NULL, NULL, triangles, plane, offset);
+        dark[i] = (uint8_t)in_one_shadow(virtual + 9 * i, &near);
+        total += dark[i];
+    }
+    free(near.edge_plane);
+    return total;
+}
+
 /* Cuts those triangles (M, 3, 3), M = count, on which shadows lie. Returns how many parts there are; the first `room` of them go to
  * parts (room, 3, 3), the triangle that each comes from, rising, to origin (room), and whether it is in the light to bright (room).
  *
@@ -205,11 +221,8 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
     int64_t total = 0;
     int failed = !reserve(&near, edges, triangles);
     for (int64_t i = 0; i < count && !failed; i++) {
-        if (i % TOGETHER == 0) {
-            int64_t some = count - i < TOGETHER ? count - i : TOGETHER;
-            double centre[3], radius = sphere(virtual + 9 * i, some, centre);
-            choose(&near, centre, radius, edges, edge_plane, edge_offset, triangles, plane, offset);
-        }
+        if (i % TOGETHER == 0)
+            choose(&near, virtual + 9 * i, count - i, edges, edge_plane, edge_offset, triangles, plane, offset);
         int dark = in_one_shadow(virtual + 9 * i, &near);
         failed = !dark && !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
         int64_t lit = dark ? 0 : light(&all, &near), pieces = dark ? 1 : lit == all.count ? 0 : lit ? all.count : 1;

@@ -35,6 +35,7 @@ PROTOTYPES = {
     "shadow_cuts": "nnnfbfibffiffi",
     "stand_before": "nnnffffrrfb",
     "cast_lit": "nnfffb",
+    "cast_dark": "nnfffb",
     "cast_cuts": "nnnnfffffffib",
     "shadow_planes": "nfffff",
     "silhouettes": "nfff",

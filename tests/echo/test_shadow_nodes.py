@@ -57,7 +57,7 @@ def test_nodes_are_close_where_the_field_steps_and_nowhere_else() -> None:
 
 
 def test_a_step_below_the_limit_is_left_between_two_nodes() -> None:
-    """The middle differs by at most half a step from the mean of both; where these do not differ by a limit it is not asked for."""
+    """The middle differs by at most half a step from the mean of both; where these do not differ it is not asked for."""
     sizes = (2.5 * CHANGE, 1.5 * CHANGE, 0.9 * CHANGE)
     large, small, smallest = (told(lambda spoke, size=size: 1.0 if spoke < 264 else 1.0 - size)[0] for size in sizes)
     firm = len(EVERY) // SKIPPED + 1

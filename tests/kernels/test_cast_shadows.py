@@ -58,6 +58,19 @@ def test_points_in_the_light_are_those_of_numpy(casters: int) -> None:
 
 
 @pytest.mark.parametrize("casters", [0, 1, 8])
+def test_triangles_in_one_shadow_are_those_of_numpy_and_have_no_light(casters: int) -> None:
+    """Half as large as those of the body, about their middles. By `cut` they are dark, and so are some in several shadows."""
+    corners, cast = body(60), shadows(casters)
+    small = corners.mean(axis=1, keepdims=True) + 0.5 * (corners - corners.mean(axis=1, keepdims=True))
+    compiled, by_numpy = both(lambda: cast.dark(small, lambda points: points))
+    np.testing.assert_array_equal(compiled, by_numpy)
+    parts, origin, lit = cast.cut(small, lambda points: points)
+    throughout = np.bincount(origin, minlength=60) > np.bincount(origin, lit, minlength=60)
+    throughout &= np.bincount(origin, lit, minlength=60) == 0
+    assert throughout[compiled].all() and (casters < 8 or 0 < compiled.sum() < throughout.sum() < 60)
+
+
+@pytest.mark.parametrize("casters", [0, 1, 8])
 def test_planes_and_silhouettes_are_those_of_numpy(casters: int) -> None:
     """In the same order; one triangle that is seen edge-on casts none, and two share an edge."""
     corners = shadows(8).corners[:casters]

@@ -93,6 +93,23 @@ class CastShadows:
         """Which points (M, 3) on the map [m] lie in no shadow."""
         return self._lit(self.picture.virtual(position))
 
+    def dark(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Flags:
+        """Which triangles (M, 3, 3) of a body lie as a whole in the shadow of one triangle; on_map: as of `cut`."""
+        virtual = self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
+        dark = np.zeros(len(corners), dtype=np.bool_)
+        if compiled := kernels():
+            taken = map(np.ascontiguousarray, (virtual, self.plane, self.offset))
+            compiled.run("cast_dark", len(corners), len(self), *taken, dark)
+            return dark
+        step = max(1, TESTS // max(1, len(corners)))
+        for first in range(0, len(self), step):
+            some = slice(first, first + step)
+            inside = np.ones((len(corners), len(self.plane[some])), dtype=np.bool_)
+            for k in range(4):
+                inside &= (virtual @ self.plane[some, k].T >= self.offset[some, k]).all(axis=1)
+            dark |= inside.any(axis=1)
+        return dark
+
     def cut(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> tuple[Floats, Indices, Flags]:
         """Cuts those triangles (M, 3, 3) of a body on which shadows lie: parts (N, 3, 3), the triangle that each comes from
         (N,), and whether it is in the light (N,).

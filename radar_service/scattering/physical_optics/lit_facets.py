@@ -135,6 +135,8 @@ def lit_surface(
     outside: (F,) as from `outward_side`; the inner side of a closed body is never lit; samples: of the coarse facets.
     """
     side = _lit_sides(legs, planes, outside).take(surface.triangle, axis=0)
+    for number, leg in enumerate(legs):
+        side[_dark(surface, side[:, number], leg), number] = 0
     lit = replace(surface, side=side).chosen(np.flatnonzero(side.any(axis=1)))
     columns = [_first_shares(lit, lit.side[:, number], leg, planes, samples) for number, leg in enumerate(legs)]
     lit = replace(lit, share=np.stack(columns, axis=1))
@@ -151,6 +153,14 @@ def _lit_sides(legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8
         side = -np.sign(np.einsum("ij,ij->i", planes.normal, rays.direction) + rays.tilt * planes.normal[:, 2])
         sides.append(np.where(rays.arrives & (side * outside >= 0.0), side, 0.0))
     return np.stack(sides, axis=1).astype(np.int8)
+
+
+def _dark(surface: Surface, side: NDArray[np.int8], leg: BodyLeg) -> Indices:
+    """Those of triangles on the lit side (M,) that a shadow of another body covers: no ray looks for the body's own there."""
+    if leg.others is None or not len(leg.others):
+        return np.zeros(0, dtype=np.int64)
+    lit = np.flatnonzero(side)
+    return lit[leg.others.dark(surface.corners.take(lit, axis=0), leg.on_map)]
 
 
 def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Planes, samples: CornerSamples) -> Floats:

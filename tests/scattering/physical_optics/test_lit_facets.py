@@ -3,11 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from radar_service.numerics.frames import map_from_deck
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.world.body import Mesh
 from radar_service.world.poses import BodyPose
 from tests.scenes import scene
@@ -42,6 +45,27 @@ def test_a_flare_is_lit_from_below_alone() -> None:
     assert south.any() and not (lit.share[south, 0] > 0).any() and (lit.share[south, 1] == 1.0).all()
     assert deck.any() and (lit.share[deck, 0] == 1.0).all() and not (lit.share[deck, 1] > 0).any()
     assert (lit.side[south, 1] == lit.side[south, 1][0]).all()
+
+
+def test_no_ray_looks_for_shadows_of_its_own_where_another_body_covers_it() -> None:
+    """A wall before the lower half of a box hides it: without a ray, and the rest is lit as if rays had been asked everywhere."""
+    made = scene([BOX])
+    box = optical_body(made.bodies[0], made.radar, 1)
+    pose, picture = BodyPose(np.array([0.0, 100.0, 0.0]), 0.0), Picture(np.array([0.0, 0.0, 2.0]), np.inf, False)
+    wall = CastShadows(picture, np.array([[[-90.0, 50.0, -2.0], [90.0, 50.0, -2.0], [0.0, 50.0, 0.0]]]))
+    asked = list[np.ndarray]()
+
+    def reached(points: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+        asked.append(points)
+        return np.ones(len(points), dtype=np.bool_)
+
+    leg = BodyLeg(False, pose, picture.antenna, np.inf, reached, crowded=False, others=wall)
+    surface, lit = box.lit_facets((leg,), 0.0)
+    heights = np.concatenate(asked)[:, 2]
+    south = lit.normal[1] < -0.5
+    exact = 4.0 * (4.0 - np.mean(2.0 - 2.0 * np.abs(np.linspace(-2.0, 2.0, 4001)) / 90.0))
+    assert heights.min() > 1.3  # a facet of 2 m is covered as a whole, or not
+    assert lit.area[south].sum() == pytest.approx(exact, rel=1e-3)
 
 
 def test_planes_of_a_leaning_body_are_those_of_the_rotated_mesh() -> None:
