@@ -1,8 +1,11 @@
 """Which nodes of a passage a shadow needs that moves over a body: those between which what the body scatters changes.
 
 How fast a shadow may move bounds how close nodes must be (`ShadowRates`), mostly at every spoke. But most of the time
-its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where two of them differ, so is the
-one in the middle; where that is not the mean of both, the halves are divided likewise, down to neighbours.
+its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where one about the middle between
+two is not on a line between both, the halves are divided likewise, down to neighbours.
+
+What is lit up to an edge that moves along a side has a Doppler shift of its own: its phase may turn several times between nodes.
+Whole turns from one to the next look like none, so the two halves of a gap have no common divisor.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +21,7 @@ from radar_service.world.scene import Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
-CHANGE = 0.02  # of the field, by which two may differ, or the one in the middle from the mean: what is between errs by less
+CHANGE = 0.02  # of the field, by which the one in the middle may be off the line: what is between errs by less
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
 BITS = 20  # of a coordinate in steps of GRID
 
@@ -86,14 +89,23 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
     left = list(zip(firm[:-1], firm[1:], strict=True))
     while left:
         begin, end = left.pop()
-        middle = (begin + end) // 2
-        before, after = (evaluate(int(nodes[each])) for each in (begin, end))
-        if middle == begin or _change(before, after) <= allowed[middle]:
+        if end - begin < 2:
             continue
+        middle = _middle(nodes, begin, end)
         chosen.add(middle)
-        if _bend(before, evaluate(int(nodes[middle])), after) > allowed[middle]:
+        share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
+        if _bend(*(evaluate(int(nodes[each])) for each in (begin, middle, end)), share) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]
+
+
+def _middle(nodes: Indices, begin: int, end: int) -> int:
+    """The node next to the middle between two others whose distances from these, in spokes, have no common divisor; the nearest
+    one where all have."""
+    between = np.arange(begin + 1, end)
+    before, after = nodes[between] - nodes[begin], nodes[end] - nodes[between]
+    order = np.lexsort((np.abs(before - after), np.gcd(before, after) > 1))
+    return int(between[order[0]])
 
 
 def _graded(chosen: Sequence[int]) -> Indices:
@@ -116,20 +128,12 @@ def _size(echoes: BodyEchoes) -> float:
     return float(np.linalg.norm(echoes.amplitude))
 
 
-def _change(before: BodyEchoes, after: BodyEchoes) -> float:
-    """By how much fields of echoes differ, centre by centre; a root of powers."""
-    return _summed([before, after], [-1.0, 1.0])
-
-
-def _bend(before: BodyEchoes, middle: BodyEchoes, after: BodyEchoes) -> float:
-    """By how much the field of echoes differs from the mean of those before and after, likewise."""
-    return _summed([before, middle, after], [0.5, -1.0, 0.5])
-
-
-def _summed(echoes: Sequence[BodyEchoes], factor: Sequence[float]) -> float:
-    """The root of the powers of scattering centres, each the sum of the fields there times their factors."""
-    key = np.concatenate([_centres(each) for each in echoes])
-    field: Complexes = np.concatenate([each.amplitude * times for each, times in zip(echoes, factor, strict=True)])
+def _bend(before: BodyEchoes, middle: BodyEchoes, after: BodyEchoes, share: float) -> float:
+    """By how much the field of echoes is off the line between those before and after, a share of the way, centre by centre; a
+    root of powers."""
+    key = np.concatenate([_centres(echoes) for echoes in (before, middle, after)])
+    line = before.amplitude * (1.0 - share), -middle.amplitude, after.amplitude * share
+    field: Complexes = np.concatenate(line)
     _, centre = np.unique(key, return_inverse=True)
     real, imaginary = np.bincount(centre, field.real), np.bincount(centre, field.imag)
     return float(np.sqrt(np.sum(real * real + imaginary * imaginary)))
