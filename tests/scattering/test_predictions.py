@@ -10,7 +10,7 @@ import pytest
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.physical_optics.model import FACETS_DB, REBOUNCES_DB, PhysicalOptics
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import density_db, surface_db
 from tests.scattering.test_fixed_scatterers import context
@@ -44,6 +44,16 @@ def test_a_surface_that_comes_nearer_has_fewer_scatterers_in_a_cell() -> None:
     power, (remark,) = DiffuseScattering.run_error(body, told, PASSING)
     assert math.hypot(power, density_db(4.0)) == pytest.approx(there, rel=1e-12) and "at its closest, 100 m" in remark
     assert DiffuseScattering.run_error(body, told, PASSING._replace(approach=3000.0)) == RunError()
+
+
+@pytest.mark.parametrize(("shape", "bounces"), [("box", "none faces another"), ("dihedral", "up to 3 bounces")])
+def test_bounces_are_told_of_metal_that_faces_itself_alone(shape: str, bounces: str) -> None:
+    """All of a closed box rises behind its sides, where no wave comes; a corner has bounces, and their error."""
+    table = {"name": "b", "shape": shape, "width_m": 9, "height_m": 9, "scattering": "optics"}
+    body = scene([table | ({"length_m": 9} if shape == "box" else {})]).bodies[0]
+    told = conditions(**KINDS["optics"])
+    assert bounces in PhysicalOptics.description(body, told, "computed once")
+    assert PhysicalOptics.error_db(body, told) == {"box": FACETS_DB, "dihedral": REBOUNCES_DB}[shape]
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -41,7 +41,7 @@ from radar_service.scattering.physical_optics.optical_body import (
     optical_bodies,
 )
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.patches import is_concave
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
@@ -321,7 +321,7 @@ class PhysicalOptics(AspectModel):
         distance = math.dist(body.middle_at(0.0), conditions.antenna) - body.radius
         times = facet_enlargement(body, conditions.radar, distance)
         coarse = "" if times == 1.0 else f"; facets {times:.1f} times longer than they should be, at most {MAX_FACETS}"
-        if not concave_sides(body.mesh).any():
+        if not is_concave(body.mesh):
             return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}{coarse}"
         return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}{coarse}"
 
@@ -334,7 +334,7 @@ class PhysicalOptics(AspectModel):
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
-        return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
+        return REBOUNCES_DB if is_concave(body.mesh) else FACETS_DB
 
     @staticmethod
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:

@@ -90,6 +90,11 @@ def faces_itself(rises: Flags, outside: NDArray[np.int8]) -> bool:
     return bool((rises[:, 0] & (outside >= 0)).any() or (rises[:, 1] & (outside <= 0)).any())
 
 
+def is_concave(mesh: Mesh) -> bool:
+    """Whether parts of a mesh may face each other, as seen from where a wave may come."""
+    return faces_itself(concave_sides(mesh), outward_side(mesh))
+
+
 def concave_sides(mesh: Mesh) -> Flags:
     """(F, 2) whether any part of the body rises before the front and before the back of each triangle's plane."""
     corners = mesh.vertices[mesh.faces]

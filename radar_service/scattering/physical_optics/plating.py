@@ -22,7 +22,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facet_integral import phasors
 from radar_service.scattering.physical_optics.illumination import lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
-from radar_service.scattering.physical_optics.patches import concave_sides, faces_itself, outward_side, patch_spans
+from radar_service.scattering.physical_optics.patches import is_concave, patch_spans
 from radar_service.scattering.physical_optics.path_fields import LegPhases, Wave, facet_fields, facet_phases
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, dot
 from radar_service.scattering.physical_optics.vessel_walls import STEEPEST
@@ -159,7 +159,7 @@ def dents_db(body: Body, conditions: Conditions, aspects: Floats) -> float | Non
     walls = PlatedWalls.of(body.mesh, normal, patch_spans(body.mesh), body.plating, conditions.radar.wavelength)
     if walls is None:
         return None
-    concave, bounces = faces_itself(concave_sides(body.mesh), outward_side(body.mesh)), conditions.fidelity.bounces
+    concave, bounces = is_concave(body.mesh), conditions.fidelity.bounces
     bounces = bounces if concave and bounces > 1 else 0
     return 20.0 * math.log10(walls.off_field(walls.near_normal(aspects, normal), bounces))
 
