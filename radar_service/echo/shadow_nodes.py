@@ -94,7 +94,8 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         middle = _middle(nodes, begin, end)
         chosen.add(middle)
         share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
-        if _bend(*(evaluate(int(nodes[each])) for each in (begin, middle, end)), share) > allowed[middle]:
+        before, between, after = (evaluate(int(nodes[each])) for each in (begin, middle, end))
+        if _bend(before, between, after, share) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]
 
