@@ -166,7 +166,7 @@ static int cut_up(Pieces *all, const double *corners, const double *virtual, con
     return 1;
 }
 
-/* Whether a triangle at virtual positions (3, 3) lies in the shadow of one other as a whole, however many edges cross it. */
+/* Whether a triangle at virtual positions (3, 3) lies in the shadow of one other as a whole. */
 static int in_one_shadow(const double *virtual, const Near *near) {
     for (int64_t t = 0; t < near->shadows; t++) {
         int inside = 1;
@@ -223,9 +223,8 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
     for (int64_t i = 0; i < count && !failed; i++) {
         if (i % TOGETHER == 0)
             choose(&near, virtual + 9 * i, count - i, edges, edge_plane, edge_offset, triangles, plane, offset);
-        int dark = in_one_shadow(virtual + 9 * i, &near);
-        failed = !dark && !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
-        int64_t lit = dark ? 0 : light(&all, &near), pieces = dark ? 1 : lit == all.count ? 0 : lit ? all.count : 1;
+        failed = !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
+        int64_t lit = light(&all, &near), pieces = lit == all.count ? 0 : lit ? all.count : 1;
         for (int64_t piece = 0; piece < pieces; piece++, total++) {
             if (total >= room) continue;
             for (int corner = 0; corner < 3; corner++)

@@ -95,7 +95,7 @@ class CastShadows:
 
     def dark(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Flags:
         """Which triangles (M, 3, 3) of a body lie as a whole in the shadow of one triangle; on_map: as of `cut`."""
-        virtual = self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
+        virtual = self._virtual(corners, on_map)
         dark = np.zeros(len(corners), dtype=np.bool_)
         if compiled := kernels():
             taken = map(np.ascontiguousarray, (virtual, self.plane, self.offset))
@@ -116,7 +116,7 @@ class CastShadows:
 
         on_map: positions in the body's frame on the map [m].
         """
-        virtual = self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
+        virtual = self._virtual(corners, on_map)
         if compiled := kernels():
             return self._compiled_cut(compiled, corners, virtual)
         pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
@@ -128,6 +128,10 @@ class CastShadows:
             np.concatenate([origin[mixed], dark_throughout]),
         )
         return parts, triangle, np.concatenate([lit[mixed], np.zeros(len(dark_throughout), dtype=np.bool_)])
+
+    def _virtual(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Floats:
+        """Corners (M, 3, 3) of triangles at virtual positions [m]; on_map: as of `cut`."""
+        return self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
 
     def _compiled_cut(self, compiled: Kernels, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
         """Runs the kernel that does what `cut` does. virtual: the same triangles at virtual positions."""

@@ -143,7 +143,7 @@ def _compute(
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
             if plan and (measured := plan.measured()):
                 data.send(MeasuredPlan(measured))
-            if block.index + len(block) == radar.azimuths:  # often enough
+            if block.index + len(block) == radar.azimuths:  # once a scan is often enough
                 _renew(spares, answering, commanding)
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
