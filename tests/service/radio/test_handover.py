@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin
+from radar_service.radar.parameters import Origin, Radar
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.handover import Handover, Overtaken
@@ -167,15 +167,21 @@ def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
 def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first one computes no spoke before the radar has gone on; a later one is in time."""
     monkeypatch.setattr("radar_service.service.radio.handover.PATIENCE", 0.0)
-    turns = threading.Semaphore(0)
+    turns, agreed = threading.Semaphore(0), list[int]()
+    agree = Handover.agree
+
+    def recorded(handover: Handover, request: int, radar: Radar, sent: int, idle: bool, lead: float) -> Origin:
+        origin = agree(handover, request, radar, sent, idle, lead)
+        agreed.append(origin.scan * AZIMUTHS)
+        return origin
+
+    monkeypatch.setattr(Handover, "agree", recorded)
     late = Late(turns)
     late.ready.set()
 
     async def test(station: Station, sink: RecordingSink) -> None:
         change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(sink.wait_for, lambda: station.transmitter.handover.at is not None)
-        at = station.transmitter.handover.at or 0
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > at + 3 * AZIMUTHS)
+        await asyncio.to_thread(sink.wait_for, lambda: agreed and sink.spokes > agreed[0] + 3 * AZIMUTHS)
         turns.release(1000)
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
