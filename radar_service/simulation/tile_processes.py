@@ -32,7 +32,7 @@ from radar_service.world.commands import Command
 from radar_service.world.steering import Steering, same_at_first
 
 CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
-UNEVEN = 1.2  # times that the best shares take, from which shares are made anew
+UNEVEN = 1.1  # times that the best shares take, from which shares are made anew
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
@@ -156,8 +156,10 @@ class TileProcesses:
         goes_on: whether the same azimuths of the next scan are likely to be asked for.
         """
         due = Round(scan, starts, self.request, self._steering.followed)
-        if self._ahead != due or self._shares.uneven(len(self._children)) > UNEVEN:
+        if self._ahead != due or self._shares.end_late(len(self._children), UNEVEN):
             self._order(due, requested, goes_on)
+        else:
+            self._shares.go_on()
         self._now, self._ahead = due, None
         for start in starts:
             yield self._received(start // self._length)

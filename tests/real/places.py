@@ -24,9 +24,14 @@ NORTH_EAST = (SOUTH_WEST[0] + SIZE, SOUTH_WEST[1] + SIZE)
 
 
 def entries(name: str) -> list[dict[str, str]]:
-    """The numbered entries of an .ini file of the Swinomish area, in order: key without number to value."""
+    """The entries of an .ini file of the Swinomish area, as of `entries_of`."""
+    return entries_of(REAL / "swinomish" / name)
+
+
+def entries_of(path: Path) -> list[dict[str, str]]:
+    """The numbered entries of an .ini file, in order: key without number to value."""
     result: dict[int, dict[str, str]] = defaultdict(dict)
-    text = (REAL / "swinomish" / name).read_text()
+    text = path.read_text()
     for key, number, part, value in re.findall(r"^(\w+)\((\d+)(,\d+)?\) *= *(\S+)", text, re.MULTILINE):
         result[int(number)][key + part] = value
     return [result[number] for number in sorted(result)]
