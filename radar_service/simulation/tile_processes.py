@@ -26,6 +26,7 @@ from radar_service.numerics.types import Flags
 from radar_service.processes.channel import Channel, first_ready
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.simulation.tile_sender import Computed, TileSender
 from radar_service.simulation.tile_shares import TileShares
 from radar_service.trace.embree import TREES
 from radar_service.world.commands import Command
@@ -60,13 +61,6 @@ class Round(NamedTuple):
     starts: Sequence[int]
     sources: SourceRequest
     commands: Sequence[Command]
-
-
-class Computed(NamedTuple):
-    """A tile, and the processor time that it took [s]."""
-
-    tile: SourceTile
-    seconds: float
 
 
 STOP = "stop"  # gives up an order
@@ -298,38 +292,38 @@ def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoRetur
         os.closerange(STANDARD_STREAMS, end.fileno())
         os.closerange(end.fileno() + 1, highest + 1)
         channel = Channel(end)
+        sender = TileSender(channel)
         commands: tuple[Command, ...] = ()
         while True:
             order = channel.receive()
             if order != STOP:
                 commands = (*commands[: order.kept], *order.commands)
-                _obey(channel, tiles, steering, order, commands)
+                _obey(sender, tiles, steering, order, commands)
     finally:
         os._exit(0)
 
 
-def _obey(channel: Channel, tiles: SourceTiles, steering: Steering, order: Order, commands: Sequence[Command]) -> None:
-    """Sends the tiles of an order until it is given up, then DONE or an error. Raises OSError when the parent is gone."""
+def _obey(sender: TileSender, tiles: SourceTiles, steering: Steering, order: Order, commands: Sequence[Command]) -> None:
+    """Sends the tiles of an order until it is given up, then DONE or an error."""
     answer: str | Exception = DONE
     try:
         steering.follow(commands)
         tiles.request = order.sources
         for scan in count(order.scan) if order.goes_on else (order.scan,):
-            if not _sent(channel, tiles.scan(scan, order.requested)):
+            if not _sent(sender, tiles.scan(scan, order.requested), 1 + int(order.requested.sum()) // tiles.length):
+                sender.drop()
                 break
-    except OSError:
-        raise
     except Exception as error:
         answer = _portable(error)
-    channel.send(answer)
+    sender.put(answer)
 
 
-def _sent(channel: Channel, tiles: Iterator[SourceTile]) -> bool:
-    """Sends tiles; returns False where the order was given up meanwhile."""
+def _sent(sender: TileSender, tiles: Iterator[SourceTile], most: int) -> bool:
+    """Sends tiles, of which at most so many wait; returns False where the order was given up meanwhile."""
     begin = thread_time()
     for tile in tiles:
-        channel.send(Computed(tile, thread_time() - begin))
-        if channel.wait(0.0):
+        sender.put(Computed(tile, thread_time() - begin))
+        if sender.has_order(most):
             return False
         begin = thread_time()
     return True

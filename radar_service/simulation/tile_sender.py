@@ -1,0 +1,76 @@
+"""How a process hands its tiles on: in a thread of its own, so that it computes on while nobody reads.
+
+A radar takes spokes at the pace of its rotation, first all tiles of one process, then those of the next. Without this each
+process would wait while those of the others are sent.
+"""
+
+import contextlib
+import os
+import select
+import threading
+from collections import deque
+from typing import NamedTuple
+
+from radar_service.processes.channel import Channel
+from radar_service.simulation.source_tiles import SourceTile
+
+BYTES_AHEAD = 32 * 2**20  # of tiles that wait
+
+
+class Computed(NamedTuple):
+    """A tile, and the processor time that it took [s]."""
+
+    tile: SourceTile
+    seconds: float
+
+
+class TileSender:
+    """Sends tiles, and the answer after them, in order. It is called from one thread."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel, self._room, self._either = channel, os.eventfd(0), select.poll()
+        for descriptor in (channel.fileno(), self._room):
+            self._either.register(descriptor, select.POLLIN)
+        self._waiting: deque[Computed | Exception | str] = deque()
+        self._bytes, self._changed = 0, threading.Condition()
+        threading.Thread(target=self._run, name="tiles", daemon=True).start()
+
+    def put(self, message: Computed | Exception | str) -> None:
+        """Has a message sent after those before it."""
+        with self._changed:
+            self._waiting.append(message)
+            self._bytes += _size(message)
+            self._changed.notify()
+
+    def drop(self) -> None:
+        """Forgets what has not been sent."""
+        with self._changed:
+            self._waiting.clear()
+            self._bytes = 0
+
+    def has_order(self, most: int) -> bool:
+        """Returns whether the other end has sent an order; waits for one, or until fewer than `most` messages and BYTES_AHEAD are
+        left."""
+        while not (stopped := self._channel.wait(0.0)) and not self._has_room(most):
+            if any(descriptor == self._room for descriptor, _ in self._either.poll()):
+                os.eventfd_read(self._room)
+        return stopped
+
+    def _has_room(self, most: int) -> bool:
+        with self._changed:
+            return len(self._waiting) < most and self._bytes < BYTES_AHEAD
+
+    def _run(self) -> None:
+        with contextlib.suppress(OSError):  # the parent is gone, as who computes finds out
+            while True:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._waiting)
+                    message = self._waiting.popleft()
+                    self._bytes -= _size(message)
+                os.eventfd_write(self._room, 1)
+                self._channel.send(message)
+
+
+def _size(message: Computed | Exception | str) -> int:
+    """The size of the arrays of a message [bytes]."""
+    return message.tile.field.nbytes + message.tile.power.nbytes if isinstance(message, Computed) else 0
