@@ -306,6 +306,7 @@ def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoRetur
 def _obey(sender: TileSender, tiles: SourceTiles, steering: Steering, order: Order, commands: Sequence[Command]) -> None:
     """Sends the tiles of an order until it is given up, then DONE or an error."""
     answer: str | Exception = DONE
+    sender.begin()
     try:
         steering.follow(commands)
         tiles.request = order.sources

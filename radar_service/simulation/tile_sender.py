@@ -9,12 +9,14 @@ import os
 import select
 import threading
 from collections import deque
+from time import monotonic
 from typing import NamedTuple
 
 from radar_service.processes.channel import Channel
 from radar_service.simulation.source_tiles import SourceTile
 
 BYTES_AHEAD = 32 * 2**20  # of tiles that wait
+STEERED_AHEAD, STEERED_SECONDS = 2, 1.0  # tiles that wait for so long after an order: the next command may drop them again
 
 
 class Computed(NamedTuple):
@@ -33,6 +35,7 @@ class TileSender:
             self._either.register(descriptor, select.POLLIN)
         self._waiting: deque[Computed | Exception | str] = deque()
         self._bytes, self._changed = 0, threading.Condition()
+        self._freely = 0.0  # when more than STEERED_AHEAD may wait [s]
         threading.Thread(target=self._run, name="tiles", daemon=True).start()
 
     def put(self, message: Computed | Exception | str) -> None:
@@ -41,6 +44,10 @@ class TileSender:
             self._waiting.append(message)
             self._bytes += _size(message)
             self._changed.notify()
+
+    def begin(self) -> None:
+        """Is called where an order begins: for STEERED_SECONDS no more than STEERED_AHEAD tiles wait."""
+        self._freely = monotonic() + STEERED_SECONDS
 
     def drop(self) -> None:
         """Forgets what has not been sent."""
@@ -51,10 +58,14 @@ class TileSender:
     def has_order(self, most: int) -> bool:
         """Returns whether the other end has sent an order; waits for one, or until fewer than `most` messages and BYTES_AHEAD are
         left."""
-        while not (stopped := self._channel.wait(0.0)) and not self._has_room(most):
-            if any(descriptor == self._room for descriptor, _ in self._either.poll()):
+        while not (ordered := self._channel.wait(0.0)):
+            soon = self._freely - monotonic()
+            if self._has_room(min(most, STEERED_AHEAD) if soon > 0.0 else most):
+                break
+            events = self._either.poll(1000.0 * soon if soon > 0.0 else None)
+            if any(descriptor == self._room for descriptor, _ in events):
                 os.eventfd_read(self._room)
-        return stopped
+        return ordered
 
     def _has_room(self, most: int) -> bool:
         with self._changed:

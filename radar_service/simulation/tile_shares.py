@@ -8,6 +8,7 @@ import numpy as np
 from radar_service.numerics.types import Flags, Floats, Indices
 
 NOBODY = -1  # owns a tile that nobody computes
+LATEST = 0.25  # weight of what a tile took last: a busy machine takes twice as long at times
 TRIED = 32  # tiles that some process may begin with, of many: each takes 0.1 to 1 ms
 
 
@@ -40,7 +41,7 @@ class TileShares:
     def note(self, tile: int, seconds: float) -> None:
         """Notes what a tile took in its process [s]."""
         latest, known = max(seconds - self._again[tile], 0.0), float(self._seconds[tile])
-        self._seconds[tile] = latest if np.isnan(known) else (latest + known) / 2.0
+        self._seconds[tile] = latest if np.isnan(known) else known + LATEST * (latest - known)
 
     def end_late(self, count: int, times: float) -> bool:
         """Whether the last process of these shares takes more than so many times what it takes in the best shares, as far as is

@@ -2,6 +2,7 @@
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -69,6 +70,19 @@ def test_no_more_are_computed_than_may_wait(
     assert received(reader) == 0
     assert went_on.wait(TIMEOUT)
     assert [received(reader), received(reader)] == [1, 2]
+
+
+def test_soon_after_an_order_few_wait(ends: tuple[TileSender, Channel], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of three that are not being sent are too many until STEERED_SECONDS have passed, while nobody reads."""
+    sender, _ = ends
+    monkeypatch.setattr(tile_sender, "STEERED_SECONDS", 0.3)
+    begun = time.monotonic()
+    sender.begin()
+    for number in range(3):
+        sender.put(tile(number))
+    assert not sender.has_order(100)
+    assert time.monotonic() >= begun + 0.3
+    assert not sender.has_order(100)
 
 
 def test_an_order_ends_the_wait_and_what_waits_is_dropped(ends: tuple[TileSender, Channel]) -> None:

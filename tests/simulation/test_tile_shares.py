@@ -68,7 +68,7 @@ def test_shares_follow_what_tiles_took() -> None:
 
 
 def test_what_a_first_tile_takes_more_does_not_count_as_its_own() -> None:
-    """A body that begins in tile 3 takes 2 s; who begins with tile 4 computes it once more. A later time counts by half."""
+    """A body that begins in tile 3 takes 2 s; who begins with tile 4 computes it once more. A later time counts by a quarter."""
     cut = TileShares(8, passage=3)
     cut.share_out(np.arange(8), 1)
     for tile in range(8):
@@ -79,7 +79,7 @@ def test_what_a_first_tile_takes_more_does_not_count_as_its_own() -> None:
     for tile in again:
         cut.note(tile, 3.0)
     assert not cut.end_late(2, 1.0)
-    cut.note(0, 5.0)
+    cut.note(0, 17.0)
     assert cut.end_late(2, 1.0)
 
 
@@ -95,7 +95,7 @@ def test_the_first_tile_costs_more_in_the_first_scan_alone_where_its_process_has
     cut.note(0, 9.0)
     assert cut.end_late(1, 0.76) and not cut.end_late(1, 0.78)
     cut.go_on()
-    cut.note(0, 9.0)
+    cut.note(0, 17.0)
     assert cut.end_late(1, 0.82) and not cut.end_late(1, 0.83)
 
 
