@@ -33,7 +33,7 @@ from radar_service.world.commands import Command
 from radar_service.world.steering import Steering, same_at_first
 
 CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
-UNEVEN = 1.1  # times that the best shares take, from which shares are made anew
+UNEVEN = 1.25  # times that the best shares take, from which shares are made anew: what was computed ahead is lost then
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to

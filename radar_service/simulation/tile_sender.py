@@ -4,7 +4,6 @@ A radar takes spokes at the pace of its rotation, first all tiles of one process
 process would wait while those of the others are sent.
 """
 
-import contextlib
 import os
 import select
 import threading
@@ -72,7 +71,7 @@ class TileSender:
             return len(self._waiting) < most and self._bytes < BYTES_AHEAD
 
     def _run(self) -> None:
-        with contextlib.suppress(OSError):  # the parent is gone, as who computes finds out
+        try:
             while True:
                 with self._changed:
                     self._changed.wait_for(lambda: self._waiting)
@@ -80,6 +79,10 @@ class TileSender:
                     self._bytes -= _size(message)
                 os.eventfd_write(self._room, 1)
                 self._channel.send(message)
+        except OSError:  # the other end is gone
+            pass
+        finally:
+            self._channel.close()  # so that whoever computes, and the other end, find out
 
 
 def _size(message: Computed | Exception | str) -> int:
