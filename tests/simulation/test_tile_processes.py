@@ -195,9 +195,10 @@ def test_a_request_from_a_spoke_before_the_first_one_acts_from_the_first_one() -
 
 
 def test_where_a_process_is_killed_the_scan_goes_on_here_and_the_next_one_has_others() -> None:
-    sim, expected = simulator(2), digest(simulator(1).blocks(scans=3))
+    """What they sent before comes first: a scan or two."""
+    sim, expected = simulator(2), digest(simulator(1).blocks(scans=6))
     blocks: list[SpokeBlock] = []
-    for block in sim.blocks(scans=3):
+    for block in sim.blocks(scans=6):
         blocks.append(block)
         if block.first in (32, 128):  # once within a scan, once with its first tile
             before = sim.processes
