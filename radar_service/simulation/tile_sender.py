@@ -4,6 +4,7 @@ A radar takes spokes at the pace of its rotation, first all tiles of one process
 process would wait while those of the others are sent.
 """
 
+import contextlib
 import os
 import select
 import threading
@@ -71,7 +72,7 @@ class TileSender:
             return len(self._waiting) < most and self._bytes < BYTES_AHEAD
 
     def _run(self) -> None:
-        try:
+        with contextlib.suppress(Exception):  # of any kind, such as that the other end is gone
             while True:
                 with self._changed:
                     self._changed.wait_for(lambda: self._waiting)
@@ -79,10 +80,7 @@ class TileSender:
                     self._bytes -= _size(message)
                 os.eventfd_write(self._room, 1)
                 self._channel.send(message)
-        except OSError:  # the other end is gone
-            pass
-        finally:
-            self._channel.close()  # so that whoever computes, and the other end, find out
+        self._channel.close()  # so that whoever computes, and the other end, find out
 
 
 def _size(message: Computed | Exception | str) -> int:

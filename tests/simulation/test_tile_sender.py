@@ -111,7 +111,6 @@ def test_the_end_of_the_reader_is_an_order(ends: tuple[TileSender, Channel]) -> 
     assert sender.has_order(1)
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_what_cannot_be_sent_ends_the_connection(ends: tuple[TileSender, Channel]) -> None:
     sender, reader = ends
     sender.put(ValueError(lambda: None))
