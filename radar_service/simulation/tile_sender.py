@@ -15,7 +15,7 @@ from typing import NamedTuple
 from radar_service.processes.channel import Channel
 from radar_service.simulation.source_tiles import SourceTile
 
-BYTES_AHEAD = 32 * 2**20  # of tiles that wait
+BYTES_AHEAD = 32 * 2**20  # of field and power in tiles that wait
 STEERED_AHEAD, STEERED_SECONDS = 2, 1.0  # tiles that wait for so long after an order: the next command may drop them again
 
 
@@ -34,7 +34,7 @@ class TileSender:
         for descriptor in (channel.fileno(), self._room):
             self._either.register(descriptor, select.POLLIN)
         self._waiting: deque[Computed | Exception | str] = deque()
-        self._bytes, self._changed = 0, threading.Condition()
+        self._changed = threading.Condition()
         self._freely = 0.0  # when more than STEERED_AHEAD may wait [s]
         threading.Thread(target=self._run, name="tiles", daemon=True).start()
 
@@ -42,7 +42,6 @@ class TileSender:
         """Has a message sent after those before it."""
         with self._changed:
             self._waiting.append(message)
-            self._bytes += _size(message)
             self._changed.notify()
 
     def begin(self) -> None:
@@ -53,7 +52,6 @@ class TileSender:
         """Forgets what has not been sent."""
         with self._changed:
             self._waiting.clear()
-            self._bytes = 0
 
     def has_order(self, most: int) -> bool:
         """Returns whether the other end has sent an order; waits for one, or until fewer than `most` messages and BYTES_AHEAD are
@@ -69,7 +67,7 @@ class TileSender:
 
     def _has_room(self, most: int) -> bool:
         with self._changed:
-            return len(self._waiting) < most and self._bytes < BYTES_AHEAD
+            return len(self._waiting) < most and sum(map(_size, self._waiting)) < BYTES_AHEAD
 
     def _run(self) -> None:
         with contextlib.suppress(Exception):  # of any kind, such as that the other end is gone
@@ -77,12 +75,11 @@ class TileSender:
                 with self._changed:
                     self._changed.wait_for(lambda: self._waiting)
                     message = self._waiting.popleft()
-                    self._bytes -= _size(message)
                 os.eventfd_write(self._room, 1)
                 self._channel.send(message)
         self._channel.close()  # so that whoever computes, and the other end, find out
 
 
 def _size(message: Computed | Exception | str) -> int:
-    """The size of the arrays of a message [bytes]."""
+    """The size of the field and the power in a message [bytes]."""
     return message.tile.field.nbytes + message.tile.power.nbytes if isinstance(message, Computed) else 0

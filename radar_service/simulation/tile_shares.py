@@ -9,7 +9,7 @@ from radar_service.numerics.types import Flags, Floats, Indices
 
 NOBODY = -1  # owns a tile that nobody computes
 LATEST = 0.25  # weight of what a tile took last: a busy machine takes twice as long at times
-TRIED = 32  # tiles that some process may begin with, of many: each takes 0.1 to 1 ms
+TRIED = 32  # tiles, about, that are tried as the first one of a process: each takes 0.1 to 1 ms
 
 
 class TileShares:

@@ -8,7 +8,6 @@ Own ship makes 8 kn from the water nearest to the middle, at 2048 azimuths, with
 
 import argparse
 import json
-import shutil
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,10 +19,9 @@ from scipy.ndimage import distance_transform_edt
 
 import radar_service as rs
 from radar_service.numerics.types import Floats
-from tests.measurements.places import SCENES
+from tests.measurements.places import five_ships
 from tests.real.places import east_north, entries_of
 
-SHIPS = ("coaster", "ferry", "freighter", "tanker", "coaster")
 NEAREST, FARTHEST = 700.0, 5000.0  # m off own ship, of ships
 ROOM, FAIRWAY = 100.0, 250.0  # m of water around a ship, and around own ship
 HOUSE = {"shape": "box", "material": "building", "length_m": 14.0, "width_m": 9.0}
@@ -40,8 +38,9 @@ class Ground(NamedTuple):
 
     def water(self, room: float, origin: tuple[float, float]) -> tuple[Floats, Floats]:
         """Places with so much water around [m]: latitude and longitude (N, 2), and distance (N,) from `origin` [m]."""
-        ends = self.latitude[:2], self.longitude[:2]
-        (_, south), (east, _) = (np.abs(each) for each in self._steps(*ends))
+        corner = float(self.latitude[0]), float(self.longitude[0])
+        steps = east_north(np.array([self.latitude[1], corner[0]]), np.array([corner[1], self.longitude[1]]), corner)
+        south, east = np.hypot(*steps.T)
         row, column = np.nonzero(distance_transform_edt(self.height < 0.0, (south, east)) > room)
         places = np.column_stack([self.latitude[row], self.longitude[column]])
         return places, np.hypot(*east_north(places[:, 0], places[:, 1], origin).T)
@@ -52,12 +51,6 @@ class Ground(NamedTuple):
         row, column = (round((each - of[0]) / (of[1] - of[0])) for of, each in ends)
         inside = 0 <= row < len(self.latitude) and 0 <= column < len(self.longitude)
         return float(self.height[row, column]) if inside else None
-
-    def _steps(self, latitude: Floats, longitude: Floats) -> tuple[Floats, Floats]:
-        """East and north (2,) [m] of a step to the south, and of one to the east."""
-        origin = (float(latitude[0]), float(longitude[0]))
-        south, east = east_north(np.array([latitude[1], latitude[0]]), np.array([longitude[0], longitude[1]]), origin)
-        return south, east
 
 
 def world(source: Path, folder: Path, top: float | None = None) -> Table:
@@ -123,16 +116,11 @@ def houses(source: Path, ground: Ground) -> list[Table]:
 
 
 def ships(ground: Ground, origin: tuple[float, float], folder: Path) -> list[Table]:
-    """Five ships by optics on open water, four of them under way; their meshes are copied into `folder`."""
+    """Five ships on open water, as many as have room; their meshes are copied into `folder`."""
     places, off = ground.water(ROOM, origin)
     places = np.random.default_rng(6).permutation(places[(off > NEAREST) & (off < FARTHEST)])
-    bodies = []
-    for number, (mesh, (latitude, longitude)) in enumerate(zip(SHIPS, places.tolist(), strict=False)):
-        shutil.copy(SCENES / f"{mesh}.obj", folder)
-        ship = {"name": f"ship {number}", "mesh": f"{mesh}.obj", "scattering": "optics"}
-        motion = {"course_deg": 72.0 * number, "speed_kn": 2.0 * number}
-        bodies.append({**ship, **motion, "latitude_deg": latitude, "longitude_deg": longitude})
-    return bodies
+    found = zip(five_ships(folder), places.tolist(), strict=False)
+    return [{**ship, "latitude_deg": latitude, "longitude_deg": longitude} for ship, (latitude, longitude) in found]
 
 
 def _place(entry: dict[str, str]) -> dict[str, float]:

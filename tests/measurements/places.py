@@ -69,13 +69,20 @@ def low_channel(folder: Path) -> rs.Scene:
     radar = {"range_max_m": reach, "beamwidth_deg": 1.2, "height_m": 15.0, "rpm": 24}
     environment = {"sea_state": 2, "multipath": True}
     table = places.swinomish(folder, radar=radar, environment=environment, own_ship={"course_deg": 200.0, "speed_kn": 8.0})
-    ships = ("coaster", "ferry", "freighter", "tanker", "coaster")
-    for k, ((east, north), mesh) in enumerate(zip(water[:5].tolist(), ships, strict=True)):
-        ship = {"name": f"ship {k}", "mesh": f"{mesh}.obj", "scattering": "optics", "position_m": [east, north, 0.0]}
-        shutil.copy(SCENES / f"{mesh}.obj", folder)
-        table["body"].append({**ship, "course_deg": 72.0 * k, "speed_kn": 2.0 * k})
+    for ship, (east, north) in zip(five_ships(folder), water[:5].tolist(), strict=True):
+        table["body"].append({**ship, "position_m": [east, north, 0.0]})
     table["body"].append(coast)
     return rs.load_scene(table, folder=folder)
+
+
+def five_ships(folder: Path) -> list[dict[str, Any]]:
+    """Ships by optics without a place, four of them under way; their meshes are copied into `folder`."""
+    ships = []
+    for k, mesh in enumerate(("coaster", "ferry", "freighter", "tanker", "coaster")):
+        shutil.copy(SCENES / f"{mesh}.obj", folder)
+        kind = {"name": f"ship {k}", "mesh": f"{mesh}.obj", "scattering": "optics"}
+        ships.append({**kind, "course_deg": 72.0 * k, "speed_kn": 2.0 * k})
+    return ships
 
 
 def _coast(folder: Path, samples: int, reach: float, top: float) -> tuple[dict[str, Any], Singles]:
