@@ -5,9 +5,11 @@
 
 #include "geometry.h"
 
-static const double ON_PLANE = 1e-6; /* m, of cast_shadows.py */
+static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-7; /* m, and rad, of cast_shadows.py */
+static const double WIDER = 1e-8, NEEDLE = 1e-6; /* of extents: margin; rad between two sides that have no sure corner */
 /* AXES: corners in the body's frame, then at virtual positions. TOGETHER: neighbouring triangles that are tested at once first. */
 enum { NO_MEMORY = -1, AXES = 6, TOGETHER = 16 };
+enum { UNKNOWN, COVERED, BARE };
 
 typedef struct {
     double at[3][AXES]; /* its corners */
@@ -31,29 +33,248 @@ static Piece *added(Pieces *all) {
     return &all->pieces[all->count++];
 }
 
-/* Whether a point at a virtual position lies in the shadow of any triangle (T): planes (T, 4, 3) and offsets (T, 4). */
-static int in_shadow(const double *point, int64_t triangles, const double *plane, const double *offset) {
-    for (int64_t t = 0; t < triangles; t++) {
+/* What the antenna sees about a direction: unit vectors there, aside and up. */
+typedef struct {
+    double ahead[3], aside[3], up[3];
+} View;
+
+/* The lowest and the highest numbers aside and up, of what lies in a view, where there ahead is 1. */
+typedef struct {
+    double low[2], high[2];
+} Extent;
+
+static const Extent NOTHING = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}}, ALL = {{-INFINITY, -INFINITY}, {INFINITY, INFINITY}};
+
+static int64_t fewer(int64_t a, int64_t b) { return a < b ? a : b; }
+
+static void to_unit(double *vector) {
+    double length = larger(sqrt(dot(vector, vector)), 1e-30);
+    for (int axis = 0; axis < 3; axis++) vector[axis] /= length;
+}
+
+/* The view about the middle of points (N, 3). */
+static View view_of(const double *points, int64_t count) {
+    View view = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    for (int64_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++) view.ahead[axis] += points[3 * i + axis];
+    to_unit(view.ahead);
+    double steep = view.ahead[0] * view.ahead[0] + view.ahead[1] * view.ahead[1] < 1e-6, upright[3] = {steep, 0.0, 1.0 - steep};
+    cross(view.ahead, upright, view.aside);
+    to_unit(view.aside);
+    cross(view.aside, view.ahead, view.up);
+    return view;
+}
+
+/* Where a direction points in a view; 0 where it does not point ahead. */
+static int place(const View *view, const double *direction, double *at) {
+    double ahead = dot(view->ahead, direction);
+    at[0] = dot(view->aside, direction) / ahead;
+    at[1] = dot(view->up, direction) / ahead;
+    return ahead > 0.0;
+}
+
+/* The extent of what lies between directions (N, 3). */
+static Extent extent_of(const View *view, const double *directions, int64_t count) {
+    Extent result = NOTHING;
+    double at[2];
+    for (int64_t i = 0; i < count; i++) {
+        if (!place(view, directions + 3 * i, at)) return ALL;
+        for (int axis = 0; axis < 2; axis++) {
+            result.low[axis] = smaller(result.low[axis], at[axis]);
+            result.high[axis] = larger(result.high[axis], at[axis]);
+        }
+    }
+    return result;
+}
+
+static Extent widened(Extent extent) {
+    for (int axis = 0; axis < 2; axis++) {
+        extent.low[axis] -= WIDER;
+        extent.high[axis] += WIDER;
+    }
+    return extent;
+}
+
+static int overlap(const Extent *a, const Extent *b) {
+    return a->low[0] <= b->high[0] && b->low[0] <= a->high[0] && a->low[1] <= b->high[1] && b->low[1] <= a->high[1];
+}
+
+/* The extent of the shadow of a triangle with planes (4, 3): its corners lie where planes through its edges meet. */
+static Extent shadow_extent(const View *view, const double *plane) {
+    double corners[3][3];
+    for (int k = 0; k < 3; k++) {
+        cross(plane + 3 * ((k + 2) % 3), plane + 3 * k, corners[k]);
+        double turn = dot(corners[k], plane + 3 * ((k + 1) % 3)) < 0.0 ? -1.0 : 1.0;
+        if (!(dot(corners[k], corners[k]) > NEEDLE * NEEDLE)) return ALL;
+        for (int axis = 0; axis < 3; axis++) corners[k][axis] *= turn;
+    }
+    return widened(extent_of(view, corners[0], 3));
+}
+
+/* The directions of the ends of a silhouette with planes (4, 3). */
+static void ends_of(const double *plane, double ends[2][3]) {
+    cross(plane + 3, plane, ends[0]);
+    cross(plane, plane + 6, ends[1]);
+}
+
+/* All shadows (T) on a body, and edges (E) at which they may end: silhouettes, then a triangle's own plane each. */
+typedef struct {
+    View view;
+    int64_t edges, triangles;
+    const double *edge_plane, *edge_offset, *plane, *offset; /* as of `cast_cuts` */
+    Extent *extent;                                          /* of the triangles, then of the edges */
+    double (*spans)[2];                                      /* room for one a triangle */
+    uint8_t *before, *edge; /* (T,): lies before all of the body; (E,): UNKNOWN, COVERED or BARE */
+} Shadows;
+
+/* What of the shadows concerns some neighbouring triangles: edges (E) that may cut one, and shadows (T) in which a part may lie. */
+typedef struct {
+    int64_t edges, shadows;
+    Extent *edge_extent, *extent;
+    double *edge_plane, *edge_offset, *plane, *offset;
+} Near;
+
+/* Which triangles lie before all of the body, whose corners (N, 3) have these virtual positions. */
+static void find_before(Shadows *all, const double *virtual, int64_t count) {
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int64_t corner = 0; corner < count; corner++)
+        for (int axis = 0; axis < 3; axis++) {
+            low[axis] = smaller(low[axis], virtual[3 * corner + axis]);
+            high[axis] = larger(high[axis], virtual[3 * corner + axis]);
+        }
+    for (int64_t t = 0; t < all->triangles; t++) {
+        const double *own = all->plane + 12 * t + 9;
+        double least = 0.0;
+        for (int axis = 0; axis < 3; axis++) least += smaller(own[axis] * low[axis], own[axis] * high[axis]);
+        all->before[t] = least >= all->offset[4 * t + 3];
+    }
+}
+
+static void release(const Shadows *all, const Near *near) {
+    free(all->extent);
+    free(all->spans);
+    free(all->before);
+    free(near->extent);
+    free(near->plane);
+}
+
+/* Makes room, and finds where all shadows and edges lie as the antenna sees them; 0 without memory. `all` has its planes; points
+ * (N, 3), N = count: of the body at virtual positions. */
+static int look(Shadows *all, Near *near, const double *points, int64_t count) {
+    size_t every = (size_t)(all->edges + all->triangles) + 1;
+    all->extent = malloc(every * sizeof *all->extent);
+    all->spans = malloc(every * sizeof *all->spans);
+    all->before = calloc(every, sizeof *all->before);
+    near->extent = malloc(every * sizeof *near->extent);
+    near->plane = malloc(16 * every * sizeof *near->plane);
+    if (!all->extent || !all->spans || !all->before || !near->extent || !near->plane) return 0;
+    all->edge = all->before + all->triangles;
+    near->edge_extent = near->extent + all->triangles;
+    near->offset = near->plane + 12 * all->triangles;
+    near->edge_plane = near->offset + 4 * all->triangles;
+    near->edge_offset = near->edge_plane + 12 * all->edges;
+    all->view = view_of(points, count);
+    int64_t silhouettes = all->edges - all->triangles;
+    for (int64_t t = 0; t < all->triangles; t++) all->extent[t] = shadow_extent(&all->view, all->plane + 12 * t);
+    for (int64_t i = 0; i < all->edges; i++) {
+        double ends[2][3];
+        if (i < silhouettes) ends_of(all->edge_plane + 12 * i, ends);
+        all->extent[all->triangles + i] =
+            i < silhouettes ? widened(extent_of(&all->view, ends[0], 2)) : all->extent[i - silhouettes];
+    }
+    if (all->edges) find_before(all, points, count);
+    return 1;
+}
+
+/* The part of the way from direction a to b that lies in the picture of a triangle with planes (4, 3); 0 where none does, or the
+ * way lies along one of its sides. */
+static int span_within(const double *a, const double *b, const double *plane, double *span) {
+    span[0] = 0.0;
+    span[1] = 1.0;
+    for (int k = 0; k < 3; k++) {
+        double from = dot(plane + 3 * k, a), to = dot(plane + 3 * k, b);
+        if (fabs(from) < ALONG && fabs(to) < ALONG) return 0;
+        from += GRAZING;
+        to += GRAZING;
+        if (from < 0.0 && to < 0.0) return 0;
+        if (from < 0.0) span[0] = larger(span[0], from / (from - to));
+        if (to < 0.0) span[1] = smaller(span[1], from / (from - to));
+    }
+    return span[0] < span[1];
+}
+
+/* Whether other shadows lie on both sides of a silhouette all along it, on all of the body. */
+static int is_covered(const Shadows *all, int64_t edge) {
+    double ends[2][3], reached = 0.0;
+    int64_t spans = 0;
+    ends_of(all->edge_plane + 12 * edge, ends);
+    for (int64_t t = 0; t < all->triangles; t++)
+        if (all->before[t] && overlap(&all->extent[t], &all->extent[all->triangles + edge]))
+            spans += span_within(ends[0], ends[1], all->plane + 12 * t, all->spans[spans]);
+    for (int farther = 1; farther && reached < 1.0;) {
+        farther = 0;
+        for (int64_t i = 0; i < spans; i++)
+            if (all->spans[i][0] <= reached && all->spans[i][1] > reached) {
+                reached = all->spans[i][1];
+                farther = 1;
+            }
+    }
+    return reached >= 1.0;
+}
+
+/* Whether light may end at an edge on the body. It meets no triangle that lies before all of it. */
+static int is_bare(Shadows *all, int64_t edge) {
+    int64_t silhouettes = all->edges - all->triangles;
+    if (all->edge[edge] == UNKNOWN) {
+        int covered = edge < silhouettes ? is_covered(all, edge) : all->before[edge - silhouettes];
+        all->edge[edge] = covered ? COVERED : BARE;
+    }
+    return all->edge[edge] == BARE;
+}
+
+/* Puts those of all edges and shadows into `near` that may concern what lies between points (N, 3) at virtual positions. */
+static void choose(Near *near, const double *points, int64_t count, Shadows *all) {
+    Extent extent = extent_of(&all->view, points, count);
+    near->edges = near->shadows = 0;
+    for (int64_t t = 0; t < all->triangles; t++) {
+        if (!overlap(&all->extent[t], &extent)) continue;
+        near->extent[near->shadows] = all->extent[t];
+        memcpy(near->plane + 12 * near->shadows, all->plane + 12 * t, 12 * sizeof *all->plane);
+        memcpy(near->offset + 4 * near->shadows++, all->offset + 4 * t, 4 * sizeof *all->offset);
+    }
+    for (int64_t i = 0; i < all->edges; i++) {
+        if (!overlap(&all->extent[all->triangles + i], &extent) || !is_bare(all, i)) continue;
+        near->edge_extent[near->edges] = all->extent[all->triangles + i];
+        memcpy(near->edge_plane + 12 * near->edges, all->edge_plane + 12 * i, 12 * sizeof *all->plane);
+        memcpy(near->edge_offset + 4 * near->edges++, all->edge_offset + 4 * i, 4 * sizeof *all->offset);
+    }
+}
+
+/* Whether a point at a virtual position lies in the shadow of any triangle. */
+static int in_shadow(const View *view, const double *point, const Near *near) {
+    Extent extent = extent_of(view, point, 1);
+    for (int64_t t = 0; t < near->shadows; t++) {
+        if (!overlap(&near->extent[t], &extent)) continue;
         int inside = 1;
-        for (int k = 0; k < 4 && inside; k++) inside = dot(plane + 12 * t + 3 * k, point) >= offset[4 * t + k];
+        for (int k = 0; k < 4 && inside; k++) inside = dot(near->plane + 12 * t + 3 * k, point) >= near->offset[4 * t + k];
         if (inside) return 1;
     }
     return 0;
 }
 
-/* Which points (M, 3), M = count, at virtual positions lie in no shadow. */
+/* Which points (M, 3), M = count, at virtual positions lie in no shadow: planes (T, 4, 3) and offsets (T, 4), T = triangles. Returns
+ * how many there are, NO_MEMORY without memory. */
 KERNEL int64_t cast_lit(int64_t count, int64_t triangles, const double *virtual, const double *plane, const double *offset,
                         uint8_t *lit) {
-    for (int64_t i = 0; i < count; i++) lit[i] = !in_shadow(virtual + 3 * i, triangles, plane, offset);
-    return count;
-}
-
-/* Whether the first of four planes may cut what lies within `radius` of a centre, on the inner sides of the others. */
-static int may_cut(const double *centre, double radius, const double *plane, const double *offset) {
-    if (!(fabs(dot(plane, centre) - offset[0]) < radius)) return 0;
-    for (int k = 1; k < 4; k++)
-        if (!(dot(plane + 3 * k, centre) - offset[k] > -radius)) return 0;
-    return 1;
+    Shadows all = {.triangles = triangles, .plane = plane, .offset = offset};
+    Near near = {0};
+    int made = look(&all, &near, virtual, count);
+    for (int64_t i = 0; i < count && made; i++) {
+        if (i % TOGETHER == 0) choose(&near, virtual + 3 * i, fewer(TOGETHER, count - i), &all);
+        lit[i] = !in_shadow(&all.view, virtual + 3 * i, &near);
+    }
+    release(&all, &near);
+    return made ? count : NO_MEMORY;
 }
 
 /* Whether the first of four planes cuts a piece on the inner sides of the others; `value` (3): at its corners. */
@@ -96,70 +317,20 @@ static int divided(Pieces *all, int64_t which, double *value) {
     return 1;
 }
 
-/* The middle of triangles (N, 3, 3), and a radius about it that holds them. */
-static double sphere(const double *virtual, int64_t count, double *centre) {
-    double radius = 0.0, way[3];
-    for (int axis = 0; axis < 3; axis++) {
-        centre[axis] = 0.0;
-        for (int64_t corner = 0; corner < 3 * count; corner++) centre[axis] += virtual[3 * corner + axis];
-        centre[axis] /= 3.0 * (double)count;
-    }
-    for (int64_t corner = 0; corner < 3 * count; corner++) {
-        subtract(virtual + 3 * corner, centre, way);
-        radius = larger(radius, dot(way, way));
-    }
-    return sqrt(radius);
-}
-
-/* What of the shadows concerns some neighbouring triangles: edges (E) that may cut one, and shadows (T) in which a part may lie. */
-typedef struct {
-    int64_t edges, shadows;
-    double *edge_plane, *edge_offset, *plane, *offset;
-} Near;
-
-/* Makes room for all edges and shadows; returns 0 without memory. */
-static int reserve(Near *near, int64_t edges, int64_t shadows) {
-    double *room = malloc(16 * (size_t)(edges + shadows + 1) * sizeof *room);
-    near->edge_plane = room;
-    if (!room) return 0;
-    near->edge_offset = room + 12 * edges;
-    near->plane = near->edge_offset + 4 * edges;
-    near->offset = near->plane + 12 * shadows;
-    return 1;
-}
-
-/* Puts those of all edges and shadows into `near` that may concern the first TOGETHER triangles at virtual positions (M, 3, 3). */
-static void choose(Near *near, const double *virtual, int64_t count, int64_t edges, const double *edge_plane,
-                   const double *edge_offset, int64_t shadows, const double *plane, const double *offset) {
-    double centre[3], radius = sphere(virtual, count < TOGETHER ? count : TOGETHER, centre) + ON_PLANE;
-    near->edges = near->shadows = 0;
-    for (int64_t i = 0; i < edges; i++)
-        if (may_cut(centre, radius, edge_plane + 12 * i, edge_offset + 4 * i)) {
-            memcpy(near->edge_plane + 12 * near->edges, edge_plane + 12 * i, 12 * sizeof *plane);
-            memcpy(near->edge_offset + 4 * near->edges++, edge_offset + 4 * i, 4 * sizeof *plane);
-        }
-    for (int64_t i = 0; i < shadows; i++) {
-        int may = 1;
-        for (int k = 0; k < 4 && may; k++) may = dot(plane + 12 * i + 3 * k, centre) - offset[4 * i + k] >= -radius;
-        if (!may) continue;
-        memcpy(near->plane + 12 * near->shadows, plane + 12 * i, 12 * sizeof *plane);
-        memcpy(near->offset + 4 * near->shadows++, offset + 4 * i, 4 * sizeof *plane);
-    }
-}
-
 /* Puts a triangle, and every part of it that edges cut off, into `all`; returns 0 without memory. */
-static int cut_up(Pieces *all, const double *corners, const double *virtual, const Near *near) {
-    double centre[3], radius = sphere(virtual, 1, centre), value[3];
+static int cut_up(Pieces *all, const double *corners, const double *virtual, const View *view, const Near *near) {
+    Extent extent = extent_of(view, virtual, 3);
+    double value[3];
     all->count = 0;
     Piece *whole = added(all);
     if (!whole) return 0;
     for (int corner = 0; corner < 3; corner++) {
-        memcpy(whole->at[corner], corners + 3 * corner, sizeof centre);
-        memcpy(whole->at[corner] + 3, virtual + 3 * corner, sizeof centre);
+        memcpy(whole->at[corner], corners + 3 * corner, sizeof value);
+        memcpy(whole->at[corner] + 3, virtual + 3 * corner, sizeof value);
     }
     for (int64_t edge = 0; edge < near->edges; edge++) {
         const double *plane = near->edge_plane + 12 * edge, *offset = near->edge_offset + 4 * edge;
-        if (!may_cut(centre, radius, plane, offset)) continue;
+        if (!overlap(&near->edge_extent[edge], &extent)) continue;
         for (int64_t piece = all->count - 1; piece >= 0; piece--)
             if (crosses(&all->pieces[piece], plane, offset, value) && !divided(all, piece, value)) return 0;
     }
@@ -167,9 +338,12 @@ static int cut_up(Pieces *all, const double *corners, const double *virtual, con
 }
 
 /* Whether a triangle at virtual positions (3, 3) lies in the shadow of one other as a whole. */
-static int in_one_shadow(const double *virtual, const Near *near) {
+static int in_one_shadow(const View *view, const double *virtual, const Near *near) {
+    Extent own = extent_of(view, virtual, 3);
     for (int64_t t = 0; t < near->shadows; t++) {
-        int inside = 1;
+        const Extent *shadow = &near->extent[t];
+        int inside = shadow->low[0] <= own.low[0] && own.high[0] <= shadow->high[0];
+        inside &= shadow->low[1] <= own.low[1] && own.high[1] <= shadow->high[1];
         for (int k = 0; k < 4 && inside; k++)
             for (int corner = 0; corner < 3 && inside; corner++)
                 inside = dot(near->plane + 12 * t + 3 * k, virtual + 3 * corner) >= near->offset[4 * t + k];
@@ -179,14 +353,14 @@ static int in_one_shadow(const double *virtual, const Near *near) {
 }
 
 /* Finds which pieces lie in no shadow; returns how many. */
-static int64_t light(Pieces *all, const Near *near) {
+static int64_t light(Pieces *all, const View *view, const Near *near) {
     int64_t total = 0;
     for (int64_t i = 0; i < all->count; i++) {
         Piece *piece = &all->pieces[i];
         double middle[3];
         for (int axis = 0; axis < 3; axis++)
             middle[axis] = (piece->at[0][3 + axis] + piece->at[1][3 + axis] + piece->at[2][3 + axis]) / 3.0;
-        piece->lit = !in_shadow(middle, near->shadows, near->plane, near->offset);
+        piece->lit = !in_shadow(view, middle, near);
         total += piece->lit;
     }
     return total;
@@ -196,35 +370,37 @@ static int64_t light(Pieces *all, const Near *near) {
  * offsets as of `in_shadow`. Returns how many, NO_MEMORY without memory. */
 KERNEL int64_t cast_dark(int64_t count, int64_t triangles, const double *virtual, const double *plane, const double *offset,
                          uint8_t *dark) {
-    Near near;
+    Shadows all = {.triangles = triangles, .plane = plane, .offset = offset};
+    Near near = {0};
     int64_t total = 0;
-    if (!reserve(&near, 0, triangles)) return NO_MEMORY;
-    for (int64_t i = 0; i < count; i++) {
-        if (i % TOGETHER == 0) choose(&near, virtual + 9 * i, count - i, 0, NULL, NULL, triangles, plane, offset);
-        dark[i] = (uint8_t)in_one_shadow(virtual + 9 * i, &near);
+    int made = look(&all, &near, virtual, 3 * count);
+    for (int64_t i = 0; i < count && made; i++) {
+        if (i % TOGETHER == 0) choose(&near, virtual + 9 * i, 3 * fewer(TOGETHER, count - i), &all);
+        dark[i] = (uint8_t)in_one_shadow(&all.view, virtual + 9 * i, &near);
         total += dark[i];
     }
-    free(near.edge_plane);
-    return total;
+    release(&all, &near);
+    return made ? total : NO_MEMORY;
 }
 
 /* Cuts those triangles (M, 3, 3), M = count, on which shadows lie. Returns how many parts there are; the first `room` of them go to
  * parts (room, 3, 3), the triangle that each comes from, rising, to origin (room), and whether it is in the light to bright (room).
  *
  * corners, virtual: in the body's frame and at virtual positions. edge_plane (E, 4, 3), edge_offset (E, 4), E = edges: where shadows
- * may end. plane (T, 4, 3), offset (T, 4), T = triangles: of the shadows. */
+ * may end, silhouettes and then the triangles' own planes. plane (T, 4, 3), offset (T, 4), T = triangles: of the shadows. */
 KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_t room, const double *corners,
                          const double *virtual, const double *edge_plane, const double *edge_offset, const double *plane,
                          const double *offset, double *parts, int64_t *origin, uint8_t *bright) {
     Pieces all = {NULL, 0, 0};
-    Near near;
+    Shadows shadows = {.edges = edges, .triangles = triangles, .edge_plane = edge_plane, .edge_offset = edge_offset,
+                       .plane = plane, .offset = offset};
+    Near near = {0};
     int64_t total = 0;
-    int failed = !reserve(&near, edges, triangles);
+    int failed = !look(&shadows, &near, virtual, 3 * count);
     for (int64_t i = 0; i < count && !failed; i++) {
-        if (i % TOGETHER == 0)
-            choose(&near, virtual + 9 * i, count - i, edges, edge_plane, edge_offset, triangles, plane, offset);
-        failed = !cut_up(&all, corners + 9 * i, virtual + 9 * i, &near);
-        int64_t lit = light(&all, &near), pieces = lit == all.count ? 0 : lit ? all.count : 1;
+        if (i % TOGETHER == 0) choose(&near, virtual + 9 * i, 3 * fewer(TOGETHER, count - i), &shadows);
+        failed = !cut_up(&all, corners + 9 * i, virtual + 9 * i, &shadows.view, &near);
+        int64_t lit = light(&all, &shadows.view, &near), pieces = lit == all.count ? 0 : lit ? all.count : 1;
         for (int64_t piece = 0; piece < pieces; piece++, total++) {
             if (total >= room) continue;
             for (int corner = 0; corner < 3; corner++)
@@ -235,6 +411,6 @@ KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_
         }
     }
     free(all.pieces);
-    free(near.edge_plane);
+    release(&shadows, &near);
     return failed ? NO_MEMORY : total;
 }

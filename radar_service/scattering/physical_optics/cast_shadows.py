@@ -3,8 +3,8 @@
 Triangles are searched for by their windows in the antenna's picture (`picture`), which miss none. The shadow of a triangle is
 what lies behind it within the planes through the antenna and its edges; by the sea these stand in the picture of the
 reflected rays. A ray that the sea reflects is stopped on its way to the sea by what stands in the direct picture, and behind
-the reflection by what stands in the one by the sea. The edges of all shadows together are silhouettes: edges of the meshes
-from which all triangles lie on one side. Between them a part of a facet is in the shadow as a whole, or not at all.
+the reflection by what stands in the one by the sea. The edges of all shadows together are `silhouettes`. Between them a part of a
+facet is in the shadow as a whole, or not at all. Rough land has many that other land hides: these cut nothing.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -15,16 +15,24 @@ import numpy as np
 
 from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.scattering.physical_optics.facets import box_around
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
+from radar_service.scattering.physical_optics.silhouettes import (
+    ON_PLANE,
+    WIDER,
+    Extents,
+    View,
+    ends,
+    is_covered,
+    silhouettes,
+)
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import MAP_POSE, BodyPose
 
-MAX_TRIANGLES = 1_500  # that cast shadows exactly on a body
-MAX_TESTS = 6_000_000  # of triangles against those of the body: more shadows are sampled
+MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
+MAX_TESTS = 16_000_000  # of triangles against those of the body: more shadows are sampled
 TESTS = 100_000  # of points and triangles at once, some 10 MB
-ON_PLANE = 1e-6  # m from a plane within which points count as on it
-SAME_POINT = 1e-5  # m within which corners of triangles are one
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
@@ -116,11 +124,14 @@ class CastShadows:
 
         on_map: positions in the body's frame on the map [m].
         """
+        if not len(corners):
+            return corners, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
         virtual = self._virtual(corners, on_map)
+        near = self.chosen(self.on(box_around(virtual)))
         if compiled := kernels():
-            return self._compiled_cut(compiled, corners, virtual)
-        pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
-        lit = self._lit(pieces[..., 3:].mean(axis=1))
+            return near._compiled_cut(compiled, corners, virtual)
+        pieces, origin = near._pieces(np.concatenate([corners, virtual], axis=2))
+        lit = near._lit(pieces[..., 3:].mean(axis=1))
         dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
         dark_throughout, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
         parts, triangle = (
@@ -159,7 +170,10 @@ class CastShadows:
         Columns: corners in the body's frame and at virtual positions.
         """
         pieces, origin = triangles, np.arange(len(triangles))
+        before = self.plane[(box_around(triangles[..., 3:]) @ self.plane[:, 3].T >= self.offset[:, 3]).all(axis=0)]
         for plane, offset, near in self._cutting(triangles[..., 3:]):
+            if offset[0] == 0.0 and is_covered(plane, before):  # through the antenna: no triangle's own
+                continue
             may = np.flatnonzero(near[origin])
             side = pieces[may, :, 3:] @ plane.T - offset
             crossed = (side.max(axis=1) > ON_PLANE).all(axis=1) & (side[..., 0].min(axis=1) < -ON_PLANE)
@@ -176,16 +190,13 @@ class CastShadows:
     def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Flags]]:
         """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), as of `_ends`, and which triangles (M,)
         each may cut."""
-        centre = virtual.mean(axis=1)
-        radius = np.sqrt(((virtual - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
         plane, offset = self._ends()
+        view, count = View.to(virtual.reshape(-1, 3)), len(plane) - len(self)
+        triangles, of_silhouettes = view.extents(virtual), view.extents(ends(plane[:count]), WIDER)
+        edges = Extents._make(map(np.concatenate, zip(of_silhouettes, view.extents(self.corners, WIDER), strict=True)))
         step = max(1, TESTS // max(1, len(virtual)))
         for first in range(0, len(plane), step):
-            some = slice(first, first + step)
-            cuts, *bounds = (plane[some, k] @ centre.T - offset[some, k, None] for k in range(4))
-            near = np.abs(cuts) < radius
-            for side in bounds:
-                near &= side > -radius
+            near = Extents(edges.low[first : first + step], edges.high[first : first + step]).overlap(triangles)
             for number in np.flatnonzero(near.any(axis=1)).tolist():
                 yield plane[first + number], offset[first + number], near[number]
 
@@ -213,42 +224,6 @@ _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))
 def most_triangles(of_body: int) -> int:
     """How many triangles cast shadows exactly on a body of so many."""
     return min(MAX_TRIANGLES, MAX_TESTS // of_body)
-
-
-def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
-    """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
-    from which all triangles lie on one side.
-
-    The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
-    first one at both ends, and across the rays; their normals point to it.
-    """
-    if compiled := kernels():
-        planes, offsets = np.empty((3 * len(corners), 4, 3)), np.empty((3 * len(corners), 4))
-        count = compiled.run("silhouettes", len(corners), np.ascontiguousarray(corners), planes, offsets)
-        return planes[:count], offsets[:count]
-    points, number = np.unique(np.round(corners.reshape(-1, 3) / SAME_POINT), axis=0, return_inverse=True)
-    number = number.reshape(-1, 3)
-    ends = np.sort(np.concatenate([number[:, [0, 1]], number[:, [1, 2]], number[:, [2, 0]]]), axis=1)
-    third = corners[:, [2, 0, 1]].transpose(1, 0, 2).reshape(-1, 3)
-    edge, index = np.unique(ends[:, 0] * len(points) + ends[:, 1], return_inverse=True)
-    a, b = (points[end] * SAME_POINT for end in (edge // max(1, len(points)), edge % max(1, len(points))))
-    normal = _unit(np.cross(a, b))
-    side = np.einsum("ex,ex->e", normal[index], third)
-    has_left, has_right = (
-        np.bincount(index[flags], minlength=len(edge)) > 0 for flags in (side > ON_PLANE, side < -ON_PLANE)
-    )
-    ahead = _unit(a + b)
-    nearest = np.minimum(np.einsum("ex,ex->e", a, ahead), np.einsum("ex,ex->e", b, ahead))
-    plane = np.stack([normal, _unit(np.cross(normal, a)), _unit(np.cross(b, normal)), ahead], axis=1)
-    offset = np.concatenate([np.zeros((len(a), 3)), nearest[:, None]], axis=1)
-    ending = ~(has_left & has_right) & normal.any(axis=1)
-    return plane[ending], offset[ending]
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Vectors (N, 3) of length 1; those shorter than 1e-9 become 0."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 1e-9))
 
 
 class Onlooker(NamedTuple):

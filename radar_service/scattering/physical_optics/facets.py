@@ -21,6 +21,9 @@ EXTENT_SHARE = 1.0 / 9.0  # of the body, likewise: its sidelobes are what is lef
 FACET_SHARE = 3.0 / 5.0  # of the range cell, of a facet: few lie along the line of sight
 
 
+BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
+
+
 class EdgeLimits(NamedTuple):
     """What bounds facets and the cells in which they are summed: range resolution [m], beamwidth [rad], wavelength [m], and the
     extent of the body [m]."""
@@ -145,6 +148,16 @@ def areas(corners: Floats) -> Floats:
     (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)
+
+
+def box_corners(low: Floats, high: Floats) -> Floats:
+    """The corners (8, 3) of a box from its lowest to its highest coordinates (3,) [m]."""
+    return np.asarray(np.where(BOX_CORNERS, high, low))
+
+
+def box_around(corners: Floats) -> Floats:
+    """The corners (8, 3) of a box that holds triangles (M, 3, 3) [m]."""
+    return box_corners(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))
 
 
 def centroids(corners: Floats) -> Floats:

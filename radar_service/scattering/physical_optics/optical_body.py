@@ -18,7 +18,7 @@ from radar_service.scattering.physical_optics.body_facets import BodyFacets, bod
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.convex_bodies import Centres, ConvexFacets
 from radar_service.scattering.physical_optics.convex_sights import Casters, Sights
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, edge_limits
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, box_corners, cut_facets, edge_limits
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import faces_itself, outward_side, patch_spans, ranks
@@ -45,7 +45,6 @@ from radar_service.world.materials import power_reflectivity
 
 FACET_SETS = 4  # kept for each column: a body passes from one half octave of range to the next
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
-BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
@@ -129,7 +128,7 @@ class OpticalBody:
         """The corners (8, 3) of the box around what rises above the sea, where the origin is at a height over it [m]."""
         low, high = self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)
         low[2] = max(low[2], min(-height, high[2]))
-        return np.asarray(np.where(BOX_CORNERS, high, low))
+        return box_corners(low, high)
 
     def centres_at(self, compiled: Kernels, sights: Sights, casters: Casters, most: int) -> Centres | None:
         """The centres of a small convex body at instants; None where they have to be computed one after the other.
