@@ -1,11 +1,12 @@
-/* The planes that bound shadows, and the silhouettes at which these end: scattering/physical_optics/cast_shadows.py. */
+/* The planes that bound shadows, and the silhouettes at which these end: scattering/physical_optics/cast_shadows.py,
+ * silhouettes.py. */
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "shadows.h"
 
-static const double NEAR = 2e-3, NEAR_SHARE = 2e-6, EDGE_ON = 1e-9, ON_PLANE = 1e-6, SAME_POINT = 1e-5; /* of cast_shadows.py */
+static const double NEAR = 2e-3, NEAR_SHARE = 2e-6, EDGE_ON = 1e-9, ON_PLANE = 1e-6, SAME_POINT = 1e-5; /* of both */
 enum { NO_MEMORY = -1 };
 
 static void divide(double *vector, double by) {

@@ -127,11 +127,14 @@ class CastShadows:
         if not len(corners):
             return corners, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
         virtual = self._virtual(corners, on_map)
-        near = self.chosen(self.on(box_around(virtual)))
+        return self.chosen(self.on(box_around(virtual))).cut_at(corners, virtual)
+
+    def cut_at(self, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
+        """What `cut` returns; virtual: the same triangles (M, 3, 3) at virtual positions."""
         if compiled := kernels():
-            return near._compiled_cut(compiled, corners, virtual)
-        pieces, origin = near._pieces(np.concatenate([corners, virtual], axis=2))
-        lit = near._lit(pieces[..., 3:].mean(axis=1))
+            return self._compiled_cut(compiled, corners, virtual)
+        pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
+        lit = self._lit(pieces[..., 3:].mean(axis=1))
         dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
         dark_throughout, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
         parts, triangle = (
@@ -145,7 +148,7 @@ class CastShadows:
         return self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
 
     def _compiled_cut(self, compiled: Kernels, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
-        """Runs the kernel that does what `cut` does. virtual: the same triangles at virtual positions."""
+        """Runs the kernel that does what `cut_at` does."""
         room, edges = 2 * len(corners) + 64, self._ends()
         taken = tuple(map(np.ascontiguousarray, (corners, virtual, *edges, self.plane, self.offset)))
         while True:

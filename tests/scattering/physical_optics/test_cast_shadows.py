@@ -8,7 +8,6 @@ from radar_service.scattering.physical_optics import cast_shadows
 from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
-from radar_service.scattering.physical_optics.silhouettes import silhouettes
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
@@ -100,13 +99,6 @@ def test_no_body_that_casts_a_shadow_is_missed() -> None:
             assert not shadows.visible(points)[inside].any()
             seen += int(inside.any())
     assert seen > 40  # of 600 pairs of a box and a leg
-
-
-def test_a_box_has_six_silhouettes() -> None:
-    """From a point off its corner, three faces of a box are seen and six edges bound them."""
-    mesh = box((3.0, 50.0, 1.0), (9.0, 60.0, 4.0))
-    planes, offsets = silhouettes(mesh.vertices[mesh.faces] - ANTENNA)
-    assert planes.shape == (6, 4, 3) and offsets.shape == (6, 4)
 
 
 def test_a_mast_through_a_roof_shows_what_stands_above_it() -> None:
