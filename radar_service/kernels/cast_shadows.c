@@ -5,7 +5,7 @@
 
 #include "geometry.h"
 
-static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-7; /* m, and rad, of silhouettes.py */
+static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-5; /* m, and rad, of silhouettes.py */
 static const double WIDER = 1e-8, NEEDLE = 1e-6; /* margin of extents, of silhouettes.py; rad between sides without a sure corner */
 /* AXES: corners in the body's frame, then at virtual positions. TOGETHER: neighbouring triangles that are tested at once first. */
 enum { NO_MEMORY = -1, AXES = 6, TOGETHER = 16 };

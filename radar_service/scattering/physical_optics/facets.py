@@ -19,8 +19,6 @@ MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 BEAM_SHARE, RANGE_SHARE = 1.0 / 6.0, 1.0 / 4.0
 EXTENT_SHARE = 1.0 / 9.0  # of the body, likewise: its sidelobes are what is left of many cells
 FACET_SHARE = 3.0 / 5.0  # of the range cell, of a facet: few lie along the line of sight
-
-
 BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 
 

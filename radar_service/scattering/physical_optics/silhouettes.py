@@ -9,11 +9,8 @@ from radar_service.numerics.types import Flags, Floats
 
 ON_PLANE = 1e-6  # m from a plane within which points count as on it
 SAME_POINT = 1e-5  # m within which corners of triangles are one
-GRAZING, ALONG = (
-    1e-9,
-    1e-7,
-)  # rad outside a triangle up to which it covers; from its side, on which a silhouette is the side's own
-
+GRAZING = 1e-9  # rad outside a triangle up to which it covers a silhouette
+ALONG = 1e-5  # rad off the side of a triangle up to which a silhouette lies along it: `SAME_POINT` from 0.5 m on
 WIDER = 1e-8  # by which extents in a view are wider
 
 

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from radar_service.kernels import library
+from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics import cast_shadows
 from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.silhouettes import Extents, View
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
@@ -117,6 +119,39 @@ def rough_land(rng: np.random.Generator, rows: int, columns: int, top: float) ->
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     faces = np.concatenate([np.stack([a, a + 1, a + columns], 1), np.stack([a + 1, a + columns + 1, a + columns], 1)])
     return Mesh(np.stack([east.ravel(), north.ravel(), height.ravel()], axis=1), faces)
+
+
+class Everywhere(View):
+    """A view in which all overlap."""
+
+    def extents(self, directions: Floats, wider: float = 0.0) -> Extents:
+        bound = np.full((len(directions), 2), np.inf)
+        return Extents(-bound, bound)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_light_among_a_cloud_of_triangles_is_what_all_their_edges_leave(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Triangles of 2 to 12 m before a body, in it, and about the antenna, direct and by the sea: each facet has the light that it
+    has where all edges of all of them cut it, by numpy; 1e-9 m^2 is the rounding of facets of up to 16 m^2."""
+    rng = np.random.default_rng(seed)
+    size, low = ((2.0, [-12, 20, -11]), (6.0, [-12, 20, -11]), (12.0, [-60, -60, -11]))[seed % 3]
+    count = int(rng.integers(20, 80))
+    cloud = rng.uniform(low, [12.0, 105.0, 4.0], (count, 1, 3)) + rng.normal(0.0, size, (count, 3, 3))
+    body = rng.uniform([-10, 96, 0], [10, 104, 9], (25, 1, 3)) + rng.normal(0.0, 2.0, (25, 3, 3))
+    shadows = CastShadows((FLAT, CURVED)[seed // 3 % 2]._replace(by_sea=seed >= 6), cloud)
+
+    def light() -> Floats:
+        parts, origin, lit = shadows.cut(body, lambda points: points)
+        return np.asarray(areas(body) - np.bincount(origin, areas(parts) * ~lit, minlength=len(body)))
+
+    usual = light()
+    monkeypatch.setattr(library, "LOADED", None)
+    by_numpy = light()
+    monkeypatch.setattr(cast_shadows, "is_covered", lambda *_: False)
+    monkeypatch.setattr(cast_shadows, "View", Everywhere)
+    every = light()
+    np.testing.assert_allclose(usual, every, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(by_numpy, every, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kernels", ["on", "off"])
