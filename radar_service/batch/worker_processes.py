@@ -133,7 +133,7 @@ class _Worker:
         self.process: SpawnProcess = context.Process(target=_work, args=(theirs, memory), daemon=False)
         self.process.start()
         theirs.close()  # so that its end closes the pipe
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # of waiting for the process: of two threads that collect it, one hears that there is none
         self._busy = False
 
     def reply(self, call: Call) -> tuple[bool, Any]:
@@ -147,8 +147,9 @@ class _Worker:
     @property
     def has_died(self) -> bool:
         """Whether the process has ended, or is about to."""
-        self.process.join(GRACE)
-        return self.process.exitcode is not None
+        with self._lock:
+            self.process.join(GRACE)
+            return self.process.exitcode is not None
 
     @property
     def how_ended(self) -> str:

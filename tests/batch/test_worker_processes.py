@@ -5,7 +5,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,29 @@ def test_leaving_ends_workers_in_the_middle_of_a_job(tmp_path: Path) -> None:
     assert isinstance(futures[0].exception(), WorkerDied) and futures[1].cancelled()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+def test_leaving_while_a_worker_is_found_dead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its end is collected once: who comes second is not told that the process lives on."""
+    collected_by_another = threading.Event()
+
+    def waitpid(pid: int, flag: int, real: Callable[[int, int], tuple[int, int]] = os.waitpid) -> tuple[int, int]:
+        try:
+            result = real(pid, flag)
+        except ChildProcessError:
+            collected_by_another.set()
+            raise
+        if result[0]:
+            collected_by_another.wait(0.5)  # s that a second thread has to come before the first has noted the end
+        return result
+
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    with WorkerProcesses(1) as workers:
+        future = workers.submit(_wait_for_ever, fifo)
+        fifo.read_text()
+        monkeypatch.setattr(os, "waitpid", waitpid)
+    assert isinstance(future.exception(), WorkerDied) and not collected_by_another.is_set()
 
 
 def _wait_for_ever(fifo: Path) -> None:
