@@ -64,6 +64,8 @@ PROTOTYPES = {
     "convex_fields": "nnnnnnnnnnrrrr" + "fiiffb" + "ifif" + "ffff" + "ifff" + "iiff" + "ci",
     "echo_positions": "nnnniffibifffff" + "f",
     "beam_weights": "nnnrsssssss",
+    "lines_of_sight": "nnnrifffffifff" + "iffff",
+    "points_behind": "niiiffiffii",
     "spread_series": "nnnnnnnnnfssss",
 }
 _DTYPES = {

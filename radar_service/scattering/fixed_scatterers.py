@@ -64,6 +64,7 @@ class FixedScatterers(ScatteringModel, ABC):
         self._middle, self._span = (np.concatenate([getattr(part, name) for part in parts]) for name in ("middle", "span"))
         self._lift: Floats = self._middle - self._position[:, 2]
         self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
+        self._solid: Flags = np.array([body.mesh is not None and body.mesh.solid for body in bodies], dtype=np.bool_)
         self._poses = BodyPoses(bodies)
 
     @classmethod
@@ -90,13 +91,29 @@ class FixedScatterers(ScatteringModel, ABC):
         which, position = self._in_wedge(poses, instant.wedge)
         if not len(which):
             return BodyEchoes.joined([])
-        points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
         line_of_sight, over = instant.line_of_sight, diffraction_height(self.context.radar, self.context.environment)
+        one_sided = self._one_sided | self._hides_backs(antenna, poses, instant)
+        normal, earth = self._normals(poses, which), line_of_sight.earth_radius
+        projected = self._projected_area(which, position, normal, antenna, earth, one_sided)
+        facing = np.flatnonzero(projected)  # no line of sight is sought to what faces away
+        which, position, projected = which[facing], position.take(facing, axis=0), projected[facing]
+        points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
         seen = (points, antenna, instant.time, instant.max_range, instant.movers)
         visible = np.flatnonzero(line_of_sight.visible(*seen, over_horizon=over))
         which, position = which[visible], position.take(visible, axis=0)  # rows: a quarter of the time of [visible]
-        projected = self._projected_area(which, position, self._normals(poses, which), antenna, line_of_sight.earth_radius)
+        projected = projected[visible]
         return self.visible_echoes(which, position, projected, antenna, poses)
+
+    def _hides_backs(self, antenna: Floats, poses: PoseArrays, instant: Instant) -> Flags:
+        """Which bodies (B,) hide all that faces away from the antenna (3,): solid ones that it stands outside of in plan."""
+        solid = np.flatnonzero(self._solid)
+        hides = np.zeros(len(self.bodies), dtype=np.bool_)
+        if len(solid):
+            middle, radius = (part[solid] for part in self._plan_circles)
+            off = poses.map_from_bodies(0, middle, solid)[:, :2] - antenna[:2]
+            itself = instant.line_of_sight.occludes_itself(self.key[solid], instant.time, instant.movers)
+            hides[solid] = itself & (np.einsum("ij,ij->i", off, off) > radius**2)
+        return hides
 
     def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
         """Middle heights on the map and vertical extents (A,) [m] of what scatterers `which` stand for, above the sea."""
@@ -149,6 +166,8 @@ class FixedScatterers(ScatteringModel, ABC):
         moving = self._moving_among(which)
         if not len(moving) and len(which) == len(self._body):  # by far the most of a coast's scatterers: not copied
             return self._at_start[0]
+        if len(moving) == len(which):
+            return poses.map_from_bodies(0, self._position.take(which, axis=0), self._body[which])
         position, mover = self._at_start[0].take(which, axis=0), which[moving]
         position[moving] = poses.map_from_bodies(0, self._position.take(mover, axis=0), self._body[mover])
         return position
@@ -156,6 +175,8 @@ class FixedScatterers(ScatteringModel, ABC):
     def _normals(self, poses: PoseArrays, which: Indices) -> Floats:
         """Normals (A, 3) on the map of scatterers `which`."""
         moving = self._moving_among(which)
+        if len(moving) == len(which):
+            return poses.rotated_from_bodies(0, self._normal.take(which, axis=0), self._body[which])
         normal, mover = self._at_start[1].take(which, axis=0), which[moving]
         normal[moving] = poses.rotated_from_bodies(0, self._normal.take(mover, axis=0), self._body[mover])
         return normal
@@ -169,11 +190,12 @@ class FixedScatterers(ScatteringModel, ABC):
         return np.flatnonzero(moves[self._body[which]])
 
     def _projected_area(
-        self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
+        self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float, one_sided: Flags
     ) -> Floats:
-        """Area (A,) of each scatterer projected across the line of sight [m^2]."""
+        """Area (A,) of each scatterer projected across the line of sight [m^2]; one_sided: which bodies (B,) reflect on their
+        outer sides alone."""
         cosine = cosines(position, normal, antenna, earth_radius)
-        cosine = np.where(self._one_sided[self._body[which]], np.maximum(cosine, 0.0), np.abs(cosine))
+        cosine = np.where(one_sided[self._body[which]], np.maximum(cosine, 0.0), np.abs(cosine))
         cosine[self._triangle[which] < 0] = 1.0
         return np.asarray(cosine * self._area[which])
 

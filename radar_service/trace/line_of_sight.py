@@ -154,6 +154,10 @@ class OcclusionScene:
             visible[left] = ~hidden
         return visible
 
+    def occludes_itself(self, body: Indices, time: float, movers: bool = True) -> Flags:
+        """Which of bodies (B,) their own parts occlude at `time` [s]; movers: as of `visible`."""
+        return np.asarray((self._occludes & self.present(time))[body] & (movers | self._resting[body]))
+
     def other_occluders(
         self, body: int, antenna: Floats, time: float, movers: bool = True, span: float = 0.0, own_speed: float = 0.0
     ) -> list[int]:

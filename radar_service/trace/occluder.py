@@ -129,7 +129,7 @@ def begun_nearby(origin: Floats, line: Floats, toward: Floats, radius: Floats | 
     float32: 0.1 mm at a ray's end 2 km off, but 1 um on a body of 10 m from here.
     """
     length2 = np.maximum(np.einsum("ij,ij->i", line, line), 1e-12)
-    reach = (radius * 1.001 + TOLERANCE) / np.sqrt(length2)
+    reach = sphere_reach(radius) / np.sqrt(length2)
     skipped = np.clip(_progress(line, toward) / length2 - reach, 0.0, 1.0)
     return origin + line * skipped[:, None], skipped
 
@@ -139,8 +139,13 @@ def passes_by(line: Floats, toward: Floats, radius: Floats | float) -> Flags:
     length2 = np.einsum("ij,ij->i", line, line)
     along = np.clip(_progress(line, toward) / np.maximum(length2, 1e-12), 0.0, 1.0)
     miss = toward - line * along[:, None]
-    near: Flags = np.einsum("ij,ij->i", miss, miss) <= (radius * 1.001 + TOLERANCE) ** 2
+    near: Flags = np.einsum("ij,ij->i", miss, miss) <= sphere_reach(radius) ** 2
     return near
+
+
+def sphere_reach(radius: Floats | float) -> Floats | float:
+    """How far off the middle of a body's bounding sphere lines of sight may meet the body [m]."""
+    return radius * 1.001 + TOLERANCE
 
 
 def _progress(line: Floats, toward: Floats) -> Floats:

@@ -2,12 +2,30 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.trace.occluder import Occluder, begun_nearby, hit_before, passes_by, reach_of
+from radar_service.trace.occluder import Occluder, begun_nearby, hit_before, passes_by, reach_of, sphere_reach
 from radar_service.world.poses import PoseArrays
+
+MAX_SHORT = 2**15  # numbers of 16 bits: they sort in a fifth of the time
+
+
+class LinesOfSight(NamedTuple):
+    """Lines of sight (K,) in the curved frames of bodies.
+
+    which: (K,) the points that they go to. first: (K, 3) where they begin. begin: (K, 3) where they reach the body's sphere.
+    line: (K, 3) from first to the point [m]. skipped: (K,) the share of it that is left out.
+    """
+
+    which: Indices
+    first: Floats
+    begin: Floats
+    line: Floats
+    skipped: Floats
 
 
 @dataclass(frozen=True)
@@ -43,7 +61,7 @@ class OccluderKinds:
 
     def groups(self, body: Indices) -> Iterator[tuple[Occluder, Indices]]:
         """The occluders of bodies (P,), each with the indices of those that have it."""
-        kind = self.kind[body]
+        kind = self.kind[body] if len(self.occluders) > MAX_SHORT else self.kind.astype(np.int16)[body]
         order = np.argsort(kind, kind="stable")
         begins = np.flatnonzero(np.diff(kind[order], prepend=-1))
         for which in np.split(order, begins[1:]) if len(begins) else []:
@@ -61,37 +79,59 @@ class PosedOccluders:
     def occluded(self, body: Indices, origin: Floats, points: Floats) -> Flags:
         """Which of `points` (P, 3) of others, each behind one of these bodies (P,), that one occludes from `origin` (3,), or from
         one each (P, 3), all on the map [m]."""
-        begin, line = self._lines_of_sight(body, origin, points)
-        centre, radius = self.kinds.centre.take(body, axis=0), self.kinds.radius[body]
-        near = np.flatnonzero(passes_by(line, centre - begin, radius))
-        begin, line, centre = (part.take(near, axis=0) for part in (begin, line, centre))
-        begin, skipped = begun_nearby(begin, line, centre - begin, radius[near])
-        reach = reach_of(line, skipped)
+        lines = self.lines_of_sight(body, origin, points, passing=True)
+        reach = reach_of(lines.line, lines.skipped)
         occluded = np.zeros(len(body), dtype=np.bool_)
-        for occluder, which in self.kinds.groups(body[near]):
-            rays = begin.take(which, axis=0), line.take(which, axis=0)
-            occluded[near[which]] = occluder.scene.occluded(*rays, reach[which])
+        for occluder, which in self.kinds.groups(body[lines.which]):
+            rays = lines.begin.take(which, axis=0), lines.line.take(which, axis=0)
+            occluded[lines.which[which]] = occluder.scene.occluded(*rays, reach[which])
         return occluded
 
     def self_occluded(self, body: Indices, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
         """Which points (P, 3), each of one of these bodies (P,), other parts of that occlude from `origin` (3,), or from one each
         (P, 3), on the map [m]; own: as of `Occluder.self_occluded`."""
-        origin, line = self._lines_of_sight(body, origin, points)
-        begin, _ = begun_nearby(origin, line, self.kinds.centre.take(body, axis=0) - origin, self.kinds.radius[body])
+        lines = self.lines_of_sight(body, origin, points, passing=False)
         occluded = np.zeros(len(body), dtype=np.bool_)
         for occluder, which in self.kinds.groups(body):
-            first, ray, way = (part.take(which, axis=0) for part in (origin, begin, line))
+            first, ray, way = (part.take(which, axis=0) for part in (lines.first, lines.begin, lines.line))
             occluded[which] = hit_before(occluder.scene, first, ray, way, (own[0][which], own[1][which]))
         return occluded
 
-    def _lines_of_sight(self, body: Indices, origin: Floats, points: Floats) -> tuple[Floats, Floats]:
-        """Where lines of sight begin and how far they go (P, 3), in the frames of bodies (P,)."""
+    def lines_of_sight(self, body: Indices, origin: Floats, points: Floats, passing: bool) -> LinesOfSight:
+        """Lines of sight from `origin` to points (P, 3), in frames of bodies (P,). passing: those alone that come near them."""
+        if compiled := kernels():
+            return self._compiled_lines(compiled, body, origin, points, passing)
         if origin.ndim == 1:
             every = np.arange(len(self.kinds.kind))
-            begin = self._in_frames(every, np.broadcast_to(origin, (len(every), 3))).take(body, axis=0)
+            first = self._in_frames(every, np.broadcast_to(origin, (len(every), 3))).take(body, axis=0)
         else:
-            begin = self._in_frames(body, origin)
-        return begin, self._in_frames(body, points) - begin
+            first = self._in_frames(body, origin)
+        line, which = self._in_frames(body, points) - first, np.arange(len(body))
+        toward, radius = self.kinds.centre.take(body, axis=0) - first, self.kinds.radius[body]
+        if passing:
+            which = np.flatnonzero(passes_by(line, toward, radius))
+            first, line, toward = (part.take(which, axis=0) for part in (first, line, toward))
+        begin, skipped = begun_nearby(first, line, toward, radius[which])
+        return LinesOfSight(which, first, begin, line, skipped)
+
+    def _compiled_lines(
+        self, compiled: Kernels, body: Indices, origin: Floats, points: Floats, passing: bool
+    ) -> LinesOfSight:
+        """Runs the kernel that does what `lines_of_sight` does."""
+        count, poses = len(body), self.poses
+        leans = np.full(len(self.kinds.kind), -1)
+        leans[list(poses.rotation)] = np.arange(len(poses.rotation))
+        lean = np.array([rotation[0] for rotation in poses.rotation.values()]).reshape(-1, 3, 3)
+        bodies = poses.position[0], np.cos(poses.heading[0]), np.sin(poses.heading[0]), leans, lean
+        spheres = self.kinds.centre, sphere_reach(self.kinds.radius)
+        which, skipped = np.empty(count, dtype=np.int64), np.empty(count)
+        first, begin, line = np.empty((3, count, 3))
+        sizes = count, 1 if origin.ndim == 1 else count, int(passing)
+        ends = (np.asarray(each, dtype=np.float64) for each in (origin, points))
+        taken = map(np.ascontiguousarray, (body, *ends, *bodies, *spheres))
+        results = which, first, begin, line, skipped
+        kept = compiled.run("lines_of_sight", *sizes, self.earth_radius, *taken, *results)
+        return LinesOfSight(which[:kept], first[:kept], begin[:kept], line[:kept], skipped[:kept])
 
     def _in_frames(self, body: Indices, points: Floats) -> Floats:
         """Map points (P, 3), each in the curved frame of a body (P,) (`BodyPose.frame_from_map`)."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import Kernels, kernels
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.ragged import batches, spans
 from radar_service.numerics.types import Flags, Floats, Indices
@@ -71,20 +72,60 @@ def points_behind(
     """
     if not len(azimuth):
         return
-    order = np.argsort(azimuth, kind="stable")
-    rising, distance = azimuth[order], distance[order]
-    bodies = _among(sectors, azimuth, float(distance.max()))
+    order = np.argsort(azimuth)  # a stable sort takes seven times as long
+    rising, farthest = azimuth[order], float(distance.max())
+    bodies = _among(sectors, azimuth, farthest)
     first, last = _edges(rising, sectors.middle[bodies], sectors.half[bodies])
-    for part in batches(np.maximum(last - first, 0).sum(axis=1), PAIRS):
-        row, point = spans(first[part].ravel(), last[part].ravel())
-        body = bodies[part][row // TURNS]
-        behind = distance[point] >= sectors.begin[body]
-        point = order[point]
-        if slopes is not None:
-            behind &= slopes[1][point] <= slopes[0][body]
-        kept = np.flatnonzero(behind)
-        if len(kept):
-            yield body[kept], point[kept]
+    tops, lines = (np.zeros(len(sectors.begin)), np.zeros(len(azimuth))) if slopes is None else slopes
+    points = _Points(order, distance[order], lines[order])
+    pairs: list[tuple[Indices, Indices]] = []
+    for part in batches(np.maximum(last - first, 0).sum(axis=1), PAIRS // 2):
+        row = np.repeat(bodies[part], TURNS)
+        pairs.append(_in_sectors(row, first[part].ravel(), last[part].ravel(), sectors.begin, tops, points))
+        if sum(len(body) for body, _ in pairs) > PAIRS // 2:  # few pairs at a time take as many calls
+            yield _joined(pairs)
+            pairs = []
+    if any(len(body) for body, _ in pairs):
+        yield _joined(pairs)
+
+
+class _Points(NamedTuple):
+    """Points (E,) by rising azimuth: their order, ground distances [m] and slopes of the lines of sight."""
+
+    order: Indices
+    distance: Floats
+    slope: Floats
+
+
+def _in_sectors(
+    body: Indices, first: Indices, last: Indices, begin: Floats, top: Floats, points: _Points
+) -> tuple[Indices, Indices]:
+    """Pairs (P,) of the bodies of sectors (S,) and those of their points, from `first` to `last`, that lie behind.
+
+    begin, top: of all bodies (B,), distances of their sectors' starts [m] and top slopes.
+    """
+    if compiled := kernels():
+        return _compiled_in_sectors(compiled, body, first, last, begin, top, points)
+    row, point = spans(first, last)
+    body = body[row]
+    kept = np.flatnonzero((points.distance[point] >= begin[body]) & (points.slope[point] <= top[body]))
+    return body[kept], points.order[point[kept]]
+
+
+def _compiled_in_sectors(
+    compiled: Kernels, body: Indices, first: Indices, last: Indices, begin: Floats, top: Floats, points: _Points
+) -> tuple[Indices, Indices]:
+    """Runs the kernel that does what `_in_sectors` does."""
+    room = int(np.maximum(last - first, 0).sum())
+    bodies, behind = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+    count = compiled.run("points_behind", len(body), body, first, last, begin, top, *points, bodies, behind)
+    return bodies[:count], behind[:count]
+
+
+def _joined(pairs: list[tuple[Indices, Indices]]) -> tuple[Indices, Indices]:
+    """Pairs of several arrays in one."""
+    bodies, points = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return bodies, points
 
 
 def _among(sectors: ShadowSectors, azimuth: Floats, farthest: float) -> Indices:

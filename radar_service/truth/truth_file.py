@@ -28,7 +28,8 @@ def scene_hash(scene: Scene) -> str:
     """Returns the SHA-256 of a scene's world, radar, platform, interference and errors, as hexadecimal digits.
 
     The key of its random numbers belongs to it. A field of a record that was added later says so in its metadata, as "added";
-    while it has its default it adds nothing, so scenes that do not use it keep their hash.
+    while it has its default it adds nothing, so scenes that do not use it keep their hash. Nor does one that says "derived", as
+    it follows from others.
     """
     digest = hashlib.sha256()
     errors = () if scene.errors is None else (scene.errors,)
@@ -50,7 +51,7 @@ def _add(digest: Any, value: Any) -> None:
     elif is_dataclass(value):
         for field in fields(value):
             content = getattr(value, field.name)
-            if "added" in field.metadata and _is_default(content, field.default):
+            if "derived" in field.metadata or "added" in field.metadata and _is_default(content, field.default):
                 continue
             digest.update(f"{field.name}=".encode())
             _add(digest, content)

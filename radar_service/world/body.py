@@ -57,11 +57,13 @@ class Plating:
 class Mesh:
     """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range.
 
+    solid: whether it is known to be of closed surfaces that are wound outward: what faces away from outside is hidden there.
     It equals itself alone.
     """
 
     vertices: Floats
     faces: Indices
+    solid: bool = field(default=False, metadata={"derived": True})  # see truth.scene_hash
 
     def __post_init__(self) -> None:
         assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)
@@ -87,7 +89,8 @@ class Mesh:
         if abs(cos * sin) < 1e-15:  # a quarter turn, but for rounding
             cos, sin = round(cos), round(sin)
         east, north, up = self.vertices.T
-        return Mesh(np.stack([cos * east - sin * north, sin * east + cos * north, up], axis=1) + offset, self.faces)
+        vertices = np.stack([cos * east - sin * north, sin * east + cos * north, up], axis=1) + offset
+        return Mesh(vertices, self.faces, self.solid)
 
 
 def used_rows(rows: Floats, index: Indices) -> Floats:

@@ -42,14 +42,14 @@ def sphere(radius: float, sag: float = SAG) -> Mesh:
     vertices, faces = _icosahedron()
     for _ in range(min(max(splits, 2), _MAX_SPLITS)):
         vertices, faces = _split(vertices, faces)
-    return Mesh(radius * vertices, faces)
+    return Mesh(radius * vertices, faces, solid=True)
 
 
 def fine_sphere(radius: float, sag: float) -> Mesh:
     """Returns a sphere about the origin: facets within `sag` [m] of it, and no more of them than needed, at most 128,000."""
     parts = math.ceil(min(max(math.sqrt(_PARTS_SAG * radius / sag), _MIN_PARTS), _MAX_PARTS))
     vertices, faces = _divided(*_icosahedron(), parts)
-    return Mesh(radius * vertices, faces)
+    return Mesh(radius * vertices, faces, solid=True)
 
 
 def _divided(vertices: Floats, faces: Indices, parts: int) -> tuple[Floats, Indices]:
@@ -116,7 +116,7 @@ def _prism(ring: Floats, height: float) -> Mesh:
     i = np.arange(n)
     j = (i + 1) % n
     parts = [(i, j, j + n), (i, j + n, i + n), (j, i, np.full(n, 2 * n)), (i + n, j + n, np.full(n, 2 * n + 1))]
-    return Mesh(vertices, np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.int64))
+    return Mesh(vertices, np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.int64), solid=True)
 
 
 def dihedral(width: float, height: float) -> Mesh:
@@ -179,12 +179,12 @@ def loft(rings: Floats) -> Mesh:
 
 
 def _merged(vertices: Floats, faces: Indices) -> Mesh:
-    """Returns the mesh with equal vertices merged, without faces without area."""
+    """Returns the closed mesh with equal vertices merged, without faces without area."""
     unique, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are the same coordinate
     faces = index.reshape(-1)[faces]
     a, b, c = unique[faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return Mesh(unique, faces[area > 0.0].astype(np.int64))
+    return Mesh(unique, faces[area > 0.0].astype(np.int64), solid=True)
 
 
 def _mesh(vertices: Sequence[tuple[float, ...]], faces: list[tuple[int, int, int]]) -> Mesh:

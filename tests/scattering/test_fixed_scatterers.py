@@ -13,7 +13,9 @@ from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers, cell_scatterers
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.predictions import Conditions
+from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import Body
 from tests.scenes import point, scene
 
 LEFT, RIGHT = np.array([-300.0, 0.0, 15.0]), np.array([500.0, 100.0, 15.0])
@@ -69,6 +71,48 @@ def test_what_is_one_sided_reflects_to_where_it_faces() -> None:
         == 0.0
         < total(build(DiffuseScattering, made).echoes(beyond, instant(made)))
     )
+
+
+HULL = {"name": "h", "shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 9, "position_m": [30, 700, 0]}
+STANCES = {
+    "at rest": {"heading_deg": 77},
+    "under way": {"course_deg": 160, "speed_kn": 9},
+    "rolling": {"course_deg": 310, "speed_kn": 4, "roll_deg": 12, "roll_period_s": 7},
+}
+
+
+def of_sheets(made: rs.Scene) -> tuple[Body, ...]:
+    """The bodies, not known to be solid: rays alone tell what they hide of themselves."""
+    assert all(body.mesh is not None and body.mesh.solid for body in made.bodies)
+    return tuple(replace(body, mesh=body.mesh and replace(body.mesh, solid=False)) for body in made.bodies)
+
+
+@pytest.mark.parametrize("kind", [{"material": "wood"}, {"rcs_dbsm": 20}], ids=["diffuse", "declared"])
+@pytest.mark.parametrize("stance", STANCES.values(), ids=STANCES)
+def test_a_solid_body_hides_what_faces_away(kind: dict[str, Any], stance: dict[str, Any]) -> None:
+    """The same echoes as with rays to all scatterers, though fewer than seven in ten get one."""
+    made = scene([{**HULL, **kind, **stance}], environment=FLAT)
+    model, key = DiffuseScattering if "material" in kind else DeclaredScattering, np.arange(1)
+    by_rays = model.build(of_sheets(made), key, context(made))
+    for time in (0.0, 4.0, 9.0):
+        rays, of_all = RayCount(), RayCount()
+        echoes, expected = (
+            source.echoes(LEFT, Instant(time, OcclusionScene(made.bodies, np.inf, rays=count), 1e5))
+            for source, count in ((build(model, made), rays), (by_rays, of_all))
+        )
+        np.testing.assert_allclose(echoes.position, expected.position, rtol=1e-12)
+        np.testing.assert_allclose(echoes.amplitude, expected.amplitude, rtol=1e-12)
+        assert len(echoes) and rays.rays < 0.7 * of_all.rays
+
+
+def test_what_stands_around_the_antenna_and_what_is_transparent_shows_its_back() -> None:
+    """From within a box every side faces away; a body that the plan lets occlude nothing has echoes of its back."""
+    made = scene([{"name": "b", "shape": "box", "length_m": 40, "width_m": 8, "height_m": 9, "material": "wood"}])
+    antenna, model = np.array([0.0, 0.0, 4.0]), build(DiffuseScattering, made)
+    assert len(model.echoes(antenna, instant(made))) == model.scatterers.sum()
+    away = scene([{**HULL, "material": "wood", "speed_kn": 5}])
+    transparent = Instant(0.0, OcclusionScene(away.bodies, np.inf, without=[0]), 1e5)
+    assert len(build(DiffuseScattering, away).echoes(LEFT, transparent)) == build(DiffuseScattering, away).scatterers.sum()
 
 
 def cut_hill(folder: Path) -> rs.Scene:

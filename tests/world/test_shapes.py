@@ -51,6 +51,15 @@ def test_bodies_are_closed_and_wound_outward(shape: str, sizes: dict[str, float]
     assert open_edges(mesh) == 0
     assert volume(mesh) > 0.0
     assert normals_and_areas(mesh)[1].min() > 0.0
+    assert mesh.solid and mesh.placed(1.0, np.ones(3)).solid
+
+
+@pytest.mark.parametrize(
+    ("shape", "sizes"),
+    [("plate", {"width_m": 1, "height_m": 1}), ("dihedral", {"width_m": 1, "height_m": 1}), ("trihedral", {"edge_m": 1})],
+)
+def test_sheets_are_not_solid(shape: str, sizes: dict[str, float]) -> None:
+    assert open_edges(shape_mesh(shape, sizes)) > 0 and not shape_mesh(shape, sizes).solid
 
 
 @pytest.mark.parametrize("radius", [0.1, 1.0, 10.0])
