@@ -34,7 +34,7 @@ class BlockGeometry(NamedTuple):
 
     azimuths: the azimuths.
     over: the parabola over their times.
-    poses: of the bodies (3 + K, B).
+    poses: of the bodies (3 + K, B); at the nodes alone (3, B) where all bodies go straight.
     antenna: (3 + K, 3) on the map [m].
     level: (3 + K, 3, 3) as `Scene.upright_from_map`; None for an antenna that does not sway.
     rough: (B,) which bodies leave their parabola.
@@ -48,6 +48,11 @@ class BlockGeometry(NamedTuple):
     level: Floats | None
     rough: Flags
     moves: Flags
+
+    @property
+    def has_each_azimuth(self) -> bool:
+        """Whether there are poses at each azimuth."""
+        return len(self.poses.position) == len(self.antenna)
 
     def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""

@@ -164,9 +164,10 @@ class MovingEchoes:
         """The geometry of these azimuths, as far as it concerns `bodies` (N,)."""
         over = parabola(azimuths.time)
         time = np.concatenate([over.nodes, azimuths.time])
-        poses, antenna = self._poses.at(time, bodies), self._scene.antenna(time)
+        antenna, uneven = self._scene.antenna(time), self._poses.uneven(time, bodies)
         own = 0.0 if self._scene.own_ship.is_even(time) else float(interpolation_error(antenna[3:], antenna[:3], over))
-        rough = self._rough(poses, own > TOLERANCE, over, self._poses.uneven(time, bodies))
+        poses = self._poses.at(time if len(uneven) else over.nodes, bodies)
+        rough = self._rough(poses, own > TOLERANCE, over, uneven)
         return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough, self._moves)
 
     def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> tuple[BeamWeightedEchoes, Floats]:
@@ -234,6 +235,9 @@ class MovingEchoes:
     ) -> Singles:
         """Writes the exact history of echoes which[exact] (W,) and returns their elevation gains (W, K) over the middle's."""
         radar, earth = self._scene.radar, self._earth_radius
+        if not block.has_each_azimuth:
+            time, bodies = np.concatenate([block.over.nodes, block.azimuths.time]), observed.echoes.body[which[exact]]
+            block = block._replace(poses=self._poses.at(time, np.flatnonzero(np.bincount(bodies))))
         positions = np.stack(block.positions(observed, which[exact], range(3, len(block.antenna))))
         level = None if block.level is None else block.level[3:]
         each = exact_history(history, exact, positions, level, part.azimuth[exact], earth)
