@@ -1,10 +1,12 @@
 """Land under way on grid rows: spread once a passage on a polar grid that follows own ship, and taken from there by the beam.
 
-The grid has a row for each azimuth, or several, and columns (R - S) / step (`echo.land`). The row of an azimuth is a product of
-the rows around it with the beam's gain and what is left of the phase, both of points on boresight of these rows, corrected for
-the kernel along azimuth. They follow the change of bearing, which depends on the range: by rings, even in 1 / R.
+The grid has as many rows an azimuth as the band of beam and speed asks for, often less than one, and columns (R - S) / step
+(`echo.land`). The row of an azimuth is a product of the rows around it with the beam's gain and what is left of the phase, both
+of points on boresight of these rows, corrected for the kernel along azimuth. They follow the change of bearing, which depends on
+the range: by rings, even in 1 / R.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +76,9 @@ class LandRows:
         self._scene, self._fidelity, self._compression = scene, fidelity, compression
         band = BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # cycles per radian, either way
         band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
-        self._per_azimuth = int(np.ceil(OVERSAMPLING * 4.0 * np.pi * band / radar.azimuths))
+        enough = OVERSAMPLING * 4.0 * np.pi * band / radar.azimuths
+        self._per_piece = int(np.ceil(enough * passages.per_piece))  # rows; a piece begins on one of them
+        self._per_azimuth = self._per_piece / passages.per_piece
         oversampling = self._per_azimuth * radar.azimuths / (4.0 * np.pi * band)
         self._kernel = Kernel(fidelity.beam_kernel_width, oversampling)
         self._table = KernelTable(self._kernel.tables()[0])
@@ -82,7 +86,8 @@ class LandRows:
         self._rings, ring = rings, np.arange(rings)
         self._ring_begin = np.append(0.0, NEAREST_BORDER * rings / (rings - ring[1:]))
         self._ring_middle = np.asarray(NEAREST_BORDER * rings / (rings - ring - 0.5), dtype=np.float64)
-        pieces = 2 + int(2.0 * self._extent / radar.azimuth_step) // passages.per_piece + SPARE
+        covered = 2.0 * (self._extent / radar.azimuth_step * self._per_azimuth + EDGE + self._kernel.width)
+        pieces = 2 + int(covered) // self._per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
 
     def of_scene(self, scene: Scene) -> "LandRows":
@@ -134,7 +139,7 @@ class LandRows:
 
     def _add(self, total: Profiles, weights: Profiles, first_row: int, number: int, piece: GridPiece, begin: int) -> None:
         """Adds to columns (K, C), from column `begin` on, those of a piece, by weights (K, R) of rows from `first_row` on."""
-        start = number * self.passages.per_piece * self._per_azimuth - (self._kernel.width // 2 - 1)
+        start = number * self._per_piece - (self._kernel.width // 2 - 1)
         low, high = max(start, first_row), min(start + len(piece.rows), first_row + weights.shape[1])
         columns = slice(begin - piece.first_column, begin - piece.first_column + total.shape[1])
         if low < high:
@@ -143,13 +148,13 @@ class LandRows:
     def _band(self, azimuths: AzimuthTimes) -> Indices:
         """The grid rows (R,) that the beam covers at any of these azimuths, numbered on from azimuth number 0."""
         first, last = self._per_azimuth * azimuths.number[[0, -1]]
-        each_side = int(np.ceil(self._extent / self._scene.radar.azimuth_step * self._per_azimuth)) + EDGE
-        return np.arange(first - each_side, last + each_side + 1)
+        each_side = self._extent / self._scene.radar.azimuth_step * self._per_azimuth + EDGE
+        return np.arange(math.floor(first - each_side), math.ceil(last + each_side) + 1)
 
     def _pieces_of(self, azimuths: AzimuthTimes) -> range:
         """The numbers of the pieces whose rows, with their kernels, the beam covers at these azimuths."""
-        rows, size = self._band(azimuths)[[0, -1]], self.passages.per_piece * self._per_azimuth
-        return range(int(rows[0] - self._kernel.width) // size, int(rows[1] + self._kernel.width) // size + 1)
+        (first, last), width = self._band(azimuths)[[0, -1]].tolist(), self._kernel.width
+        return range((first - width) // self._per_piece, (last + width) // self._per_piece + 1)
 
     def _piece(self, number: int) -> GridPiece:
         return self._pieces.get(number, lambda: self._computed(number))
@@ -159,7 +164,7 @@ class LandRows:
         column = piece.distance / self._scene.radar.range_step - 0.5
         first = int(column.min(initial=self._compression.size)) - self._compression.kernel.width
         columns = max(0, int(column.max(initial=0.0)) + self._compression.kernel.width - first)
-        shape = self.passages.per_piece * self._per_azimuth + self._kernel.width, columns
+        shape = self._per_piece + self._kernel.width, columns
         row = piece.row * self._per_azimuth + margin
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
         return GridPiece(rows, first, piece.near, piece.near_points, len(piece.row) + len(piece.near.echoes))
@@ -188,7 +193,9 @@ def follows_own_ship(scene: Scene, fidelity: Fidelity, per_piece: int = PIECE) -
     beam covers no point twice, no structures shadow it, its pulse has the first echoes alone, and is not its own kernel, and own
     ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
-    narrow = beam + 4 * per_piece * radar.azimuth_step < MAX_BEAM
+    rows = 2.0 * OVERSAMPLING * BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # per radian, or more
+    edges = 2.0 * (EDGE + fidelity.beam_kernel_width) / rows
+    narrow = beam + edges + 4 * per_piece * radar.azimuth_step < MAX_BEAM
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
     if scene.own_ship.at_rest or radar.structures or fidelity.azimuths_per_block <= 1:
         return False

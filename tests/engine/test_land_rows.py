@@ -14,6 +14,7 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine import land_rows
 from radar_service.engine.pipeline import land_spectra
 from radar_service.engine.preparation import Prepared, prepare
+from radar_service.numerics.types import Profiles
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import Origin
@@ -33,9 +34,9 @@ MOTIONS: dict[str, dict[str, Any]] = {
 POINTS = {1.001: -38.0, 1000.0: -50.0, 5000.0: -50.0}  # dB (required) by distance [m], or in borders
 
 
-def points_under_way(own_ship: dict[str, Any], azimuth: int) -> tuple[Prepared, rs.Scene]:
+def points_under_way(own_ship: dict[str, Any], azimuth: int, **radar: Any) -> tuple[Prepared, rs.Scene]:
     """Three points on boresight of an azimuth, as land on the grid, and as bodies of a scene."""
-    made = scene([SLAB], radar=FINE, own_ship=own_ship)
+    made = scene([SLAB], radar={**FINE, **radar}, own_ship=own_ship)
     prepared = on_grid(made)
     assert prepared.land is not None
     antenna = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0]
@@ -47,7 +48,7 @@ def points_under_way(own_ship: dict[str, Any], azimuth: int) -> tuple[Prepared, 
     position[:, :2] += antenna[:2]
     position[:, 2] = heights
     bodies = [point(f"p{k}", east, north, up, 0.0) for k, (east, north, up) in enumerate(position.tolist())]
-    return with_points(prepared, position, antenna), scene(bodies, radar=FINE, own_ship=own_ship)
+    return with_points(prepared, position, antenna), scene(bodies, radar={**FINE, **radar}, own_ship=own_ship)
 
 
 def compressed(reference: rs.Scene, b: int, azimuths: AzimuthTimes, factor: Floats | complex = 1.0) -> tuple[Any, Any]:
@@ -69,6 +70,21 @@ def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn:
     prepared, reference = points_under_way({"course_deg": 40.0, "speed_kn": speed_kn, **MOTIONS[motion]}, azimuth)
     first = azimuth // 32 * 32 - 32 * (tiles // 2)
     computed, azimuths = fields(prepared, first, tiles), azimuths_of(reference, first, tiles * 32)
+    assert_near_a_loop(computed, reference, azimuths)
+
+
+@pytest.mark.parametrize(("azimuths", "beamwidth_deg"), [(4096, 3.9), (4096, 1.2), (8192, 3.9), (720, 1.5)])
+def test_points_of_land_are_those_of_a_loop_with_other_rows_than_azimuths(azimuths: int, beamwidth_deg: float) -> None:
+    """The same with two to eight azimuths a row, and with two rows an azimuth: the beam alone says how many."""
+    azimuth, tiles = 2 * azimuths + azimuths // 3, max(6, 6 * azimuths // 2048)
+    own_ship, radar = {"course_deg": 40.0, "speed_kn": 8.0}, {"azimuths": azimuths, "beamwidth_deg": beamwidth_deg}
+    prepared, reference = points_under_way(own_ship, azimuth, **radar)
+    first = azimuth // 32 * 32 - 32 * (tiles // 2)
+    assert_near_a_loop(fields(prepared, first, tiles), reference, azimuths_of(reference, first, tiles * 32))
+
+
+def assert_near_a_loop(computed: Profiles, reference: rs.Scene, azimuths: AzimuthTimes) -> None:
+    """Asserts that the field of the points errs by less than POINTS allows."""
     for k, limit_db in enumerate(POINTS.values()):
         exact, near = compressed(reference, k, azimuths)
         error_db = 20 * np.log10(np.abs(computed[:, near] - exact).max() / np.abs(exact).max())
