@@ -75,7 +75,7 @@ def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn:
 
 @pytest.mark.parametrize(("azimuths", "beamwidth_deg"), [(4096, 3.9), (4096, 1.2), (8192, 3.9), (720, 1.5)])
 def test_points_of_land_are_those_of_a_loop_with_other_rows_than_azimuths(azimuths: int, beamwidth_deg: float) -> None:
-    """The same with two to eight azimuths a row, and with two rows an azimuth: the beam alone says how many."""
+    """The same with 1.6 to 5 azimuths a row, and with two rows an azimuth: the beam says how many."""
     azimuth, tiles = 2 * azimuths + azimuths // 3, max(6, 6 * azimuths // 2048)
     own_ship, radar = {"course_deg": 40.0, "speed_kn": 8.0}, {"azimuths": azimuths, "beamwidth_deg": beamwidth_deg}
     prepared, reference = points_under_way(own_ship, azimuth, **radar)
