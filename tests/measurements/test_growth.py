@@ -130,8 +130,9 @@ def draw_growth(axes: Axes, growth: Growth, costs: Sequence[float]) -> None:
     linear = [costs[-1] * size / growth.sizes[-1] for size in growth.sizes]
     axes.loglog(growth.sizes, linear, color="#9a9a9a", linestyle="--", label="linear growth")
     axes.loglog(growth.sizes, costs, "o-", color=COLOURS[0], label="measured")
-    for size, seconds in zip(growth.sizes, costs, strict=True):
-        axes.annotate(duration(seconds), (size, seconds), (-4, 4), textcoords="offset points", fontsize=SMALL, ha="right")
+    for size, seconds, before in zip(growth.sizes, costs, (0.0, *costs), strict=False):
+        place: dict[str, Any] = {"xytext": (-4, 4), "ha": "right"} if seconds > before else {"xytext": (6, -9), "ha": "left"}
+        axes.annotate(duration(seconds), (size, seconds), textcoords="offset points", fontsize=SMALL, **place)
     axes.set_title(growth.title)
     axes.set_xlabel(growth.xlabel)
     axes.set_ylabel(growth.ylabel)
