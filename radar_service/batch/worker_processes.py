@@ -133,9 +133,7 @@ class _Worker:
         self.process: SpawnProcess = context.Process(target=_work, args=(theirs, memory), daemon=False)
         self.process.start()
         theirs.close()  # so that its end closes the pipe
-        self._lock = (
-            threading.Lock()
-        )  # of waiting for the process: of two threads that collect it, one hears that there is none
+        self._lock = threading.Lock()  # of two threads that wait for a process, one hears that there is none
         self._busy = False
 
     def reply(self, call: Call) -> tuple[bool, Any]:

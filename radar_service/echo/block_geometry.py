@@ -75,15 +75,14 @@ class BlockGeometry(NamedTuple):
         """Runs the kernel that does what `positions` does."""
         poses, count, body = self.poses, len(self.moves), observed.echoes.body
         some = np.flatnonzero(np.bincount(body[which], minlength=count))  # headings of others are undefined
-        turn, leans = np.zeros((2, len(instants), count)), np.full(count, -1)
+        turn = np.zeros((2, len(instants), count))
         heading = poses.heading[instants][:, some]
         turn[0][:, some], turn[1][:, some] = np.cos(heading), np.sin(heading)
-        leans[list(poses.rotation)] = np.arange(len(poses.rotation))
         matrices = [rotation[instants] for rotation in poses.rotation.values()]
         lean = np.stack(matrices, axis=1) if matrices else np.zeros((len(instants), 0, 3, 3))
         result = np.empty((len(instants), 3, len(which)))
-        taken = (which, observed.position, observed.echoes.position, body, self.moves, leans, poses.position[instants])
-        taken += (*turn, lean, self.antenna[instants])
+        taken = which, observed.position, observed.echoes.position, body, self.moves, poses.rotation_numbers
+        taken += (poses.position[instants], *turn, lean, self.antenna[instants])
         sizes = len(which), len(instants), count, len(matrices)
         compiled.run("echo_positions", *sizes, *map(np.ascontiguousarray, taken), result)
         return [position.T for position in result]

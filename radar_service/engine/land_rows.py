@@ -32,7 +32,7 @@ from radar_service.world.scene import Scene
 
 RINGS = 8  # bearings of points in a ring differ by less than 1/16 of what they change 150 m off
 BEAM_BAND, OVERSAMPLING = 0.8859, 2.9  # as of `antenna.grid_rows`
-ENOUGH = 4.4  # of oversampling: more rows err as much. With 2.9 up to 1 % of cells are off by 1 dB, with wide beams
+ENOUGH = 4.4  # of oversampling: more rows err as much; of wide beams 2.9 leaves up to 0.8 % of cells off by 1 dB
 WIDTHS = 2.0  # beamwidths off boresight up to which the phase that is left counts: beyond, sidelobes are below -26 dB
 EDGE = 8  # rows beyond the beam, into which the correction for the kernel reaches
 SPARE = 4  # pieces kept beyond those of a tile: threads may be so many apart before one is computed again
@@ -79,16 +79,17 @@ class LandRows:
         band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
         least = 4.0 * np.pi * band / radar.azimuths  # rows an azimuth without oversampling
         by_azimuth = passages.per_piece * int(np.ceil(OVERSAMPLING * least))
-        self._per_piece = min(by_azimuth, int(np.ceil(ENOUGH * least * passages.per_piece)))  # rows; a piece begins on one
-        self._per_azimuth = self._per_piece / passages.per_piece
-        self._kernel = Kernel(fidelity.beam_kernel_width, self._per_azimuth / least)
+        enough = int(np.ceil(ENOUGH * least * passages.per_piece))
+        self._rows_per_piece = min(by_azimuth, enough)  # a piece begins on a row
+        self._rows_per_azimuth = self._rows_per_piece / passages.per_piece
+        self._kernel = Kernel(fidelity.beam_kernel_width, self._rows_per_azimuth / least)
         self._table = KernelTable(self._kernel.tables()[0])
         self._extent = fidelity.beam_extent * radar.beamwidth
         self._rings, ring = rings, np.arange(rings)
         self._ring_begin = np.append(0.0, NEAREST_BORDER * rings / (rings - ring[1:]))
         self._ring_middle = np.asarray(NEAREST_BORDER * rings / (rings - ring - 0.5), dtype=np.float64)
-        covered = 2.0 * (self._extent / radar.azimuth_step * self._per_azimuth + EDGE + self._kernel.width)
-        pieces = 2 + int(covered) // self._per_piece + SPARE
+        covered = 2.0 * (self._extent / radar.azimuth_step * self._rows_per_azimuth + EDGE + self._kernel.width)
+        pieces = 2 + int(covered) // self._rows_per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
 
     def of_scene(self, scene: Scene) -> "LandRows":
@@ -140,7 +141,7 @@ class LandRows:
 
     def _add(self, total: Profiles, weights: Profiles, first_row: int, number: int, piece: GridPiece, begin: int) -> None:
         """Adds to columns (K, C), from column `begin` on, those of a piece, by weights (K, R) of rows from `first_row` on."""
-        start = number * self._per_piece - (self._kernel.width // 2 - 1)
+        start = number * self._rows_per_piece - (self._kernel.width // 2 - 1)
         low, high = max(start, first_row), min(start + len(piece.rows), first_row + weights.shape[1])
         columns = slice(begin - piece.first_column, begin - piece.first_column + total.shape[1])
         if low < high:
@@ -148,14 +149,14 @@ class LandRows:
 
     def _band(self, azimuths: AzimuthTimes) -> Indices:
         """The grid rows (R,) that the beam covers at any of these azimuths, numbered on from azimuth number 0."""
-        first, last = self._per_azimuth * azimuths.number[[0, -1]]
-        each_side = self._extent / self._scene.radar.azimuth_step * self._per_azimuth + EDGE
+        first, last = self._rows_per_azimuth * azimuths.number[[0, -1]]
+        each_side = self._extent / self._scene.radar.azimuth_step * self._rows_per_azimuth + EDGE
         return np.arange(math.floor(first - each_side), math.ceil(last + each_side) + 1)
 
     def _pieces_of(self, azimuths: AzimuthTimes) -> range:
         """The numbers of the pieces whose rows, with their kernels, the beam covers at these azimuths."""
         (first, last), width = self._band(azimuths)[[0, -1]].tolist(), self._kernel.width
-        return range((first - width) // self._per_piece, (last + width) // self._per_piece + 1)
+        return range((first - width) // self._rows_per_piece, (last + width) // self._rows_per_piece + 1)
 
     def _piece(self, number: int) -> GridPiece:
         return self._pieces.get(number, lambda: self._computed(number))
@@ -165,8 +166,8 @@ class LandRows:
         column = piece.distance / self._scene.radar.range_step - 0.5
         first = int(column.min(initial=self._compression.size)) - self._compression.kernel.width
         columns = max(0, int(column.max(initial=0.0)) + self._compression.kernel.width - first)
-        shape = self._per_piece + self._kernel.width, columns
-        row = piece.row * self._per_azimuth + margin
+        shape = self._rows_per_piece + self._kernel.width, columns
+        row = piece.row * self._rows_per_azimuth + margin
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
         return GridPiece(rows, first, piece.near, piece.near_points, len(piece.row) + len(piece.near.echoes))
 
@@ -174,7 +175,7 @@ class LandRows:
         """The field (D, K, R) at each azimuth of what boresight points at on each row, `distance` (D,) [m] away, over that on
         boresight and without the change of S; corrected for the kernel along azimuth."""
         radar, track = self._scene.radar, self.passages.track
-        at, number = rows / self._per_azimuth, azimuths.number.astype(np.float64)
+        at, number = rows / self._rows_per_azimuth, azimuths.number.astype(np.float64)
         point = track.points_on_boresight(at, distance, GROUND)
         offset = point[:, :, None] - track.antenna(number)
         passed, now = (slant_range(each, track.earth_radius) for each in (point - track.antenna(at), offset))

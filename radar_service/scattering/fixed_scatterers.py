@@ -82,8 +82,8 @@ class FixedScatterers(ScatteringModel, ABC):
     def visible_echoes(
         self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
-        """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
-        the antenna (3,) receives them; poses: of the bodies at that instant, the only one."""
+        """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) above 0
+        [m^2], as the antenna (3,) receives them; poses: of the bodies at that instant, the only one."""
 
     @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
@@ -214,11 +214,9 @@ class DiffuseScattering(FixedScatterers):
         self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
-        facing = np.flatnonzero(projected)
-        which, position = which[facing], position.take(facing, axis=0)
         body = self._body[which]
         gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
-        amplitude = np.sqrt(gamma[body] * projected[facing]) * self._phasor[which]
+        amplitude = np.sqrt(gamma[body] * projected) * self._phasor[which]
         middle, span = self._heights(which, position)
         place, lift = self._position.take(which, axis=0), middle - position[:, 2]
         place[:, 2] += lift

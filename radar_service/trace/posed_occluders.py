@@ -119,10 +119,8 @@ class PosedOccluders:
     ) -> LinesOfSight:
         """Runs the kernel that does what `lines_of_sight` does."""
         count, poses = len(body), self.poses
-        leans = np.full(len(self.kinds.kind), -1)
-        leans[list(poses.rotation)] = np.arange(len(poses.rotation))
         lean = np.array([rotation[0] for rotation in poses.rotation.values()]).reshape(-1, 3, 3)
-        bodies = poses.position[0], np.cos(poses.heading[0]), np.sin(poses.heading[0]), leans, lean
+        bodies = poses.position[0], np.cos(poses.heading[0]), np.sin(poses.heading[0]), poses.rotation_numbers, lean
         spheres = self.kinds.centre, sphere_reach(self.kinds.radius)
         which, skipped = np.empty(count, dtype=np.int64), np.empty(count)
         first, begin, line = np.empty((3, count, 3))

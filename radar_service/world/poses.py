@@ -83,6 +83,13 @@ class PoseArrays(NamedTuple):
         rotation = self.rotation[b][k] if b in self.rotation else None
         return BodyPose(self.position[k, b], float(self.heading[k, b]), rotation)
 
+    @property
+    def rotation_numbers(self) -> Indices:
+        """The place of each body (B,) among those that roll or pitch, in the order of `rotation`; -1 for an upright one."""
+        number = np.full(self.position.shape[1], -1)
+        number[list(self.rotation)] = np.arange(len(self.rotation))
+        return number
+
     def map_from_bodies(self, k: int, points: Floats, body: Indices) -> Floats:
         """Points (E, 3) of bodies' own frames, point e of body body[e], on the map [m] at instant k."""
         placed = map_from_bodies(points, body, self.position[k], self.heading[k])
@@ -114,8 +121,7 @@ class PoseArrays(NamedTuple):
 
     def _leaning(self, k: int, body: Indices) -> tuple[Indices, Floats]:
         """Which of bodies (E,) roll or pitch, (L,), and their rotations (L, 3, 3) map_from_body at instant k."""
-        number = np.full(self.position.shape[1], -1)
-        number[list(self.rotation)] = np.arange(len(self.rotation))
+        number = self.rotation_numbers
         own = np.flatnonzero(number[body] >= 0)
         return own, np.stack([rotation[k] for rotation in self.rotation.values()])[number[body[own]]]
 
