@@ -53,19 +53,26 @@ class Easing:
     before: Floats | None = None
 
     @cached_property
-    def vanishes(self) -> bool:
-        """Whether she always responds to her own velocity."""
-        return not self.excess.any() and self.before is None
+    def _at_knots(self) -> bool:
+        """Whether the velocities differ at a knot."""
+        return bool(self.excess.any())
+
+    def vanishes(self, time: Floats) -> bool:
+        """Returns whether the ship responds to its own velocity at each time (K,) [s]."""
+        return not self._at_knots and (self.before is None or bool((self._since(time) >= self.time[0]).all()))
 
     def at(self, time: Floats) -> Floats:
         """Returns the excess (K, 2) [m/s] at each time (K,) [s]."""
-        since = time if self.period is None else time % self.period
+        since = self._since(time)
         knot = np.maximum(np.searchsorted(self.time, since, side="right") - 1, 0)
         elapsed = np.maximum(since - self.time[knot], 0.0)
         excess = self.excess[knot] * np.exp(-elapsed / EASING)[:, None]
         if self.before is not None:
             excess[since < self.time[0]] = self.before
         return np.asarray(excess)
+
+    def _since(self, time: Floats) -> Floats:
+        return time if self.period is None else time % self.period
 
 
 class HasKnots(Path, Protocol):
@@ -194,7 +201,7 @@ class SeawayMotion:
     def _felt(self, upright: UprightMotion, time: Floats) -> Floats:
         """Velocity (K, 2) through the water to which she responds [m/s]."""
         velocity = upright.velocity[:, :2] - self.stream
-        return velocity if self.easing.vanishes else velocity + self.easing.at(time)
+        return velocity if self.easing.vanishes(time) else velocity + self.easing.at(time)
 
     def _amplitudes(self, heading: Floats, velocity: Floats) -> Complexes:
         """Complex amplitudes (K, 3, N), or (1, 3, N) where all are one, of roll, pitch and heave; velocity: (K, 2)."""
@@ -214,7 +221,7 @@ class SeawayMotion:
         met = upright.velocity[:, :1] * east + upright.velocity[:, 1:2] * north - self.waves.over_ground
         rate = 1j * met[:, None] * amplitude
         turn, turned = upright.turn_rate, upright.course_rate
-        if self.easing.vanishes and not turn.any() and not turned.any():
+        if self.easing.vanishes(time) and not turn.any() and not turned.any():
             return np.asarray(rate)
         v_east, v_north = upright.velocity[:, 0], upright.velocity[:, 1]
         change = np.stack([turned * v_north, -turned * v_east], axis=1) - self.easing.at(time) / EASING

@@ -168,6 +168,46 @@ def coasters(at_sea: bool, count: int = 20) -> rs.Scene:
     return rs.load_scene(table, folder=SCENES)
 
 
+def strait(folder: Path, metal: str) -> rs.Scene:
+    """60 ships of the five hull types under way, 100 buoys and a low coast about a bay; sea state 3, own ship at 8 kn, noise,
+    multipath, 2048 azimuths at 24 rpm.
+
+    metal: "declared" (cross-sections, Swerling 1), "optics", or "seaway" (optics, and all ships are moved by the sea).
+    """
+    reach = 5556.2
+    coast, _ = _coast(folder, 320, reach, 5.0)
+    rng = np.random.default_rng(9)
+    kinds = {
+        "cargo": (150, 22, 25),
+        "ferry": (90, 16, 14),
+        "fishing": (24, 7, 8),
+        "pilot": (14, 4.5, 5),
+        "yacht": (12, 4, 4),
+    }
+    bodies: list[dict[str, Any]] = [coast]
+    for k, (east, north) in enumerate(_spread(rng, 60, 400.0, 2400.0)):
+        kind = list(kinds)[k % len(kinds)]
+        size = dict(zip(("length_m", "beam_m", "height_m"), kinds[kind], strict=True))
+        echo: dict[str, Any] = {"rcs_dbsm": 30.0, "swerling": 1} if metal == "declared" else {"scattering": "optics"}
+        way = {
+            "position_m": [east, north, 0.0],
+            "course_deg": float(rng.uniform(0, 360)),
+            "speed_kn": float(rng.uniform(4, 14)),
+        }
+        bodies.append({"name": f"{kind} {k}", "shape": "hull", "hull_type": kind, **size, **echo, **way})
+    for k, (east, north) in enumerate(_spread(rng, 100, 250.0, 2400.0)):
+        buoy = {"shape": "point", "rcs_dbsm": 5.0, "swerling": 1, "position_m": [east, north, 2.0]}
+        bodies.append({"name": f"buoy {k}", **buoy})
+    table = {
+        "name": f"strait, {metal}",
+        "radar": {"azimuths": 2048, "range_max_m": reach, "beamwidth_deg": 1.2, "rpm": 24},
+        "own_ship": {"course_deg": 200.0, "speed_kn": 8.0},
+        "environment": {"noise": True, "multipath": True, "sea_state": 3, "seaway": metal == "seaway"},
+        "body": bodies,
+    }
+    return rs.load_scene(table, folder=folder)
+
+
 def steel_boxes(count: int) -> rs.Scene:
     """Moving steel boxes of 12 triangles all over 6 km."""
     rng = np.random.default_rng(1)

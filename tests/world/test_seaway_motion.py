@@ -9,6 +9,7 @@ import pytest
 
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.types import Floats
+from radar_service.world import seaway_motion
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.motion import Motion
 from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway, Waves
@@ -99,6 +100,24 @@ def test_she_responds_to_her_new_speed_after_a_while() -> None:
     steady = replace(law_of(motion), easing=easing_of(Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1))))
     expected = replace(motion, sway=steady).sway_state(late).values
     np.testing.assert_allclose(motion.sway_state(late).values, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("course", "more"), [("at rest", 0), ("straight", 0), ("turning", 2)])
+def test_a_steady_course_takes_one_response(course: str, more: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The response of a ship that neither turns nor changes speed is kept, and never differentiated."""
+    motion, calls = motion_of(course), []
+    motion.sway_state(np.array([0.0, 2.5]))
+    monkeypatch.setattr(seaway_motion, "response", lambda *given: calls.append(0) or response(*given))
+    motion.sway_state(np.array([30.0, 32.5]))
+    assert len(calls) == more
+
+
+def test_the_rest_before_the_first_knot_is_felt_before_it() -> None:
+    """The velocity to which a ship responds differs from its own before time 0, and equals it from then on."""
+    easing = law_of(motion_of("straight")).easing
+    before, after = np.array([-0.5]), np.array([0.0, 7.0])
+    assert easing.at(before).any() and not easing.vanishes(np.append(before, after))
+    assert not easing.at(after).any() and easing.vanishes(after)
 
 
 @pytest.mark.parametrize("course", COURSES)
