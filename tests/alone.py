@@ -17,7 +17,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from tests.scenes import point, scene
 
 Fields = NDArray[np.complexfloating[Any, Any]]
@@ -132,14 +132,16 @@ def power_of(field: Fields) -> NDArray[np.float64]:
     return np.abs(field.astype(np.complex128)) ** 2
 
 
-def agreement(labels: NDArray[np.uint32], powers: Powers) -> tuple[float, float]:
+def agreement(labels: NDArray[np.uint32], powers: Powers, within_db: float = 30.0) -> tuple[float, float]:
     """The share of cells whose label is the strongest source, of those where it leads by 3 dB; and how many these are of all.
 
-    Without noise there are cells in which the strongest source has but the rounding of its transforms: they do not count.
+    A body that is more than `within_db` below its own peak in the spoke counts as faint. Without noise there are cells in which
+    the strongest source has but the rounding of its transforms: they do not count.
     """
     numbers, stacked = np.array(list(powers)), np.stack(list(powers.values()))
     strongest = stacked.argmax(axis=0)
     ordered = np.sort(stacked, axis=0)
     peak = stacked.max(axis=2)[strongest, np.arange(len(labels))[:, None]]  # of the same source in the same azimuth
     leads = (ordered[-1] > 10.0**0.3 * ordered[-2]) & (ordered[-1] > ROUNDING * peak)
-    return float(np.mean(labels[leads] == numbers[strongest][leads])), float(leads.mean())
+    faint = (numbers[strongest] >= BODY) & (ordered[-1] < 10.0 ** (-within_db / 10.0) * peak)
+    return float(np.mean(labels[leads] == np.where(faint, FAINT, numbers[strongest])[leads])), float(leads.mean())

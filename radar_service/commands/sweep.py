@@ -16,7 +16,7 @@ from radar_service.processes.limits import default_memory
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
 from radar_service.sweep.layout import layout_of
-from radar_service.sweep.store import library
+from radar_service.sweep.store import SweepStore, library
 from radar_service.sweep.sweep import Tally, run_sweep
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
@@ -60,6 +60,8 @@ def run(options: argparse.Namespace) -> int:
         f"{options.out}: {tally.done} runs, {tally.kept} were there already, {len(tally.failed)} failed"
         + (f", {left} left" if left else "")
     )
+    if balance := SweepStore(options.out, write=False).class_balance():
+        print("cells by label: " + ", ".join(f"{name} {share:.2%}" for name, share in balance.items()))
     for number, reason in [*tally.failed.items()][:SHOWN]:
         print(f"run {number}: {reason}")
     return 1 if tally.failed else 0

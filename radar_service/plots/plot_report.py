@@ -20,7 +20,18 @@ from radar_service.plots.plot import Plot
 from radar_service.records.truth import Crossing
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
-from radar_service.sources.numbers import BEACONS, BODY, FALSE, INTERFERENCE, LAND, NOISE, RAIN, SEA, SECOND_TIME_AROUND
+from radar_service.sources.numbers import (
+    BEACONS,
+    BODY,
+    FAINT,
+    FALSE,
+    INTERFERENCE,
+    LAND,
+    NOISE,
+    RAIN,
+    SEA,
+    SECOND_TIME_AROUND,
+)
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
@@ -28,7 +39,7 @@ Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does
     NOISE: "noise", SEA: "clutter", RAIN: "clutter", INTERFERENCE: "interference", SECOND_TIME_AROUND: "clutter",
-    **dict.fromkeys(FALSE.values(), "clutter"),
+    FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
     **{number: "interference" for number in BEACONS.values()},
 }  # fmt: skip
 SCHEMA = 1

@@ -94,6 +94,7 @@ class Radar:
     origin: of its rotation; a change of its rate gives another one.
     structures: of own ship near the antenna, which shadow sectors and reflect.
     multiple: echoes between own ship and ships near by; None: not modelled.
+    label_floor: lowest power that is labelled as a body's, over the body's peak in the spoke; 0: every power.
     """
 
     frequency: float
@@ -128,6 +129,7 @@ class Radar:
     origin: Origin = field(default=START, metadata={"added": 1})
     structures: tuple[Structure, ...] = field(default=(), metadata={"added": 1})
     multiple: MultipleEchoes | None = field(default=None, metadata={"added": 1})
+    label_floor: float = field(default=1e-3, metadata={"added": 1})
 
     @property
     def of_each_pulse(self) -> tuple["Radar", ...]:

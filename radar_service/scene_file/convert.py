@@ -63,6 +63,7 @@ def _single_pulse(model: RadarModel) -> Radar:
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
         structures=tuple(map(structure_from_model, model.structure)),
         multiple=multiple_from_model(model.multiple_echoes),
+        label_floor=0.0 if model.labels_within_db == "none" else 10.0 ** (-model.labels_within_db / 10.0),
     )
 
 

@@ -103,7 +103,7 @@ def layout_of(inputs: Inputs) -> StoreLayout:
     sizes = {
         "run": len(inputs.runs), "scan": spec.scans, "azimuth": radars[0][1].azimuths, "range": to.bins, "body": len(names),
         "crossing": spec.max_crossings or max(1, 2 * max(len(scene.bodies) for scene in scenes.values())),
-        "plot": spec.plots.max_plots,
+        "plot": spec.plots.max_plots, "label": largest + 1,
     }  # fmt: skip
     ranges: Floats | None = to.first + to.step * np.arange(to.bins, dtype=np.float64) if same_range else None
     layout = StoreLayout(sizes, spec.scans, tuple(arrays), _coordinates(inputs, sizes, names, ranges), labels)

@@ -13,12 +13,14 @@ import shutil
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from radar_service.numerics.types import Flags
+from radar_service.sources.numbers import BODY, LAND
 from radar_service.sweep.inputs import Inputs, inputs_from_bytes
 from radar_service.sweep.layout import StoreLayout
 from radar_service.sweep.spec import SweepError
@@ -140,6 +142,17 @@ class SweepStore:
         """Returns the names of bodies that truth has the numbers of."""
         return [str(name) for name in self._group["body_name"][:]] if "body_name" in self._group else []
 
+    def class_balance(self) -> dict[str, float]:
+        """Returns the share of each class in the cells of finished runs, all land and all bodies as one; empty without labels."""
+        if "label_cells" not in self._group:
+            return {}
+        cells, names = self._array("label_cells")[:].sum(axis=0), {BODY: "bodies", LAND: "land"}
+        for of_scene in self._array("label_cells").attrs["names"].values():
+            names |= {int(number): name for number, name in of_scene.items() if int(number) < LAND}
+        ends = [*sorted(names), len(cells)]
+        counts = {names[a]: int(cells[a:b].sum()) for a, b in pairwise(ends)}
+        return {name: count / max(1, int(cells.sum())) for name, count in counts.items() if count}
+
     def _array(self, name: str) -> Any:
         """An array, opened once."""
         if name not in self._arrays:
@@ -200,7 +213,7 @@ def _lay_arrays(group: Any, layout: StoreLayout) -> None:
         array[:] = each.values
     for variable in layout.arrays:
         attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
-        if variable.name == "labels":
+        if variable.name in ("labels", "label_cells"):
             attributes["names"] = {scene: dict(names) for scene, names in layout.labels.items()}
         group.create_array(
             variable.name, shape=layout.shape(variable), chunks=layout.chunks(variable), dtype=variable.dtype,

@@ -101,6 +101,8 @@ def variables(spec: SweepSpec, max_label: int, has_errors: bool, same_range: boo
                 "labels", CELL, "uint16" if max_label < 2**16 else "uint32", "1", "number of the strongest source, see names"
             )
         )
+        text = "number of cells with each label in all scans of the run"
+        result.append(Variable("label_cells", ("run", "label"), "int64", "1", text))
     for kind, dims, fields in (("truth", CROSSING, _OF_CROSSINGS), ("plots", PLOT, _OF_PLOTS)):
         prefix = kind.removesuffix("s")
         result += [Variable(f"{prefix}_{name}", dims, *field) for name, field in fields.items() if kind in spec.keep]
@@ -129,6 +131,7 @@ class ScanReader:
                 raise SweepError(
                     f"its radar has {here} in {what}, and the store {sizes[what]}; vary nothing that changes it"
                 )
+        self._label_cells = np.zeros(sizes.get("label", 0), dtype=np.int64)
         self._plots = _extractor(simulator, spec) if "plots" in spec.keep else None
 
     def arrays(self, scan: Scan) -> Arrays:
@@ -146,13 +149,13 @@ class ScanReader:
                 f"plot_{name}": self._padded(f"plot_{name}", [getattr(plot, name) for plot in plots]) for name in _OF_PLOTS
             }
         return {
-            name: np.asarray(result[name], dtype=each.dtype) for name, each in self._arrays.items() if len(each.dims) > 1
+            name: np.asarray(result[name], dtype=each.dtype) for name, each in self._arrays.items() if "scan" in each.dims
         }
 
     def of_run(self) -> Arrays:
-        """Returns the arrays that have one value a run."""
-        values = {"range_first": self._to.first, "range_step": self._to.step}
-        return {name: np.float64(value) for name, value in values.items() if name in self._arrays}  # type: ignore[misc]
+        """Returns the arrays that have no scans, after all scans."""
+        values = {"range_first": self._to.first, "range_step": self._to.step, "label_cells": self._label_cells}
+        return {name: np.asarray(value) for name, value in values.items() if name in self._arrays}
 
     def _cells(self, scan: Scan) -> Arrays:
         result: Arrays = {}
@@ -164,6 +167,7 @@ class ScanReader:
             result["field"] = strongest(scan.field, self._to)
         if "labels" in self._arrays and scan.labels is not None:
             result["labels"] = _labels_of_peaks(scan, self._to)
+            self._label_cells += np.bincount(result["labels"].ravel(), minlength=len(self._label_cells))
         return result
 
     def _truth(self, crossings: Sequence[Crossing]) -> Arrays:

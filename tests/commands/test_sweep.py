@@ -1,5 +1,6 @@
 """The command `sweep`: what it prints, and what it refuses before it begins."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -20,6 +21,15 @@ def test_a_sweep_is_made_and_found_again(tmp_path: Path, capsys: pytest.CaptureF
     assert ": 4 of 4 runs, " in printed.err and " runs a second, 0 s left" in printed.err
     assert main(arguments) == 0
     assert capsys.readouterr().out == f"{out}: 0 runs, 4 were there already, 0 failed\n"
+
+
+def test_a_sweep_with_labels_tells_its_class_balance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = written(tmp_path, SPEC.replace('"truth"', '"labels"'))
+    assert main(["sweep", str(spec), "-o", str(tmp_path / "out.zarr"), "--jobs", "1"]) == 0
+    line = capsys.readouterr().out.splitlines()[1]
+    shares = dict(re.findall(r"(noise|range sidelobes and faint parts|bodies) ([\d.]+)%", line))
+    assert line.startswith("cells by label: noise ") and len(shares) == 3
+    assert sum(map(float, shares.values())) == pytest.approx(100.0, abs=0.02)  # two rounded digits each
 
 
 def test_failed_runs_are_printed_with_their_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

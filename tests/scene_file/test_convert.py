@@ -32,6 +32,11 @@ def test_defaults_of_a_plain_pulse() -> None:
     assert radar(prf_hz=1500).unambiguous_range == pytest.approx(LIGHT / 3000)
 
 
+def test_the_level_of_labels_is_a_power_ratio() -> None:
+    assert (radar().label_floor, radar(labels_within_db=20).label_floor) == (1e-3, pytest.approx(0.01))
+    assert radar(labels_within_db="none").label_floor == 0.0
+
+
 def test_patterns_of_both_planes() -> None:
     """The vertical pattern is the horizontal one by default, sinc2 where that is a table, and its own where it is given."""
     assert radar(pattern="cosine").pattern_el == PATTERNS["cosine"]

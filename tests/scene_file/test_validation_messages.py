@@ -46,6 +46,10 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"radar": {"pattern": [[0, 0]]}}, "radar.pattern: a table has 2 to 10000 rows"),
     ({"radar": {"pattern": [[0, 0], [0, -1]]}}, "radar.pattern: the offsets start at 0 and rise"),
     ({"radar": {"pattern": [[0, 0], [1, 1]]}}, "radar.pattern: gains are in dB below boresight"),
+    (
+        {"radar": {"labels_within_db": 0}},
+        'radar.labels_within_db: 0 is not allowed; one of "none" or a finite number above 0 up to 200; raise it',
+    ),
     ({"radar": {"eclipsing": 1}}, "radar.eclipsing: 1 is not allowed; true or false"),
     ({"radar": {"sample_rate_hz": 1e6}}, "radar.sample_rate_hz: 1e+06 is below the bandwidth"),
     ({"radar": {"range_max_m": 200_000}}, "radar.range_max_m: 200000 m at 7.5e+07 samples/s gives 100070 range bins"),

@@ -14,7 +14,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, unlabelled
-from radar_service.sources.numbers import BODY, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from tests.alone import Alone, Powers, agreement, crowded, crowded_alone
 from tests.scenes import everything, scene
 
@@ -52,6 +52,36 @@ def test_without_noise_every_cell_with_any_echo_has_its_source(moves: bool) -> N
     labels = labels_of(crowded(moves, **calm), 2)
     agreed, _ = agreement(labels, crowded_alone(moves, **calm).powers(2))
     assert agreed >= SHARE
+
+
+@pytest.mark.parametrize("within_db", [13.0, 50.0, "none"])
+@pytest.mark.parametrize("modulation", ["lfm", "none"])
+def test_a_body_is_labelled_down_to_a_level_below_its_own_peak(within_db: float | str, modulation: str) -> None:
+    """Two ships, under way and at rest, whose ranges overlap; the witness has the power of each by itself."""
+    long = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material": "wood", "scattering": "optics"}
+    bodies = [{**long, "name": "moored", "position_m": [0, 300, 0], "heading_deg": 80},
+              {**long, "name": "under way", "position_m": [-20, 380, 0], "speed_kn": 9, "course_deg": 70}]  # fmt: skip
+    radar = {"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, "modulation": modulation}
+    made = scene(bodies, radar={**radar, "labels_within_db": within_db}, environment={"noise": True})
+    labels, powers = labels_of(made, 1), Alone(made).powers(1)
+    reach_db = np.inf if within_db == "none" else float(within_db)
+    agreed, leading = agreement(labels, powers, reach_db)
+    assert leading > 0.5 and agreed >= SHARE
+    assert (FAINT in labels) == (within_db != "none")
+    for body in (BODY, BODY + 1):
+        alone = powers[body]
+        lowest = alone.max(axis=1, keepdims=True) * 10.0 ** (-reach_db / 10.0)
+        assert body in labels and (alone >= 0.999 * lowest)[labels == body].all()  # a float32 power to a part in 2**14
+
+
+def test_labels_depend_on_no_tile_and_no_scan_before() -> None:
+    """Tiles of 5 and 7 azimuths; bodies move, shadow, and one rests."""
+    prepared = prepare(everything(), PRESETS["balanced"], 4)
+    engines = [LabellingEngine(replace(prepared, tile=tile)) for tile in (5, 7)]
+    list(engines[0].labelled_tiles(2))
+    first, second = (np.concatenate([labels for *_, labels in engine.labelled_tiles(3)]) for engine in engines)
+    assert FAINT in first
+    np.testing.assert_array_equal(first == FAINT, second == FAINT)
 
 
 def test_labels_hold_where_moving_metal_shadows_a_coast_in_rough_sea() -> None:
@@ -158,6 +188,21 @@ def test_a_difference_of_a_thousandth_of_a_decibel_decides_among_thousands_of_so
         strongest.offer(first, power.copy())
         strongest.offer(second, power * np.float32(1.0015))  # 0.0065 dB: 12 bits of the number leave a part in 2048
         assert (strongest.labels == second).all()
+
+
+@pytest.mark.parametrize(("number", "faint"), [(300, FAINT), (BODY, FAINT), (BODY - 1, BODY - 1), (SECOND_TIME_AROUND, 4)])
+def test_only_bodies_have_faint_cells(number: int, faint: int) -> None:
+    """Each row has a peak of its own; one that stays below the noise of 1 W has no cell at all."""
+    strongest = unlabelled(3, 4, 1.0, HIGHEST, 1e-3)
+    strongest.offer(number, powers([5000.0, 5.01, 4.99, 6.0], [8.0, 8.0, 0.004, 2.0], [0.9, 0.9, 0.9, 0.9]))
+    assert strongest.labels.tolist() == [[number, number, faint, number], [number, number, NOISE, number], [NOISE] * 4]
+
+
+def test_a_faint_part_that_is_the_strongest_source_stays_so() -> None:
+    strongest = unlabelled(1, 2, 1.0, HIGHEST, 1e-3)
+    strongest.offer(300, powers([1e4, 5.0]))
+    strongest.offer(299, powers([4.0, 4.0]))
+    assert strongest.labels.tolist() == [[300, FAINT]]
 
 
 def test_without_noise_cells_without_power_have_no_source() -> None:

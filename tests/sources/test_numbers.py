@@ -20,7 +20,8 @@ def test_land_is_one_source_for_each_material_and_every_other_body_one_of_its_ow
     assert [is_land(body) for body in made.bodies] == [True, False, True, False, False]
     assert source_numbers(made).tolist() == [20, BODY + 1, 20, BODY + 3, BODY + 4, 4]
     assert source_names(made) == {
-        0: "noise", 1: "sea", 2: "rain", 3: "interference", 4: "second time around", 20: "land: concrete",
+        0: "noise", 1: "sea", 2: "rain", 3: "interference", 4: "second time around",
+        9: "range sidelobes and faint parts", 20: "land: concrete",
         257: "ferry", 259: "floe", 260: "stone",
     }  # fmt: skip
 
@@ -33,7 +34,13 @@ def test_answers_of_beacons_are_sources_of_their_own() -> None:
     """Scenes without beacons have no such names."""
     made = scene([point("tower", 0, 500, racon={"letter": "K"}), point("raft", 500, 0, sart={})])
     assert (source_names(made)[5], source_names(made)[6]) == ("racon", "sart")
-    assert source_names(scene([point("raft", 500, 0, sart={})])).keys() == {0, 1, 2, 3, 4, 6, 256}
+    assert source_names(scene([point("raft", 500, 0, sart={})])).keys() == {0, 1, 2, 3, 4, 6, 9, 256}
+
+
+def test_faint_parts_are_named_where_bodies_have_any() -> None:
+    quay = {**BOX, "name": "quay", "position_m": [0, 500, 0], "material": "concrete"}
+    assert 9 not in source_names(scene([quay]))
+    assert 9 not in source_names(scene([point("p", 0, 500)], radar={"labels_within_db": "none"}))
 
 
 def test_false_echoes_are_sources_of_their_own_where_a_scene_has_any() -> None:

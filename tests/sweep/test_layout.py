@@ -17,7 +17,7 @@ def layout(folder: Path, spec: str = SPEC, scene: str = SCENE) -> StoreLayout:
 
 def test_a_run_is_whole_chunks_of_each_array(tmp_path: Path) -> None:
     of = layout(tmp_path)
-    assert of.sizes == {"run": 4, "scan": 3, "azimuth": 60, "range": 40, "body": 2, "crossing": 4, "plot": 40}
+    assert of.sizes == {"run": 4, "scan": 3, "azimuth": 60, "range": 40, "body": 2, "crossing": 4, "plot": 40, "label": 1}
     for each in of.arrays:
         assert each.dims[0] == "run" and of.chunks(each)[0] == 1 and of.chunks(each)[2:] == of.shape(each)[2:]
     video = next(each for each in of.arrays if each.name == "video")

@@ -13,7 +13,7 @@ import zarr
 from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import FORMAT, LEVEL, SweepStore, held, lay_out
-from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset
+from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset, swept
 
 
 def laid_out(
@@ -169,6 +169,24 @@ def test_an_object_store_is_one_more_address(tmp_path: Path) -> None:
         SweepError, match=r"^nowhere://x.zarr: it cannot be used \(.*\); give a folder, or an address that fsspec"
     ):
         lay_out("nowhere://x.zarr", of, layout_of(of), "x")
+
+
+def test_the_class_balance_is_that_of_the_labels_of_all_finished_runs(tmp_path: Path) -> None:
+    """Two bodies make one class, and so does land; a scene without labels has none."""
+    pier = SCENE + '[[body]]\nname = "pier"\nmesh = "cube.obj"\nposition_m = [-200, 100, 0]\nmaterial = "concrete"\n'
+    _, address, _ = swept(tmp_path, SPEC.replace('"truth"', '"labels"'), pier)
+    dataset, balance = open_dataset(address), SweepStore(address, write=False).class_balance()
+    numbers = dataset.labels.values
+    assert numbers.size == 4 * 3 * 60 * 40 and balance.keys() == {
+        "noise",
+        "range sidelobes and faint parts",
+        "land",
+        "bodies",
+    }
+    assert balance["noise"] == (numbers == 0).mean() and balance["land"] == ((numbers >= 16) & (numbers < 256)).mean()
+    assert balance["bodies"] == (numbers >= 256).mean() and sum(balance.values()) == pytest.approx(1.0)
+    assert dataset.label_cells.sum().item() == numbers.size and dataset.label_cells.names == dataset.labels.names
+    assert laid_out(tmp_path / "power").class_balance() == {}
 
 
 def test_xarray_opens_it_with_names_units_and_coordinates(tmp_path: Path) -> None:

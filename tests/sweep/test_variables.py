@@ -63,6 +63,16 @@ def test_of_each_bin_the_strongest_cell_counts(tmp_path: Path) -> None:
             assert abs(kept["field"][row, bin_number]) == pytest.approx(abs(scan.field[row, best]), rel=1e-6)  # float32
 
 
+def test_cells_of_each_label_are_counted_over_all_scans_of_a_run(tmp_path: Path) -> None:
+    of = inputs(tmp_path, EVERYTHING)
+    layout, simulator = layout_of(of), rs.Simulator(of.scene(of.runs[0]), labels=True)
+    reader = ScanReader(simulator, of.spec, layout.arrays, layout.sizes, ["buoy", "cube"])
+    labels = np.stack([reader.arrays(simulator.scan())["labels"] for _ in range(2)])
+    counted = reader.of_run()["label_cells"]
+    assert counted.tolist() == [int((labels == number).sum()) for number in range(258)]
+    assert counted[0] and counted[256] and counted[257] and counted.sum() == 2 * 60 * 40
+
+
 def test_truth_is_that_of_the_crossings(tmp_path: Path) -> None:
     simulator, _, kept = read(tmp_path, EVERYTHING, 2)
     for number, row in enumerate(kept):

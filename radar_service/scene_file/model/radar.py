@@ -1,7 +1,7 @@
 """The model of the radar in a scene file, and checks of settings that the physics cannot compute together."""
 
 import math
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -124,6 +124,10 @@ class RadarModel(WaveformModel):
         None, description="between own ship and ships near by; default: none"
     )
     errors: RadarErrorsModel | None = Field(None, description="of its antenna and its feed, on purpose")
+    labels_within_db: Literal["none"] | Annotated[float, Field(strict=True, gt=0, le=200)] = Field(
+        30.0,
+        description='labels name a body down to this level below its peak in the spoke; "none": down to any',
+    )
 
     @property
     def sampling_hz(self) -> float:
