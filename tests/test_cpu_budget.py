@@ -18,7 +18,7 @@ def test_busy():
 
 
 def test_tests_belong_to_the_folder_below_tests() -> None:
-    assert folder_of("tests/stream/http/test_app.py::test_x[a/b::c]") == "stream"
+    assert folder_of("tests/ports/test_app.py::test_x[a/b::c]") == "ports"
     assert folder_of("tests/test_main.py::test_x[a/b/c]") == "."
 
 

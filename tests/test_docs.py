@@ -9,6 +9,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.scene_file.load import load_scene
+from tests.prose import Names, code, code_files
+from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
 
 ROOT = Path(__file__).parents[1]
@@ -198,6 +200,57 @@ def test_broken_citations_are_found() -> None:
     ]
     (fault,) = broken_citations("docs/nowhere.md and docs/engine.md")
     assert "docs/nowhere.md: there is no such file" in fault
+
+
+def test_what_documents_docstrings_and_comments_name_exists() -> None:
+    """Paths, modules, members of classes and modules, and identifiers, in the whole tree."""
+    sources = {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in [*code_files(), *DOCUMENTS]}
+    names = Names(sources.items())
+    faults = [
+        f"{name}: {missing}"
+        for name, source in sources.items()
+        for missing in names.missing(prose_of(source, Path(name).suffix), Path(name).suffix)
+    ]
+    assert len(sources) > 1000 and not faults, "\n".join([*faults, "no such path, name or member"])
+
+
+TREE = {
+    "radar_service/echo/moving.py": '"""Its docstring."""\n\nLIMIT = 3\n\n\nclass Base:\n    step: int\n\n\nclass Echoes(Base):\n'
+    '    def cut(self) -> None:\n        """`lost_name` in prose is no name."""\n        self.kept = field.depth\n',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "`echo/moving.py`, tests/test_docs.py and `radar_service/echo`", "echo.moving.LIMIT, `echo.moving.Echoes.cut`",
+        "`Echoes.step` of its base, `Echoes.kept`", "`field.depth` as in code", "numpy.fft, `np`, `json.dumps`", "`cut(of)`",
+        "word.md e.g. 3.5",
+    ],
+)  # fmt: skip
+def test_names_that_exist_are_found(text: str) -> None:
+    assert list(Names(TREE.items()).missing(text, ".md")) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "missing"),
+    [
+        ("`pytest -s tests/gone`", "tests/gone"), ("see `echo/gone.py`", "echo/gone.py"), ("# echo.gone has it", "echo.gone"),
+        ("gone.http.websocket counts", "gone.http.websocket"), ("as of `Echoes.gone`", "Echoes.gone"),
+        ("`lost_name` is told", "lost_name"), ("`gone()`", "gone"), ("a `GoneClass`", "GoneClass"),
+    ],
+)  # fmt: skip
+def test_names_that_are_gone_are_told(text: str, missing: str) -> None:
+    assert list(Names(TREE.items()).missing(text, ".md")) == [missing]
+
+
+def test_prose_and_code_are_told_apart() -> None:
+    source = (
+        '"""Of the file."""\nX = """text"""  # why\n\n\ndef f():  # fmt: skip\n    """What it does."""\n    return "# no"\n'
+    )
+    assert prose_of(source, ".py").split("\n") == ["Of the file.", "What it does.", "# why", "# fmt: skip"]
+    assert code(source, ".py") == '\nX = """text"""  \n\n\ndef f():  \n\n    return "# no"\n'
+    assert prose_of("a = 1; // why\n/* of\nall */ b('//x')", ".js").split("\n") == ["// why", "/* of", "all */"]
 
 
 def unwrapped(source: str) -> str:

@@ -4,7 +4,7 @@ tests that mirror the tree; no address of a package registry."""
 import ast
 import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import median
 
@@ -215,6 +215,54 @@ def test_reaches_are_found() -> None:
         "from radar_service.plan.plan import _head\nclass A:\n    def f(self, b): return self._x, A._y, b._z, b._replace()\n"
     )
     assert list(private_reaches(source)) == ["radar_service.plan.plan._head", "b._z (line 3)"]
+
+
+EXPLAINED = re.compile(r"(?:^|(?<=[.;] ))([a-z_]\w*(?:, [a-z_]\w*)*): ")
+Scope = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+VALUES = {"nan", "inf", "none", "auto", "arguments"}  # which a docstring may explain beside arguments and fields
+
+
+def unknown_arguments(scopes: tuple[Scope, ...], members: Mapping[str, set[str]]) -> Iterator[str]:
+    """What the docstrings in the first scope explain, as `name: ...`, that neither it nor a scope around it has."""
+    for node in scopes[0].body:
+        if isinstance(node, Scope):
+            text = re.sub(r"\s+", " ", ast.get_docstring(node) or "")
+            explained = {name for found in EXPLAINED.finditer(text) for name in found[1].split(", ")} - VALUES
+            for scope in (node, *scopes[:-1]):
+                explained -= names_in(scope, members) if explained else set()
+            yield from (f"{node.name}: {name}" for name in sorted(explained))
+            yield from unknown_arguments((node, *scopes), members)
+
+
+def names_in(node: ast.AST, members: Mapping[str, set[str]] = {}) -> set[str]:
+    """Arguments, variables, attributes, keys and functions in a piece of code; members: of the bases of a class too."""
+    kinds = ("arg", "id", "attr", "value", "name")
+    names = {getattr(each, kind, None) for each in ast.walk(node) for kind in kinds}
+    bases = node.bases if isinstance(node, ast.ClassDef) else []
+    inherited = {name for base in bases for each in names_in(base) for name in members.get(each, ())}
+    return inherited | {name for name in names if isinstance(name, str) and name.isidentifier()}
+
+
+def test_docstrings_explain_arguments_and_fields_that_exist() -> None:
+    classes = [
+        node for file in SOURCES for node in parsed(file.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)
+    ]
+    members = {node.name: names_in(node) for node in classes}
+    faults = [
+        f"{name_of(file)}: {fault}"
+        for file in SOURCES
+        for fault in unknown_arguments((parsed(file.read_text(encoding="utf-8")),), members)
+    ]
+    assert not faults, "\n".join([*faults, "no such argument or field"])
+
+
+def test_arguments_that_do_not_exist_are_found() -> None:
+    source = (
+        'class A(B):\n    """A record. source: of it; size, of: its own.\n\n    base: of B. See: that."""\n    size: int\n'
+        "    of: str\n"
+        '    def f(self, x):\n        """Does it. y: gone; x, size: known; nan: none."""\n'
+    )
+    assert list(unknown_arguments((parsed(source),), {"B": {"base"}})) == ["A: source", "f: y"]
 
 
 def mirrored(file: Path) -> list[Path]:

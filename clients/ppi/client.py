@@ -226,7 +226,7 @@ def spokes(url: str, **options: Unpack[FeedOptions]) -> Iterator[ReceivedSpoke]:
 
     async def receive_spoke() -> (
         None
-    ):  # without a result: Runner.run formats that of its task, samples and all, and drops it
+    ):  # without a result: asyncio.Runner.run formats that of its task, samples and all, and drops it
         received.append(await anext(feed))
 
     with asyncio.Runner() as runner:

@@ -116,7 +116,7 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
 
 
 class Start:
-    """The preparation of the first scenes: a source.Progress. `close` ends it early."""
+    """The preparation of the first scenes: a `processes.call.Progress`. `close` ends it early."""
 
     in_background = False
 

@@ -124,7 +124,7 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
-    compression: str = field(default="matched", metadata={"added": 1})  # see truth.scene_hash
+    compression: str = field(default="matched", metadata={"added": 1})  # see truth.truth_file.scene_hash
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
     origin: Origin = field(default=START, metadata={"added": 1})
     structures: tuple[Structure, ...] = field(default=(), metadata={"added": 1})

@@ -67,5 +67,5 @@ class ReplayStation(Station):
 
 
 def refuse(scene_request: SceneRequest, progress: Progress) -> SceneSpokeSource:
-    """Raises SpokeSourceFault in place of another scene: a stream.scene_request.MakeSpokeSource."""
+    """Raises SpokeSourceFault in place of another scene: a `MakeSpokeSource`."""
     raise SpokeSourceFault(PLAYS)

@@ -34,7 +34,7 @@ class DuplicateJob(Exception):
 
 
 class Job:
-    """One piece of work: a source.Progress for the function that does it. Belongs to the event loop, but for that.
+    """One piece of work: a `processes.call.Progress` for the function that does it. Belongs to the event loop, but for that.
 
     It runs until `JobQueue.run` has what it made: until then what ends it early closes that, afterwards it is the caller's.
     `_ending` guards the state and `_close`.

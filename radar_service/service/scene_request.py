@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class SceneRequest:
     """Names a scene, so that another process can load it.
 
-    source: a file, the name of a packaged scene, or a small scene itself.
+    scene_input: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene_file.readers.sandbox.
     rpm: rate of rotation instead of the scene's own.
     origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.

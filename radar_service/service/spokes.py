@@ -33,9 +33,9 @@ def whole_second() -> datetime:
 class Epoch:
     """A part of the feed in which sequence numbers count on and the range cells stay the same.
 
-    source: of its spokes, another one after a failure; range: of the display [m], None for all cells.
+    spoke_source: another one after a failure; range: of the display [m], None for all cells.
     commands: all that came so far; scene_request: of the scene, None where there was none; start_utc: UTC at simulated time 0.
-    info: of the source. Another process gets an epoch without its source and the commands.
+    info: of the spoke source. Another process gets an epoch without its spoke source and the commands.
     """
 
     name: str

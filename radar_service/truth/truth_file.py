@@ -1,7 +1,7 @@
 """Truth files: JSON Lines with a header, and for each scan its crossings and a snapshot of all bodies at its end.
 
-SI units and radians, bearings clockwise from true north; the keys are the fields of `records.Crossing` and
-`records.Snapshot`. Each line has a `type`: header, crossing or snapshot. Absent values are null.
+SI units and radians, bearings clockwise from true north; the keys are the fields of `records.truth.Crossing` and
+`records.truth.Snapshot`. Each line has a `type`: header, crossing or snapshot. Absent values are null.
 
 The hash of a scene is of all that it contains: two scenes with equal hashes give the same truth and the same spokes.
 """

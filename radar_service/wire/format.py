@@ -23,7 +23,7 @@ spokes  first (sequence number of the first one), count, scan, index (of the fir
         delivered). Where a view compresses: compression (of data, labels, powers: zstd, or deflate as in RFC 1950).
         Where a view requests them: labels (uint32, spokes x bins, as data: numbers of the strongest sources), powers (float32,
         W, spokes x sources x bins) of power_sources (their numbers; a source that is not there has no power)
-truth   time, own_ship {...}, bodies [{...}]: see records.BodyTruth, SI and radians
+truth   time, own_ship {...}, bodies [{...}]: see records.truth.BodyTruth, SI and radians
 no_truth  time, until (of the first and the last one), count, reason: truths that will not come
 gap     first, count, reason: exactly the spokes that this client lost
 bye     reason; the server closes after it

@@ -63,7 +63,7 @@ class Mesh:
 
     vertices: Floats
     faces: Indices
-    solid: bool = field(default=False, metadata={"derived": True})  # see truth.scene_hash
+    solid: bool = field(default=False, metadata={"derived": True})  # see truth.truth_file.scene_hash
 
     def __post_init__(self) -> None:
         assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)
@@ -132,7 +132,7 @@ class Body:
     length: float
     beam: float
     is_vessel: bool = False
-    presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
+    presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.truth_file.scene_hash
     one_sided: bool = field(default=False, metadata={"added": 2})
     reflector: Reflector | None = field(default=None, metadata={"added": 3})
     beacon: Beacon | None = field(default=None, metadata={"added": 3})

@@ -64,7 +64,7 @@ class Motion:
     arcs: Floats | None = None
     fixed: bool = False
     sway: SwayLaw | None = None
-    stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.scene_hash
+    stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.truth_file.scene_hash
     areas: tuple[CurrentArea, ...] = field(default=(), metadata={"added": 1})
 
     def __post_init__(self) -> None:

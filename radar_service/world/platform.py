@@ -22,7 +22,7 @@ class Platform:
     """
 
     motion: Motion
-    body: str | None = field(default=None, metadata={"added": 1})  # see truth.scene_hash
+    body: str | None = field(default=None, metadata={"added": 1})  # see truth.truth_file.scene_hash
 
     def heading(self, time: Floats) -> Floats:
         """Returns the heading (K,) [rad] at each time (K,) [s]."""

@@ -120,7 +120,7 @@ class _Track:
     """What commands have made of a motion.
 
     first: the motion before the first command. current: the motion that `pose` follows.
-    segments: those commanded. start: when they begin [s]. motions: the first one, and that of each segment.
+    segments: those commanded. past: when they begin [s]; the first motion, and that of each segment.
     """
 
     def __init__(self, first: Motion) -> None:
@@ -156,7 +156,7 @@ class SteeredMotion(CommandedMotion):
     """
 
     limits: SteeringLimits = field(kw_only=True)
-    water: Stream = field(default=NO_STREAM, kw_only=True, metadata={"added": 1})  # see truth.scene_hash
+    water: Stream = field(default=NO_STREAM, kw_only=True, metadata={"added": 1})  # see truth.truth_file.scene_hash
     water_areas: tuple[CurrentArea, ...] = field(default=(), kw_only=True, metadata={"added": 1})
 
     @classmethod

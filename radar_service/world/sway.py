@@ -116,7 +116,7 @@ class Sway:
     amplitude: Floats
     period: Floats
     phase: Floats = field(default_factory=lambda: np.zeros(4))
-    lean: tuple[float, float] = field(default=(0.0, 0.0), metadata={"added": 1})  # see truth.scene_hash
+    lean: tuple[float, float] = field(default=(0.0, 0.0), metadata={"added": 1})  # see truth.truth_file.scene_hash
 
     def __post_init__(self) -> None:
         assert self.amplitude.shape == self.period.shape == self.phase.shape == (4,)

@@ -76,8 +76,8 @@ def test_what_is_kept_depends_on_the_aspect_alone() -> None:
 
 
 def test_what_is_kept_is_near_what_is_traced_anew() -> None:
-    """Within 0.2 at most aspects (docs/decisions/0021), as what runs of nodes share; of five scans with rounded aspects of their
-    own."""
+    """Within 0.2 at most aspects (docs/decisions/0021-shared-traces.md), as what runs of nodes share; of five scans with rounded
+    aspects of their own."""
     kept, anew = passages(), passages(step=0.0)
     errors = []
     for scan in range(0, 20, 4):

@@ -103,7 +103,7 @@ class Connection:
 
 
 class Model:
-    """A hub with clients that come, read, stall, return, are ended and leave, as `http.feed` drives them."""
+    """A hub with clients that come, read, stall, return, are ended and leave, as `ports.feed` drives them."""
 
     def __init__(self) -> None:
         self.hub, self.produced, self.epochs = Hub(lambda: 0.0, patience=0.0), 0, 0

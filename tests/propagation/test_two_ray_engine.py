@@ -92,7 +92,7 @@ def test_both_polarizations_and_every_sea(polarization: str, sea_state: int, dis
 
 
 def quiet_factor(distance: float, polarization: str, sea_state: int) -> complex:
-    """As `seen_factor`, of a point so loud that clutter does not matter."""
+    """The engine's factor, as `reference_factor`, of a point so loud that clutter does not matter."""
     radar = {**RADAR, "range_max_m": distance + 400, "polarization": polarization}
     fields = []
     for multipath in (True, False):

@@ -119,7 +119,7 @@ def configuration(
         ws=FramedWebSocket,
         log_level="warning",
         access_log=False,
-        log_config=None,  # see stream.logs
+        log_config=None,  # see service.logs
         server_header=False,
         proxy_headers=False,  # a connection's address is the one that it comes from
         ws_max_size=INBOUND_LIMIT,

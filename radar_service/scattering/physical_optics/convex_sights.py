@@ -27,7 +27,7 @@ class Casters(NamedTuple):
     position: Floats
 
     def chosen(self, instants: Indices) -> Self:
-        """They at some instants (N,)."""
+        """Returns the casters at instants of these indices (N,)."""
         return self._replace(turn=self.turn[instants], position=self.position[instants])
 
 
@@ -49,7 +49,7 @@ class Sights(NamedTuple):
         return np.stack([east * cosine - north * sine, east * sine + north * cosine, up], axis=1)
 
     def chosen(self, instants: Indices) -> Self:
-        """They at some instants (N,)."""
+        """Returns the sights at instants of these indices (N,)."""
         some = self.position[instants], self.heading[instants], self.antenna[instants]
         return self._replace(position=some[0], heading=some[1], antenna=some[2])
 

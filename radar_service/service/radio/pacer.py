@@ -94,7 +94,7 @@ class Pacer:
         self.settings, self._steps = replace(self.settings, pace=pace), 0
 
     def step(self, spokes: int) -> None:
-        """RunControl that many spokes more, and then a pause."""
+        """Lets so many more spokes become due, and pauses then."""
         with self._changed:
             self.group_clock.set_pace(replace(self.settings.pace, state="pause"))
             self._steps = spokes

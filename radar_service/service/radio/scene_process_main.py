@@ -168,12 +168,12 @@ def _obey(data: Channel, simulator: ProcessSimulator, commanding: threading.Lock
     """Carries out the commands and requests that arrive. commanding: held meanwhile."""
     with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
         while True:
-            scene_request: Command | tuple[SourceRequest, int | None] = data.receive()
+            message: Command | tuple[SourceRequest, int | None] = data.receive()
             with commanding:
-                if isinstance(scene_request, Command):
-                    simulator.take(scene_request)
+                if isinstance(message, Command):
+                    simulator.take(message)
                 else:
-                    request, spoke = scene_request
+                    request, spoke = message
                     simulator.request_sources(request.labels, request.powers, spoke)
 
 

@@ -163,7 +163,7 @@ class Station:
         return epochs[self.identity], workers[self.identity].spoke_source.info
 
     async def prepare(self, scene_request: SceneRequest, job: str | None = None) -> SceneSpokeSource:
-        """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
+        """Returns a scene as this radar would run it. Raises what `Preparations.spoke_source` raises."""
         return await self.preparations.spoke_source(self._make_spoke_source, scene_request, job)
 
     async def change(self, requested: Mapping[str, Any]) -> None:

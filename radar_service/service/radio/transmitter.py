@@ -41,7 +41,7 @@ Report = Callable[[str], None]
 
 
 class Transmitter:
-    """Sends the spokes of one radar to its sinks. RunControl go to `pacer` and `switch_to`, from any thread.
+    """Sends the spokes of one radar to its sinks. Changes of pace go to `pacer`, other scenes to `switch_to`, from any thread.
 
     The transmitter's thread alone writes epoch, state, sent and simulated; others only read them.
 
