@@ -124,7 +124,7 @@ class ProcessFeed(RadarFeed):
     @property
     @override
     def snapshots(self) -> Sequence[Snapshot]:
-        """They are computed when they are first taken."""
+        """All snapshots so far, computed at first use."""
         self._snapshots += map(self.simulator.snapshot, range(len(self._snapshots), self._taken))
         return self._snapshots
 

@@ -217,6 +217,29 @@ def test_reaches_are_found() -> None:
     assert list(private_reaches(source)) == ["radar_service.plan.plan._head", "b._z (line 3)"]
 
 
+RIDDLES = re.compile(
+    r"(?:They|It|That|Those|These|Its|Her|Has|Is|Does|Something|Who|Whoever)\b|[A-Z][a-z]+(?:[A-Z][a-z]+)+ (?!is |are |has )[a-z]"
+)
+
+
+def test_docstrings_begin_with_what_they_are_about() -> None:
+    """With a verb or a noun of the field: no pronoun, and no class that a renaming has put in place of a word."""
+    faults = [
+        f"{name_of(file)}: {text.splitlines()[0]}"
+        for file in SOURCES
+        for _, text in docstrings(file.read_text(encoding="utf-8"))
+        if RIDDLES.match(text)
+    ]
+    assert not faults, "\n".join([*faults, "begin with a verb or a noun"])
+
+
+@pytest.mark.parametrize(
+    "text", ["They at some instants (N,).", "RunControl that many spokes more.", "Those of echoes `which`."]
+)
+def test_docstrings_that_are_riddles_are_found(text: str) -> None:
+    assert RIDDLES.match(text) and not RIDDLES.match("Returns it. A RunControl is kept. PyVista draws. Island of points.")
+
+
 EXPLAINED = re.compile(r"(?:^|(?<=[.;] ))([a-z_]\w*(?:, [a-z_]\w*)*): ")
 Scope = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 VALUES = {"nan", "inf", "none", "auto", "arguments"}  # which a docstring may explain beside arguments and fields

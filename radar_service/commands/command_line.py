@@ -34,7 +34,7 @@ class Command(Protocol):
         """Adds its arguments to its part of the command line."""
 
     def run(self, options: argparse.Namespace) -> int:
-        """Does it; returns the exit status. Raises UsageError, SceneError and OSError."""
+        """Runs the command; returns the exit status. Raises UsageError, SceneError and OSError."""
 
 
 def module_of(command: str) -> Command:

@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _workers(options: argparse.Namespace) -> Iterator[tuple[Executor | None, str]]:
-    """Who computes, and by which arithmetic."""
+    """Yields the executor and the arithmetic of its workers."""
     if options.scheduler:
         with cluster(options.scheduler) as workers:
             yield workers.executor, workers.arithmetic

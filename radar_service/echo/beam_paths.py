@@ -163,7 +163,7 @@ class IndirectPaths:
     def _by(
         self, reflector: Reflector, echoes: BeamWeightedEchoes, sights: Sights, direct: Complexes
     ) -> list[BeamWeightedEchoes]:
-        """Those there and back by one structure, and those one way by it."""
+        """Paths there and back by one structure, and paths one way by it."""
         field, ray = reflector.field(sights.from_bow, sights.boresight - sights.heading)
         return [
             false_echoes(self._radar, echoes, field**2, ray.detour, INDIRECT),

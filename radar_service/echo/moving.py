@@ -104,11 +104,11 @@ class MovingEchoes:
         return self._weighted(azimuths, observed_echoes)
 
     def of_resting(self, azimuths: AzimuthTimes, observed: ObservedEchoes) -> BeamWeightedEchoes:
-        """Those echoes alone of `observed`, which rest on the map, that lie within the beam's extent of any of these azimuths."""
+        """The echoes of `observed` at rest on the map that lie within the beam's extent of any of these azimuths."""
         return self._weighted(azimuths, [(observed, np.arange(len(observed.echoes)))])
 
     def _weighted(self, azimuths: AzimuthTimes, observed_echoes: list[tuple[ObservedEchoes, Indices]]) -> BeamWeightedEchoes:
-        """Those of observed echoes, each with indices (M,), that lie within the beam's extent of any of these azimuths."""
+        """The observed echoes, each with indices (M,), that lie within the beam's extent of any of these azimuths."""
         if not sum(len(which) for _, which in observed_echoes):
             return concatenated([], len(azimuths.time))
         middle, half = self._sector(azimuths)
@@ -143,7 +143,7 @@ class MovingEchoes:
     def _parts(
         self, observed: ObservedEchoes, around: Indices, geometry: BlockGeometry, middle: float, half: float
     ) -> list[tuple[BeamWeightedEchoes, Floats]]:
-        """Those of echoes `around` (M,) that lie within `half` of the bearing `middle` [rad], in parts, as of `_part`."""
+        """The echoes `around` (M,) within `half` of the bearing `middle` [rad], in parts, as of `_part`."""
         (positions,) = geometry.positions(observed, around, [1])
         apparent = positions if geometry.level is None else positions @ geometry.level[1].T
         chosen = around[_within(apparent, middle, half)]

@@ -45,7 +45,7 @@ class RestingEchoes:
         return len(self.position)
 
     def within(self, max_range: float) -> "RestingEchoes":
-        """Those that appear nearer than `max_range` [m]."""
+        """The echoes that appear nearer than `max_range` [m]."""
         kept = np.flatnonzero(self.echoes.range < max_range)
         echoes = Echoes(self.echoes.range[kept], self.echoes.azimuth[kept], self.echoes.amplitude[kept])
         polar = Polar(*(part[kept] for part in self.polar))

@@ -35,7 +35,7 @@ class Paths(NamedTuple):
         return np.asarray(np.maximum(self.path, 0) / 2.0)
 
     def chosen(self, which: Indices | slice) -> "Paths":
-        """Those of echoes `which`, indices (N,) or a slice."""
+        """The paths of echoes `which`, indices (N,) or a slice."""
         return Paths(self.path[which], self.height_span[which])
 
     def factor(

@@ -39,7 +39,7 @@ class ShadowRates:
     body: Body
 
     def moving(self, others: Sequence[int], time: Floats) -> list[int]:
-        """Those of other bodies whose shadow may move noticeably over the body between times (K,) [s], wherever it is."""
+        """Other bodies whose shadow may move noticeably over the body between times (K,) [s], at any position of the body."""
         antenna, span = self.scene.antenna(time), float(np.ptp(time))
         moving = []
         for key in others:
@@ -73,7 +73,7 @@ class ShadowRates:
 
 
 def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], Floats], evaluate: Evaluate) -> Indices:
-    """Those of nodes (M,) that are needed [spokes, rising], the first and the last one always.
+    """The nodes (M,) that are needed [spokes, rising], the first and the last one always.
 
     unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
     evaluate: the echoes at a spoke.

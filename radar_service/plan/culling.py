@@ -155,7 +155,7 @@ def highest_multiple_db(scene: Scene, fidelity: Fidelity) -> float | None:
 
 
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:
-    """Those of bodies `keys` whose maximum powers together keep the budget below the noise, weakest first."""
+    """The bodies of `keys` whose maximum powers together keep the budget below the noise, weakest first."""
     if not scene.environment.noise:
         return {}
     radar, budget = scene.radar, ErrorBudget(fidelity.error_db)

@@ -72,7 +72,7 @@ class Port:
         return ()
 
     def check(self, stations: Mapping[str, Station]) -> None:
-        """Is called when all radars are there, before `start`. Raises UsageError where the options do not suit them."""
+        """Checks its options once all radars are there, before `start`. Raises UsageError where they do not fit."""
 
     async def start(self, service: Service) -> None:
         """Begins, before the radars do. What it raises ends the service."""
@@ -81,7 +81,7 @@ class Port:
         """Ends, when the radars have ended, within a second."""
 
     def tick(self, radar: str, time: float) -> None:
-        """Is called for each radar once in `period` of the group's time, also in standby and, by the wall clock, in a pause.
+        """Runs for each radar once in `period` of the group's time, also in standby and, by the wall clock, in a pause.
 
         At most 50 times a second, so less often at a high pace. time: of simulation [s]; another scene begins anew.
         """

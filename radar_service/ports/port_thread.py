@@ -77,14 +77,14 @@ class PortThread:
             self.dropped += count
 
     def put(self, do: Do, key: Hashable = None) -> None:
-        """Has something done; in place of what waits with the same key, where there is one."""
+        """Queues a call, in place of one that waits with the same key."""
         with self._changed:
             if key is not None:
                 self._calls = deque(call for call in self._calls if call.key != key or call.instead)
             self._add(_Call(do, key=key))
 
     def put_spokes(self, do: Do, spokes: int, size: int, owner: Hashable, instead: Do) -> None:
-        """Has spokes handed on. Where too many wait these are all dropped, and `instead` is done for the last ones of each owner.
+        """Queues spokes. Where too many wait these are all dropped, and `instead` is done for the last ones of each owner.
 
         size: of the spokes [bytes].
         """

@@ -20,7 +20,7 @@ MEMORY = 2**30  # bytes above what an idle process has
 
 
 class Progress(Protocol):
-    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
+    """Takes the progress of a preparation, and can end it. in_background: whether the feed of a radar comes first."""
 
     @property
     def in_background(self) -> bool: ...
@@ -78,7 +78,7 @@ def call_in_process(server: ForkServer, progress: Progress, function: Callable[.
 def run_call(
     control: Channel, _: Channel, function: Callable[..., Any], arguments: tuple[Any, ...], memory: int, seconds: float
 ) -> None:
-    """Is the life of the process. It sends whether the function succeeded, and its result or exception.
+    """Runs the process, which sends whether the function succeeded, and its result or exception.
 
     memory: what it may use [bytes]; seconds: of processor time.
     """

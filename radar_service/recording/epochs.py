@@ -20,7 +20,7 @@ class RecordedEpoch:
 
     @property
     def name(self) -> str:
-        """Its name in the feed's messages."""
+        """The epoch's name in the feed's messages."""
         return str(self.record["epoch"])
 
 

@@ -129,7 +129,7 @@ class Recording:
         return (line for line in lines if line["type"] != "header")
 
     def close(self) -> None:
-        """Does nothing: no file stays open."""
+        """Releases nothing: no file stays open."""
 
     def _own_commands(self) -> Iterator[dict[str, Any]]:
         """The commands of this epoch: its first chunk has those of the epoch before too. Older recordings do not name it."""

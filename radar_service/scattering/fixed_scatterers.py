@@ -123,7 +123,7 @@ class FixedScatterers(ScatteringModel, ABC):
         return np.where(above, (low + high) / 2.0, position[:, 2]), np.where(above, high - low, 0.0)
 
     def clear(self) -> None:
-        """Nothing is cached that depends on an instant."""
+        """Clears nothing: no cache depends on an instant."""
         return
 
     @cached_property
@@ -264,7 +264,7 @@ class DiffuseScattering(FixedScatterers):
 
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
-        """That of the scatterers in a cell, and of all of them."""
+        """The error of the scatterers in a cell, and of all of them."""
         error, scatterers = density_db(cell_scatterers(body, conditions)), conditions.scatterers
         if scatterers is None or scatterers <= 1:
             return error

@@ -267,7 +267,7 @@ class AspectModel(ScatteringModel, Protocol):
     def casters(
         self, b: int, among: Mapping[int, float], antenna: Floats, instant: Instant, own_moved: float
     ) -> list[Caster]:
-        """Those of other bodies that may cast a shadow on body b about an instant; none is missing.
+        """Other bodies that may cast a shadow on body b about an instant; none is missing.
 
         among: by their index in the scene, how far each may be from where it is, present or not, against the antenna (3,) [m];
         own_moved: how far body b may be.

@@ -164,12 +164,12 @@ class RaySampledSurfaces(ScatteringModel):
         return BodyEchoes.of_points(hits.position[own][order], amplitude[order], body[order])
 
     def clear(self) -> None:
-        """Nothing is cached."""
+        """Clears nothing: there is no cache."""
 
     @staticmethod
     @override
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
-        """It is that of fixed scatterers."""
+        """Returns the cross-section of fixed scatterers."""
         return DiffuseScattering.max_rcs(body, radar, fidelity)
 
     @staticmethod

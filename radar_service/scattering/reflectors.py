@@ -85,5 +85,5 @@ class ReflectorScattering(FixedScatterers):
 
     @staticmethod
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
-        """It has no mesh, so nothing asks for this."""
+        """Returns no error: a reflector has no mesh."""
         return RunError()

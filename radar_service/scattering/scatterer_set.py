@@ -39,13 +39,13 @@ class ScattererSet:
 
     @property
     def by_aspect(self) -> "ScattererSet":
-        """Those bodies alone whose echoes depend on aspect."""
+        """Bodies whose echoes depend on aspect."""
         keys = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *(model.key for model in self.aspect_models)]))
         bodies = tuple(self.bodies[b] for b in np.searchsorted(self.key, keys))
         return ScattererSet(bodies, keys, tuple(self.aspect_models))
 
     def joined(self, other: "ScattererSet") -> "ScattererSet":
-        """These bodies and others of the same scene."""
+        """Bodies of both sets, which are of one scene."""
         keys = np.concatenate([self.key, other.key])
         order, bodies = np.argsort(keys), (*self.bodies, *other.bodies)
         return ScattererSet(tuple(bodies[b] for b in order.tolist()), keys[order], (*self.models, *other.models))

@@ -32,7 +32,7 @@ def _of_own_ship(model: OwnShipModel) -> AisShip:
 
 
 def _of_body(model: BodyOfAKind, body: Body) -> AisShip:
-    """Her antenna is measured from the middle of her length and beam."""
+    """The antenna is measured from the middle of the ship's length and beam."""
     assert body.mmsi is not None
     draught = model.draught_m
     if draught is None:

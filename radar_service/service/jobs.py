@@ -83,7 +83,7 @@ class Job:
             close()
 
     def perform(self, work: Callable[["Job"], Result]) -> Result:
-        """Does the work in this thread. Raises what it raises, and Cancelled."""
+        """Runs the work in this thread. Raises the errors of the work, and Cancelled."""
         with self._ending:
             if self.state == "cancelled":
                 raise Cancelled

@@ -153,7 +153,7 @@ class Sent(NamedTuple):
 
 
 class SentListener(Protocol):
-    """Is told what was sent, as a SpokeSink is given spokes."""
+    """Takes counts of what was sent, as a SpokeSink takes spokes."""
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch: the spokes of another scene or range follow."""

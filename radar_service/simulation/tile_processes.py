@@ -285,7 +285,7 @@ def _end(channel: Channel, process: int, handle: int) -> None:
 
 
 def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoReturn:
-    """Is the life of a process: obeys orders until its parent is gone."""
+    """Runs a process: it obeys orders until its parent is gone."""
     try:
         gc.freeze()  # nothing of the parent is tidied up here
         highest = max(int(descriptor) for descriptor in os.listdir("/proc/self/fd"))

@@ -39,13 +39,13 @@ class TileSender:
         threading.Thread(target=self._run, name="tiles", daemon=True).start()
 
     def put(self, message: Computed | Exception | str) -> None:
-        """Has a message sent after those before it."""
+        """Queues a message."""
         with self._changed:
             self._waiting.append(message)
             self._changed.notify()
 
     def begin(self) -> None:
-        """Is called where an order begins: for STEERED_SECONDS no more than STEERED_AHEAD tiles wait."""
+        """Begins an order: for STEERED_SECONDS no more than STEERED_AHEAD tiles wait."""
         self._freely = monotonic() + STEERED_SECONDS
 
     def drop(self) -> None:

@@ -33,7 +33,7 @@ class TileShares:
         self._again[tiles] = np.where(begin, again, 0.0)
 
     def go_on(self) -> None:
-        """Is called when another scan follows in the same shares."""
+        """Begins another scan in the same shares."""
         tiles = np.flatnonzero(self.owners != NOBODY)
         _, again = self._costs(tiles)
         self._again[tiles] = np.where(begins(self.owners[tiles]), again, 0.0)

@@ -1,1 +1,1 @@
-"""Who made a cell: numbers of sources, labels, powers, radiometric truth."""
+"""Sources of cells: their numbers, labels, powers, radiometric truth."""

@@ -129,7 +129,7 @@ class OcclusionScene:
         among: Collection[int] | None,
         over_horizon: float = 0.0,
     ) -> Flags:
-        """Does the work of `visible` and, where there are reflection points (E, 3), of `visible_by_sea`."""
+        """Tests visibility for `visible` and, where there are reflection points (E, 3), for `visible_by_sea`."""
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)

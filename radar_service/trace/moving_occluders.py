@@ -138,7 +138,7 @@ class MovingOccluders:
         return self._occluders[key] if key in self._occluders and self.present(time)[key] else None
 
     def chosen(self, keys: Collection[int], time: float) -> list[tuple[Occluder, BodyPose, int]]:
-        """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
+        """The bodies of `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
         present = self.present(time)
         moving = [key for key in keys if key in self._occluders and present[key]]
         if not moving:

@@ -53,7 +53,7 @@ class BodyTriangles:
         self._kept: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
 
     def of(self, body: int) -> TriangleClusters:
-        """Those of a body that has a mesh."""
+        """Returns the clusters of a body that has a mesh."""
         mesh = self._meshes[body]
         assert mesh is not None
         return self._kept.get(body, lambda: TriangleClusters(mesh))

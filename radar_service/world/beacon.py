@@ -90,7 +90,7 @@ class Beacon(ABC):
 
     @abstractmethod
     def pulses(self, frequency: float, time: float) -> Pulses:
-        """Its answer at `time` [s] to a radar of a carrier `frequency` [Hz]."""
+        """The beacon's answer at `time` [s] to a radar of a carrier `frequency` [Hz]."""
 
     @property
     def is_steady(self) -> bool:
@@ -137,7 +137,7 @@ class Racon(Beacon):
         return Pulses(self.dot * begin, self.dot * length, carrier, carrier)
 
     def carrier_offset(self, frequency: float, time: float) -> float:
-        """Its carrier at `time` [s] from that of a radar [Hz]."""
+        """The offset of the answer's carrier at `time` [s] from that of a radar [Hz]."""
         if self.sweep is None:
             return self.tuning_error
         low, high = next(band for band in self.bands if band[0] <= frequency <= band[1])

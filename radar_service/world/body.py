@@ -70,7 +70,7 @@ class Mesh:
 
     @property
     def used_vertices(self) -> Floats:
-        """Those vertices (U, 3) that triangles have, in their order [m]."""
+        """The vertices (U, 3) that triangles have, in their order [m]."""
         return used_rows(self.vertices, self.faces)
 
     @cached_property
@@ -94,7 +94,7 @@ class Mesh:
 
 
 def used_rows(rows: Floats, index: Indices) -> Floats:
-    """Those of rows (V, ...) that occur in an index of any shape, in their order: flags take less time than to sort the index."""
+    """The rows (V, ...) that occur in an index of any shape, in their order: flags take less time than to sort the index."""
     used = np.zeros(len(rows), dtype=np.bool_)
     used[index] = True
     return np.asarray(rows[used])

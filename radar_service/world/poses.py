@@ -174,7 +174,7 @@ class BodyPoses:
         return position
 
     def uneven(self, time: Floats, requested: Indices) -> Indices:
-        """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
+        """The bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
         moving = requested[self._moves[requested]]
         certain = self._straight[moving] & (self._start[moving] <= time.min())
         return np.array([b for b in moving[~certain].tolist() if not self._motions[b].is_even(time)], dtype=np.int64)

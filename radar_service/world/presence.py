@@ -176,7 +176,7 @@ class PastPresence(Presence):
     @property
     @override
     def constant(self) -> bool:
-        """It never is: commands may change it."""
+        """Always False: commands may change the presence."""
         return False
 
     def at(self, time: Floats) -> Flags:

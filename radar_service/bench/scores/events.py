@@ -13,7 +13,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)  # the gravest first
 
 @dataclass(frozen=True)
 class Event:
-    """Something that goes wrong.
+    """An error of a tracker.
 
     kind: "swap", a track goes over to another target; "break", a target loses its track, or has another one; "late", a target
     has no state FIRST_STATE scans after it is seen first; "ghost", a track of nothing; "duplicate", a track beside another one.

@@ -110,7 +110,7 @@ class Transponders:
         self._sampled = max(self._sampled, *seconds, -1)
 
     def _report(self, station: Station, ship: AisShip, states: ShipStates, k: int, second: int) -> None:
-        """Has the reports of a second sent that are due, and not lost."""
+        """Sends the reports of a second that are due and not lost."""
         reporting, settings = self._reporting[ship.mmsi], self._ais.settings
         speed, turn_rate = float(np.hypot(*states.velocity[k, :2])), float(states.turn_rate[k])
         moves, is_static = reporting.is_due(second, speed, turn_rate), reporting.is_static_due(second)
@@ -125,7 +125,7 @@ class Transponders:
             self._put(instant, AisReport(ship, False, position, static))
 
     def _report_own(self, station: Station, ship: AisShip, seconds: Sequence[int]) -> None:
-        """Has own ship's reports sent: her position each second, as her sensors report it."""
+        """Sends own ship's reports: its position each second, as its sensors report it."""
         for own in own_reports(station, [float(second) for second in seconds], ship.antenna):
             second = round((own.utc - station.start_utc).total_seconds())
             if not ship.is_silent(float(second)):

@@ -30,7 +30,7 @@ class Address(NamedTuple):
 
     @property
     def family(self) -> socket.AddressFamily:
-        """That of IPv6 for an address with colons, else that of IPv4."""
+        """The family of IPv6 for an address with colons, otherwise of IPv4."""
         return socket.AF_INET6 if ":" in self.host else socket.AF_INET
 
     @property

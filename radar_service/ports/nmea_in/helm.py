@@ -1,4 +1,4 @@
-"""Who steers by sentences, and what she was told: the first sender holds the helm until it was silent."""
+"""The helm: which sender steers by sentences, and its orders. The first sender holds it until that is silent."""
 
 import math
 from collections.abc import Hashable

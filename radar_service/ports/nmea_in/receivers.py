@@ -166,7 +166,7 @@ class UdpReceiver:
         self._socket.close()
 
     def _talk(self, sender: str) -> _Talk:
-        """That of one of the last MAX_CLIENTS senders."""
+        """The talk of one of the last MAX_CLIENTS senders."""
         talk = self._talks.pop(sender) if sender in self._talks else _Talk(self._clock)
         self._talks[sender] = talk
         if len(self._talks) > MAX_CLIENTS:

@@ -57,7 +57,7 @@ class ServiceRecorder:
         return RecordingSink(RadarRecording(self._file, radar, self._with_truth, self.recorded), self.put)
 
     def put(self, work: Work) -> None:
-        """Has `work` done by the thread, in order. Waits where too much waits already, or the end of another scan."""
+        """Queues `work` for the thread, in order. Waits where too much waits already, or the end of another scan."""
         with self._changed:
             if not self._changed.wait_for(lambda: self.fault or self._has_room(work), self._patience):
                 self._end(f"{self._path}: the disk took more than {self._patience:g} s")
@@ -136,7 +136,7 @@ class RecordingSink:
         self._put(Work(partial(self._recording.skip, epoch, first, count, reason)))
 
     def close(self, reason: str) -> None:
-        """Does nothing: the recording goes on with the next epoch."""
+        """Keeps the file open: the recording goes on with the next epoch."""
 
 
 class RecorderPort(Port):

@@ -31,7 +31,7 @@ def problem_lines(errors: Sequence[Any]) -> list[str]:
 
 
 class Body(BaseModel):
-    """Something that a client sends: unknown keys, non-finite numbers and values of another type are refused."""
+    """The body of a request: unknown keys, non-finite numbers and values of another type are refused."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 

@@ -111,7 +111,7 @@ class SignalKPort(Port):
             self._streams.values.keep_radars(self._streams.radars)
 
     def _call(self, function: Callable[[], None]) -> None:
-        """Has something done on the event loop. From any thread."""
+        """Schedules a call on the event loop, from any thread."""
         if self._loop:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(function)

@@ -89,7 +89,7 @@ class CastShadows:
         return np.asarray((side.T > self.offset.T - BENT - moved).all(axis=0))
 
     def chosen(self, which: Flags) -> Self:
-        """Those `which` (T,)."""
+        """The shadows of triangles `which` (T,)."""
         if which.all():
             return self
         result = copy(self)
@@ -281,7 +281,7 @@ class Onlooker(NamedTuple):
         return CastShadows(self.legs[number], np.concatenate(virtual))
 
     def _near(self, others: Posed, own: Sequence[Windows]) -> Posed:
-        """Those of other bodies of which any triangle may stand before this one: all at once, by their boxes."""
+        """Other bodies of which any triangle may stand before this one: all at once, by their boxes."""
         if not others:
             return others
         boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
@@ -296,7 +296,7 @@ class Onlooker(NamedTuple):
         return pose.map_from_frame(chosen)
 
     def _windows(self, own_moved: float = 0.0) -> list[Windows]:
-        """Its windows in the picture of each leg; own_moved: as of `nearest`."""
+        """The body's windows in the picture of each leg; own_moved: as of `nearest`."""
         return [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
 
     def _stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:

@@ -129,7 +129,7 @@ class ConvexFacets(NamedTuple):
     def centres(
         self, compiled: Kernels, sights: Sights, casters: Casters, wave: Wave, reflectivity: float, most: int
     ) -> Centres | None:
-        """Its centres; None where more than `most` triangles cast shadows at any instant."""
+        """Scattering centres of the body; None where more than `most` triangles cast shadows at any instant."""
         count, paths = len(sights.heading), PATHS if sights.legs > 1 else 1
         amplitude = np.zeros((count, paths, int(np.prod(self.extent))), dtype=np.complex128)
         state = np.zeros(count, dtype=np.int64)

@@ -64,7 +64,7 @@ class CornerSamples(NamedTuple):
 
 
 def renumbered(index: Indices, count: int) -> tuple[Indices, Indices]:
-    """Those indices (U,) below `count` that occur in `index`, rising, and which of them each is."""
+    """The indices (U,) below `count` that occur in `index`, rising, and the position of each index among them."""
     if compiled := kernels():
         place, used, number = (
             np.empty(count, dtype=np.int64),

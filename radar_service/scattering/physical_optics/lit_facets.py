@@ -86,7 +86,7 @@ class Surface:
         return replace(self.chosen(origin), corners=corners, facet=np.full(len(origin), -1))
 
     def joined(self, other: Self) -> Self:
-        """These triangles, then the other ones."""
+        """Returns both sets of triangles as one, the others last."""
         names = [field.name for field in fields(self)]
         return replace(self, **{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
 
@@ -156,7 +156,7 @@ def _lit_sides(legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8
 
 
 def _dark(surface: Surface, side: NDArray[np.int8], leg: BodyLeg) -> Indices:
-    """Those of triangles on the lit side (M,) that a shadow of another body covers: no ray looks for the body's own there."""
+    """Triangles on the lit side (M,) that a shadow of another body covers: no ray looks for the body's own there."""
     if leg.others is None or not len(leg.others):
         return np.zeros(0, dtype=np.int64)
     lit = np.flatnonzero(side)

@@ -132,7 +132,7 @@ class PhysicalOptics(AspectModel):
         return self._optical[b].coherence(distance)
 
     def clear(self) -> None:
-        """Nothing is cached that depends on an instant."""
+        """Clears nothing: no cache depends on an instant."""
 
     def _in_wedge(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the wedge of an instant."""
@@ -375,7 +375,7 @@ class PhysicalOptics(AspectModel):
     @staticmethod
     @override
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
-        """They are those of `mesh_quality`, and of `vessel_remarks`."""
+        """Returns the remarks of `mesh_quality` and `vessel_remarks`."""
         quality = mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
         return quality + vessel_remarks(body, conditions.environment)
 

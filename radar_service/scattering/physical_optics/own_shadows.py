@@ -137,7 +137,7 @@ class OwnShadows(NamedTuple):
         return result
 
     def _lost(self, free: Flags, reflection: Floats, beyond: Floats) -> Indices:
-        """Those of points (M,) that are free whose rays do not reach the sea before the body.
+        """The free ones of points (M,) whose rays do not reach the sea before the body.
 
         reflection: (M, 3) points at the sea [m]; beyond: how far they lie before the points in plan [m].
         """

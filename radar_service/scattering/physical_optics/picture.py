@@ -73,7 +73,7 @@ class Windows(NamedTuple):
         return cls(bearing, np.where(around, np.pi, half), low, high, nearest, farthest)
 
     def widened(self, by: float) -> "Windows":
-        """These windows wherever what they hold moves by up to so many metres."""
+        """Windows that hold the same points wherever these move by up to so many metres."""
         angle = 2.0 * by / self.nearest
         bounds = (self.half + angle, self.low - angle, self.high + angle)
         return Windows(self.middle, *bounds, np.maximum(self.nearest - by, NEAREST), self.farthest + by)

@@ -191,7 +191,7 @@ def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: Rays) -> tuple
 def _cut_at_edges(
     tubes: RayTubes, hit: Indices, number: Indices, mixed: Indices, targets: _Targets, final: bool
 ) -> tuple[Indices, RayTubes]:
-    """Those of the tubes `mixed` that one straight line divides between two planes, and their parts that count.
+    """The tubes of `mixed` that one straight line divides between two planes, and their parts that count.
 
     hit, number: (4, M) triangles that the samples hit, and their planes; final: whether a tube that is not cut now is not
     divided either. The line is found along the two edges of the corner that differs.

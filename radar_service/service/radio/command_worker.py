@@ -182,7 +182,7 @@ class CommandedRadar(Protocol):
         """What commands act on; None while another scene is about to begin."""
 
     def commanded(self) -> None:
-        """Is called after commands."""
+        """The transmitter calls it after commands."""
 
 
 class CommandWorker:

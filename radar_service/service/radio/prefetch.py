@@ -98,7 +98,7 @@ class SpokeWorker:
         return block
 
     def _has_block(self, timeout: float | None) -> bool:
-        """Does the work of `wait_until_ready`. The lock is held."""
+        """Waits as `wait_until_ready` does, while the lock is locked."""
         self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
         if self._fault and not self._blocks:
             raise SpokeSourceFault(self._fault)

@@ -69,7 +69,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
 
     @override
     def begin_at(self, origin: Origin) -> None:
-        """Its process is told with the start."""
+        """Notes the origin; the process gets it with its start."""
         self.scene_request, self.info = replace(self.scene_request, origin=origin), self.info.at_origin(origin)
 
     def skip_to(self, scan: int) -> None:
@@ -112,7 +112,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
 
     @override
     def replay(self, commands: Iterable[Command]) -> None:
-        """Its process is told with the start."""
+        """Notes the commands; the process gets them with its start."""
         self._commands = tuple(commands)
 
     def _tell(self, message: Command | tuple[SourceRequest, int | None]) -> None:

@@ -58,7 +58,7 @@ def run_scene(
     memory: int,
     in_background: bool,
 ) -> None:
-    """Is the life of the process. Returns when the service is gone.
+    """Runs the process. Returns when the service is gone.
 
     memory: what it may use [bytes]; in_background: whether it prepares at a low priority.
     """

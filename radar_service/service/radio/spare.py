@@ -89,7 +89,7 @@ class Spares:
         return not self._process and self._told_to_run(Channel(its_near), Channel(its_far))
 
     def _told_to_run(self, control: Channel, data: Channel) -> bool:
-        """Is the life of a spare that waits."""
+        """Runs a spare while it waits."""
         for end in self.ends:
             end.forget()
         self.ends, self.is_spare = (control, data), True

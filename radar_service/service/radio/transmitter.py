@@ -240,7 +240,7 @@ class Transmitter:
         return part.index + len(part) == self.epoch.info.radar.azimuths
 
     def _request_sources(self, part: SpokeBlock) -> bool:
-        """Has the spoke source tell what the sinks need of the sources; returns whether these spokes come again with it."""
+        """Requests the labels and powers that sinks need; returns whether these spokes come again with it."""
         worker = self.supervisor.worker
         request = worker.spoke_source.info.sources.to_request(self._sources())
         if request == worker.requested:

@@ -65,7 +65,7 @@ class RollingShip:
         return crossing, self.passages.nodes(0, crossing).tolist()
 
     def powers(self, crossing: int, nodes: Sequence[int]) -> Floats:
-        """Her powers (K,) at spokes (K,) about a crossing: her fields in cells of range, squared and summed."""
+        """A ship's powers (K,) at spokes (K,) about a crossing: its fields in cells of range, squared and summed."""
         runs, times = self.passages.runs(0, crossing), [self.scene.radar.time_of_spokes(float(node)) for node in nodes]
         observed = [self.passages.evaluated(0, node, t, runs.get(node)) for node, t in zip(nodes, times, strict=True)]
         return np.array([np.sum(np.abs(self._field(echoes, t)) ** 2) for echoes, t in zip(observed, times, strict=True)])
