@@ -15,7 +15,6 @@ from radar_service.world.scene import Scene
 
 NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
 FALSE = {INDIRECT: 7, MULTIPLE: 8}  # numbers of false echoes, by what stands in place of a body's index
-FAINT_NAME = "range sidelobes and faint parts"
 FALSE_NAMES = {INDIRECT: "indirect", MULTIPLE: "multiple"}
 FAINT = 9  # range sidelobes and faint parts of bodies: more than `labels_within_db` below the peak of the body
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
@@ -45,7 +44,7 @@ def source_names(scene: Scene) -> dict[int, str]:
     names |= {number: kind for kind, number in BEACONS.items() if kind in kinds}
     land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
     bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
-    names |= {FAINT: FAINT_NAME} if bodies and scene.radar.label_floor else {}
+    names |= {FAINT: "range sidelobes and faint parts"} if bodies and scene.radar.label_floor else {}
     return names | dict(sorted(land.items())) | bodies
 
 

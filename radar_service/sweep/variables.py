@@ -96,11 +96,8 @@ def variables(spec: SweepSpec, max_label: int, has_errors: bool, same_range: boo
         result.append(Variable("reported_azimuth", SPOKE, "float64", "rad", "boresight as the radar reports it", NAN))
     result += [Variable(name, CELL, *_CELLS[name]) for name in spec.keep if name in _CELLS]
     if "labels" in spec.keep:
-        result.append(
-            Variable(
-                "labels", CELL, "uint16" if max_label < 2**16 else "uint32", "1", "number of the strongest source, see names"
-            )
-        )
+        dtype = "uint16" if max_label < 2**16 else "uint32"
+        result.append(Variable("labels", CELL, dtype, "1", "number of the strongest source, see names"))
         text = "number of cells with each label in all scans of the run"
         result.append(Variable("label_cells", ("run", "label"), "int64", "1", text))
     for kind, dims, fields in (("truth", CROSSING, _OF_CROSSINGS), ("plots", PLOT, _OF_PLOTS)):
