@@ -13,6 +13,7 @@ from radar_service.commands.command_line import COMMANDS, module_of, parser
 from radar_service.recording.error import RecordingError
 from radar_service.terminal.arguments import UsageError
 from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.output_files import NO_ROOM
 from radar_service.world.error import SceneError
 
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
@@ -25,9 +26,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(arguments)
         finally:
             sys.stdout.flush()
-    except BrokenPipeError:  # as in `radar-service check | head -1`
+    except OSError as error:  # as in `radar-service check | head -1`, or of a full disk
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
-        return PIPE_CLOSED
+        if isinstance(error, BrokenPipeError):
+            return PIPE_CLOSED
+        print(_said(error), file=sys.stderr)
+        return 2
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -47,10 +51,16 @@ def _run(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
+        print(_said(error), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _said(error: OSError) -> str:
+    """The text of an error. Files are named, so a full disk without a name is that of standard output."""
+    name = error.filename or ("standard output" if error.errno in NO_ROOM else "")
+    return f"{name}: {error.strerror}" if name else str(error.strerror or error)
 
 
 def _tell_what_is_slow(command: str) -> None:

@@ -20,7 +20,7 @@ from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import FloodWarning, flood_remark
 from radar_service.plots.plot import Plot
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, write_file
 
 SCHEMA = 2
 PACKAGE = Path(__file__).parents[1]
@@ -142,9 +142,7 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 def _write(path: Path, content: Mapping[str, Any]) -> None:
     """Writes a file as a whole or not at all."""
     make_folder(path.parent)
-    part = path.with_suffix(f".{os.getpid()}.part")
-    part.write_bytes(gzip.compress(json.dumps(content, allow_nan=False).encode(), compresslevel=6))
-    os.replace(part, path)
+    write_file(path, gzip.compress(json.dumps(content, allow_nan=False).encode(), compresslevel=6))
 
 
 def _result(kept: Mapping[str, Any]) -> ScanResult:
