@@ -1,10 +1,11 @@
 """AIS messages of ITU-R M.1371 as bits, and as AIVDM and AIVDO sentences. SI units and radians in, bytes out.
 
-Types 1 (position, class A), 5 (static, class A), 18 (position, class B), 24 (static, class B). Reports carry no communication
-state.
+Types 1 (position, class A and SART), 5 (static, class A), 14 (text of a SART), 18 (position, class B), 21 (aid to navigation),
+24 (static, class B). Reports carry no communication state.
 """
 
 import math
+from dataclasses import replace
 
 from radar_service.numerics.constants import KNOT
 from radar_service.ports.ais.transponders import Position
@@ -17,8 +18,9 @@ FASTEST = 1022  # tenths of a knot: that, or more
 ROT_FACTOR = 4.733  # of the root law: value = 4.733 sqrt(degrees a minute)
 MAX_ROT = 126  # of the root law: 708 degrees a minute, or more
 PAYLOAD = 60  # characters in a sentence: it has 82
-UNDER_WAY, AT_ANCHOR = 0, 1
+UNDER_WAY, AT_ANCHOR, SART = 0, 1, 14
 GPS = 1  # kind of position sensor
+ACTIVE = "SART ACTIVE"
 CHARACTERS = "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_ !\"#$%&'()*+,-./0123456789:;<=>?"
 
 
@@ -50,9 +52,11 @@ class Bits:
 
 
 def class_a_position(ship: AisShip, at: Position) -> Bits:
-    """Type 1: scheduled position report of class A."""
-    status = AT_ANCHOR if at.speed == 0.0 else UNDER_WAY
-    bits = _begin(1, ship).add(status, 4).add(rate_of_turn(at.turn_rate), 8)
+    """Type 1: scheduled position report of class A, or of a SART, which knows neither heading nor rate of turn."""
+    status, turn = AT_ANCHOR if at.speed == 0.0 else UNDER_WAY, rate_of_turn(at.turn_rate)
+    if ship.kind == "sart":
+        status, turn, at = SART, NO_TURN, replace(at, heading=None)
+    bits = _begin(1, ship).add(status, 4).add(turn, 8)
     _motion(bits, at)
     return bits.add(0, 2).add(0, 3).add(0, 1).add(0, 19)
 
@@ -74,6 +78,19 @@ def class_b_position(ship: AisShip, at: Position) -> Bits:
     )
 
 
+def aid_report(ship: AisShip, at: Position) -> Bits:
+    """Type 21: an aid to navigation, which is real and on its position."""
+    bits = _begin(21, ship).add(ship.aid_type, 5).text(ship.name, 20).add(0, 1)
+    _place(bits, at)
+    _dimensions(bits, ship)
+    return bits.add(GPS, 4).add(at.second, 6).add(0, 1).add(0, 8).add(0, 1).add(0, 1).add(0, 1).add(0, 1)
+
+
+def sart_text(ship: AisShip) -> Bits:
+    """Type 14: the safety related text of a SART."""
+    return _begin(14, ship).add(0, 2).text(ACTIVE, len(ACTIVE))
+
+
 def class_a_static(ship: AisShip) -> Bits:
     """Type 5: name, dimensions and voyage of class A; no time of arrival."""
     bits = _begin(5, ship).add(0, 2).add(ship.imo, 30).text(ship.call_sign, 7).text(ship.name, 20).add(ship.ship_type, 8)
@@ -91,12 +108,16 @@ def class_b_static(ship: AisShip) -> tuple[Bits, Bits]:
 
 
 def position_of(ship: AisShip, at: Position) -> Bits:
-    """The position report of her class."""
-    return class_a_position(ship, at) if ship.station_class == "A" else class_b_position(ship, at)
+    """The position report of her kind and class."""
+    if ship.kind == "aid":
+        return aid_report(ship, at)
+    return class_a_position(ship, at) if ship.kind == "sart" or ship.station_class == "A" else class_b_position(ship, at)
 
 
 def static_of(ship: AisShip) -> tuple[Bits, ...]:
-    """The static reports of her class."""
+    """The static reports of her kind and class; of a SART its text."""
+    if ship.kind != "ship":
+        return (sart_text(ship),) if ship.kind == "sart" else ()
     return (class_a_static(ship),) if ship.station_class == "A" else class_b_static(ship)
 
 
@@ -123,13 +144,17 @@ def _begin(kind: int, ship: AisShip) -> Bits:
 
 
 def _motion(bits: Bits, at: Position) -> None:
-    longitude = NO_LONGITUDE if at.longitude is None else math.remainder(at.longitude, 360.0)
-    latitude = NO_LATITUDE if at.latitude is None else at.latitude
     course = 3600 if at.course is None else round(math.degrees(at.course) * 10.0) % 3600
     heading = NO_HEADING if at.heading is None else round(math.degrees(at.heading)) % 360
     bits.add(min(round(at.speed / KNOT * 10.0), FASTEST), 10).add(0, 1)
-    bits.add(round(longitude * 60 * MINUTE_PARTS), 28).add(round(latitude * 60 * MINUTE_PARTS), 27)
+    _place(bits, at)
     bits.add(course, 12).add(heading, 9).add(at.second, 6)
+
+
+def _place(bits: Bits, at: Position) -> None:
+    longitude = NO_LONGITUDE if at.longitude is None else math.remainder(at.longitude, 360.0)
+    latitude = NO_LATITUDE if at.latitude is None else at.latitude
+    bits.add(round(longitude * 60 * MINUTE_PARTS), 28).add(round(latitude * 60 * MINUTE_PARTS), 27)
 
 
 def _dimensions(bits: Bits, ship: AisShip) -> None:
