@@ -26,11 +26,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(arguments)
         finally:
             sys.stdout.flush()
-    except OSError as error:  # as in `radar-service check | head -1`, or of a full disk
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+    except OSError as error:
+        name = error.filename or ("standard output" if error.errno in NO_ROOM else "radar-service")  # files are named
+        if isinstance(error, BrokenPipeError) or name == "standard output":  # as in `radar-service check | head -1`
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
         if isinstance(error, BrokenPipeError):
             return PIPE_CLOSED
-        print(_said(error), file=sys.stderr)
+        print(f"{name}: {error.strerror or error}", file=sys.stderr)
         return 2
 
 
@@ -48,19 +50,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        print(_said(error), file=sys.stderr)
-        return 2
     except KeyboardInterrupt:
         return 130
-
-
-def _said(error: OSError) -> str:
-    """The text of an error. Files are named, so a full disk without a name is that of standard output."""
-    name = error.filename or ("standard output" if error.errno in NO_ROOM else "")
-    return f"{name}: {error.strerror}" if name else str(error.strerror or error)
 
 
 def _tell_what_is_slow(command: str) -> None:

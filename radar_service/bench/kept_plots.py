@@ -53,7 +53,8 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
     kept = _read(path, digest)
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
-        _write(path, kept)
+        make_folder(path.parent)
+        write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
     return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"])
 
@@ -137,12 +138,6 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
         return kept if kept["digest"] == digest else None
     except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError):
         return None
-
-
-def _write(path: Path, content: Mapping[str, Any]) -> None:
-    """Writes a file as a whole or not at all."""
-    make_folder(path.parent)
-    write_file(path, gzip.compress(json.dumps(content, allow_nan=False).encode(), compresslevel=6))
 
 
 def _result(kept: Mapping[str, Any]) -> ScanResult:

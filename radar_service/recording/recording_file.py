@@ -8,9 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self
 
-from radar_service.recording.error import RecordingError
 from radar_service.recording.mcap_library import CompressionType, Writer
-from radar_service.terminal.output_files import remove
 
 PROFILE = "radar-service"
 CHUNK = 2**20  # bytes before compression: what a file that is cut short loses at most, besides the scan that was being sent
@@ -57,7 +55,7 @@ class RecordingFile:
             self._writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
-        """Writes the index and closes the file; after an error it closes the file, and removes one without a message."""
+        """Writes the index and closes the file; after an error it only closes the file."""
         try:
             if not self._failed:
                 with self._named_errors():
@@ -66,13 +64,6 @@ class RecordingFile:
         finally:
             with contextlib.suppress(OSError):  # what could not be written before
                 self._file.close()
-            if self._failed and self._path.is_file():
-                from radar_service.recording.chunk_table import ChunkTable  # here: it imports this module
-
-                try:
-                    ChunkTable(self._path)
-                except RecordingError:
-                    remove(self._path)
 
     @contextlib.contextmanager
     def _named_errors(self) -> Iterator[None]:

@@ -60,10 +60,9 @@ def written(path: Path) -> Iterator[Path]:
     try:
         with named_errors(path):
             yield part
-            if part != target:
-                if part.is_dir():
-                    remove(target)
-                part.replace(target)
+            if part.is_dir():
+                remove(target)
+            part.replace(target)
     finally:
         if part != target:
             remove(part)
@@ -71,11 +70,9 @@ def written(path: Path) -> Iterator[Path]:
 
 def remove(path: Path) -> None:
     """Removes a file or a folder, as far as it is there and may be removed."""
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        with contextlib.suppress(OSError):
-            path.unlink()
+    shutil.rmtree(path, ignore_errors=True)
+    with contextlib.suppress(OSError):
+        path.unlink()
 
 
 @contextlib.contextmanager

@@ -1,7 +1,6 @@
 """The file: what other readers of MCAP find in it, and what happens where the disk refuses."""
 
 import errno
-import random
 import resource
 import subprocess
 import sys
@@ -13,7 +12,6 @@ from mcap.reader import make_reader
 
 from radar_service.recording import read
 from radar_service.recording.recording_file import RecordingFile
-from tests.terminal.test_output_files import full_disk
 
 
 def test_another_reader_finds_channels_times_and_messages(tmp_path: Path) -> None:
@@ -39,15 +37,6 @@ def test_a_full_disk_names_the_file_and_closing_says_no_more(tmp_path: Path) -> 
             write(0.0, 0.0, bytes(2**20))
             file.flush()
         assert caught.value.errno == errno.ENOSPC and caught.value.filename == str(path)
-
-
-def test_a_disk_that_is_full_before_the_first_message_keeps_no_file(tmp_path: Path) -> None:
-    with RecordingFile(path := tmp_path / "a.mcap") as file:
-        write = file.channel("/x", "msgpack")
-        with full_disk(20), pytest.raises(OSError, match="File too large") as caught:
-            write(0.0, 0.0, random.Random(1).randbytes(2**20))
-        assert caught.value.filename == str(path) and path.is_file()
-    assert not path.exists()
 
 
 def test_the_command_tells_a_limit_of_file_sizes_and_the_rest_opens(tmp_path: Path, one_target: Path) -> None:

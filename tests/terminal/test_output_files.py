@@ -105,10 +105,10 @@ def test_a_command_overwrites_where_it_may_and_makes_folders(scene: str, tmp_pat
 
 
 @contextlib.contextmanager
-def full_disk(limit: int = LIMIT) -> Iterator[None]:
-    """No file grows beyond so many bytes in the block."""
+def full_disk() -> Iterator[None]:
+    """No file grows beyond LIMIT in the block."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
     try:
         yield
     finally:

@@ -56,34 +56,31 @@ def class_a_position(ship: AisShip, at: Position) -> Bits:
     status, turn = AT_ANCHOR if at.speed == 0.0 else UNDER_WAY, rate_of_turn(at.turn_rate)
     if ship.kind == "sart":
         status, turn, at = SART, NO_TURN, replace(at, heading=None)
-    bits = _begin(1, ship).add(status, 4).add(turn, 8)
-    _motion(bits, at)
-    return bits.add(0, 2).add(0, 3).add(0, 1).add(0, 19)
+    return _motion(_begin(1, ship).add(status, 4).add(turn, 8), at).add(0, 25)
 
 
 def class_b_position(ship: AisShip, at: Position) -> Bits:
-    """Type 18: position report of class B."""
-    bits = _begin(18, ship).add(0, 8)
-    _motion(bits, at)
-    return (
-        bits.add(0, 2)
-        .add(ship.station_class == "B-CS", 1)
-        .add(0, 1)
-        .add(1, 1)
-        .add(1, 1)
-        .add(1, 1)
-        .add(0, 1)
-        .add(0, 1)
-        .add(0, 20)
-    )
+    """Type 18: position report of class B, by a unit with DSC, for the whole band, that takes message 22."""
+    return _motion(_begin(18, ship).add(0, 8), at).add(0, 2).add(ship.station_class == "B-CS", 1).add(0b0111, 4).add(0, 22)
+
+
+def class_a_static(ship: AisShip) -> Bits:
+    """Type 5: name, dimensions and voyage of class A; no time of arrival."""
+    bits = _begin(5, ship).add(0, 2).add(ship.imo, 30).text(ship.call_sign, 7).text(ship.name, 20).add(ship.ship_type, 8)
+    _dimensions(bits, ship).add(GPS, 4).add(0, 4).add(0, 5).add(24, 5).add(60, 6)
+    return bits.add(min(round(ship.draught * 10.0), 255), 8).text(ship.destination, 20).add(0, 2)
+
+
+def class_b_static(ship: AisShip) -> tuple[Bits, Bits]:
+    """Type 24, parts A and B: name and dimensions of class B."""
+    rest = _begin(24, ship).add(1, 2).add(ship.ship_type, 8).add(0, 42).text(ship.call_sign, 7)
+    return _begin(24, ship).add(0, 2).text(ship.name, 20).add(0, 8), _dimensions(rest, ship).add(GPS, 4).add(0, 2)
 
 
 def aid_report(ship: AisShip, at: Position) -> Bits:
     """Type 21: an aid to navigation, which is real and on its position."""
-    bits = _begin(21, ship).add(ship.aid_type, 5).text(ship.name, 20).add(0, 1)
-    _place(bits, at)
-    _dimensions(bits, ship)
-    return bits.add(GPS, 4).add(at.second, 6).add(0, 1).add(0, 8).add(0, 1).add(0, 1).add(0, 1).add(0, 1)
+    bits = _place(_begin(21, ship).add(ship.aid_type, 5).text(ship.name, 20).add(0, 1), at)
+    return _dimensions(bits, ship).add(GPS, 4).add(at.second, 6).add(0, 13)
 
 
 def sart_text(ship: AisShip) -> Bits:
@@ -91,27 +88,10 @@ def sart_text(ship: AisShip) -> Bits:
     return _begin(14, ship).add(0, 2).text(ACTIVE, len(ACTIVE))
 
 
-def class_a_static(ship: AisShip) -> Bits:
-    """Type 5: name, dimensions and voyage of class A; no time of arrival."""
-    bits = _begin(5, ship).add(0, 2).add(ship.imo, 30).text(ship.call_sign, 7).text(ship.name, 20).add(ship.ship_type, 8)
-    _dimensions(bits, ship)
-    bits.add(GPS, 4).add(0, 4).add(0, 5).add(24, 5).add(60, 6)
-    return bits.add(min(round(ship.draught * 10.0), 255), 8).text(ship.destination, 20).add(0, 1).add(0, 1)
-
-
-def class_b_static(ship: AisShip) -> tuple[Bits, Bits]:
-    """Type 24, parts A and B: name and dimensions of class B."""
-    name = _begin(24, ship).add(0, 2).text(ship.name, 20).add(0, 8)
-    rest = _begin(24, ship).add(1, 2).add(ship.ship_type, 8).add(0, 42).text(ship.call_sign, 7)
-    _dimensions(rest, ship)
-    return name, rest.add(GPS, 4).add(0, 2)
-
-
 def position_of(ship: AisShip, at: Position) -> Bits:
     """The position report of her kind and class."""
-    if ship.kind == "aid":
-        return aid_report(ship, at)
-    return class_a_position(ship, at) if ship.kind == "sart" or ship.station_class == "A" else class_b_position(ship, at)
+    of_class = class_a_position if ship.station_class == "A" else class_b_position
+    return {"ship": of_class, "aid": aid_report, "sart": class_a_position}[ship.kind](ship, at)
 
 
 def static_of(ship: AisShip) -> tuple[Bits, ...]:
@@ -143,20 +123,20 @@ def _begin(kind: int, ship: AisShip) -> Bits:
     return Bits().add(kind, 6).add(0, 2).add(ship.mmsi, 30)
 
 
-def _motion(bits: Bits, at: Position) -> None:
+def _motion(bits: Bits, at: Position) -> Bits:
     course = 3600 if at.course is None else round(math.degrees(at.course) * 10.0) % 3600
     heading = NO_HEADING if at.heading is None else round(math.degrees(at.heading)) % 360
     bits.add(min(round(at.speed / KNOT * 10.0), FASTEST), 10).add(0, 1)
-    _place(bits, at)
-    bits.add(course, 12).add(heading, 9).add(at.second, 6)
+    return _place(bits, at).add(course, 12).add(heading, 9).add(at.second, 6)
 
 
-def _place(bits: Bits, at: Position) -> None:
+def _place(bits: Bits, at: Position) -> Bits:
     longitude = NO_LONGITUDE if at.longitude is None else math.remainder(at.longitude, 360.0)
     latitude = NO_LATITUDE if at.latitude is None else at.latitude
-    bits.add(round(longitude * 60 * MINUTE_PARTS), 28).add(round(latitude * 60 * MINUTE_PARTS), 27)
+    return bits.add(round(longitude * 60 * MINUTE_PARTS), 28).add(round(latitude * 60 * MINUTE_PARTS), 27)
 
 
-def _dimensions(bits: Bits, ship: AisShip) -> None:
+def _dimensions(bits: Bits, ship: AisShip) -> Bits:
     for size, width in ((ship.to_bow, 9), (ship.to_stern, 9), (ship.to_port, 6), (ship.to_starboard, 6)):
         bits.add(min(round(size), (1 << width) - 1), width)
+    return bits
