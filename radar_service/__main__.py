@@ -13,6 +13,7 @@ from radar_service.commands.command_line import COMMANDS, module_of, parser
 from radar_service.recording.error import RecordingError
 from radar_service.terminal.arguments import UsageError
 from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.output_files import NO_ROOM
 from radar_service.world.error import SceneError
 
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
@@ -25,9 +26,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(arguments)
         finally:
             sys.stdout.flush()
-    except BrokenPipeError:  # as in `radar-service check | head -1`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
-        return PIPE_CLOSED
+    except OSError as error:
+        name = error.filename or ("standard output" if error.errno in NO_ROOM else "radar-service")  # files are named
+        if isinstance(error, BrokenPipeError) or name == "standard output":  # as in `radar-service check | head -1`
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        if isinstance(error, BrokenPipeError):
+            return PIPE_CLOSED
+        print(f"{name}: {error.strerror or error}", file=sys.stderr)
+        return 2
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -43,11 +49,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         return 2
     except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
-        return 2
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130

@@ -31,8 +31,8 @@ from radar_service.receive.detection import beam_spread
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.load import load_scene
 from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings
-from radar_service.trace.ray_sampling import printed_direction
 from radar_service.world.scene import Scene
+from tests.reference.printed_formulas import printed_direction
 
 BEAM = np.deg2rad(3.9)
 BANDWIDTH, PULSE = 50e6, 10e-6

@@ -18,6 +18,7 @@ from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
 from radar_service.scans.file import write_arrays
+from radar_service.terminal.output_files import write_file
 
 from . import live
 from .client import FeedClient
@@ -43,9 +44,12 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
     try:
         print(summary, flush=True)
-    except BrokenPipeError:  # the reader has gone; all files are written
+    except OSError as fault:  # the reader has gone, or the disk is full; all files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
-        return PIPE_CLOSED
+        if isinstance(fault, BrokenPipeError):
+            return PIPE_CLOSED
+        print(f"{PROGRAM}: standard output: {fault.strerror}", file=sys.stderr)
+        return 1
     return 0
 
 
@@ -99,7 +103,7 @@ def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
             ppi, heading = scans[-1].ppi, scans[-1].newest_heading
             picture = brightness(scans[-1], chosen.dynamic_range_db)
             drawing = _drawing(scans[-1], chosen) | Drawing(heading=heading, filled=ppi.filled)
-            chosen.out.write_bytes(render_png(picture, ppi.range_first, ppi.range_step, **drawing))
+            write_file(chosen.out, render_png(picture, ppi.range_first, ppi.range_step, **drawing))
     if chosen.npz:
         write_arrays(chosen.npz, arrays(scans), compress=True)
 

@@ -5,7 +5,6 @@ An executor has `submit`, as those of `concurrent.futures`. BLAS is held to one 
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, write_file
 
 GIVE_UP = 3  # failures before the first success after which nothing else is tried
 IN_FLIGHT = 1000  # jobs that an executor has at a time: a sweep may have a million
@@ -194,8 +193,6 @@ class ResultFolder:
 
     def write(self, job: Job, result: Any) -> Any:
         """Writes the file as a whole or not at all; returns the result as JSON has it. Raises OSError."""
-        path, text = self.path(job.name), json.dumps(result, allow_nan=False)
-        part = path.with_suffix(".part")
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
+        text = json.dumps(result, allow_nan=False)
+        write_file(self.path(job.name), text)
         return json.loads(text)

@@ -6,6 +6,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from radar_service.bench.report import bound_of, failure_lines, unit_of
+from radar_service.terminal.output_files import write_file
 
 
 def write_junit(report: Mapping[str, Any], path: Path, strict: bool = False) -> None:
@@ -14,7 +15,7 @@ def write_junit(report: Mapping[str, Any], path: Path, strict: bool = False) -> 
     for scenario in report["scenarios"]:
         _suite(root, scenario, strict)
     ElementTree.indent(root)
-    path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
+    write_file(path, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
 def _suite(root: ElementTree.Element, scenario: Mapping[str, Any], strict: bool) -> None:

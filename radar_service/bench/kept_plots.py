@@ -20,7 +20,7 @@ from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import FloodWarning, flood_remark
 from radar_service.plots.plot import Plot
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, write_file
 
 SCHEMA = 2
 PACKAGE = Path(__file__).parents[1]
@@ -53,7 +53,8 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
     kept = _read(path, digest)
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
-        _write(path, kept)
+        make_folder(path.parent)
+        write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
     return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"])
 
@@ -137,14 +138,6 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
         return kept if kept["digest"] == digest else None
     except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError):
         return None
-
-
-def _write(path: Path, content: Mapping[str, Any]) -> None:
-    """Writes a file as a whole or not at all."""
-    make_folder(path.parent)
-    part = path.with_suffix(f".{os.getpid()}.part")
-    part.write_bytes(gzip.compress(json.dumps(content, allow_nan=False).encode(), compresslevel=6))
-    os.replace(part, path)
 
 
 def _result(kept: Mapping[str, Any]) -> ScanResult:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from radar_service.bench.run_picture import run_picture
+from radar_service.terminal.output_files import write_file
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
 JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
@@ -24,8 +25,8 @@ STYLE = (
 
 def write_report(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None], folder: Path) -> None:
     """Writes report.json and report.html. drawn: the run of each scenario that is drawn, or None. Raises OSError."""
-    (folder / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
-    (folder / "report.html").write_text(page(report, drawn), encoding="utf-8")
+    write_file(folder / "report.json", json.dumps(report, indent=1, allow_nan=False))
+    write_file(folder / "report.html", page(report, drawn))
 
 
 def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None]) -> str:

@@ -17,7 +17,7 @@ from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare
+from radar_service.terminal.output_files import add_overwrite, prepare, write_file
 from radar_service.terminal.progress import progress
 
 NEVER = "-"
@@ -63,7 +63,7 @@ def _plots(options: argparse.Namespace) -> int:
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:
-        options.out.write_text(json.dumps(report.as_dict(), indent=1, allow_nan=False), encoding="utf-8")
+        write_file(options.out, json.dumps(report.as_dict(), indent=1, allow_nan=False))
     if options.png:
         write_picture(options.png, report, options.unit)
     return 0

@@ -1,8 +1,7 @@
 """The command `scan`: computes scans, and writes them, a picture and their truth into files."""
 
 import argparse
-import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -23,8 +22,8 @@ from radar_service.scans.scan import Scan, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare
-from radar_service.truth.truth_file import TruthFile
+from radar_service.terminal.output_files import add_overwrite, prepare, write_file
+from radar_service.truth.truth_file import truth_line, truth_lines
 
 PICTURE_SIZE = 900  # pixels
 
@@ -62,17 +61,22 @@ def run(options: argparse.Namespace) -> int:
     except ValueError as error:
         raise UsageError(f"--{error}") from None
     azimuths = simulator.scene.radar.azimuths
-    with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
+    truth = [truth_line(simulator.truth_header())] if options.truth else []
+    with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar:
         scans = []
         for _, group in groupby(_counted(simulator.blocks(scans=options.scans), bar), lambda block: block.scan):
             scans.append(scan_of(group))
-            note(scans[-1].number)
+            if options.truth:
+                number = scans[-1].number
+                truth += truth_lines(simulator.crossings(number, options.radiometric), simulator.snapshot(number))
     metadata: dict[str, Any] = {
         "name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name
     }  # fmt: skip
     if options.labels or options.powers:
         names = simulator.label_names
         metadata |= {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
+    if options.truth:
+        write_file(options.truth, "".join(truth))
     save(options.out, scans, metadata)
     if options.png:
         write_png(options.png, scans[-1], simulator, options.unit)
@@ -84,22 +88,11 @@ def write_png(path: Path, scan: Scan, simulator: Simulator, unit: Unit = DEFAULT
     """Writes a picture of a scan, as a display with its default controls shows it. unit: of ranges and rings."""
     rows = [(np.arange(len(scan.power)), scan.power, None)]
     to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
-    path.write_bytes(
-        last_scan_png(
-            rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
-            range_max=None, heading=float(scan.heading[-1]), unit=unit,
-        )
+    picture = last_scan_png(
+        rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
+        range_max=None, heading=float(scan.heading[-1]), unit=unit,
     )  # fmt: skip
-
-
-@contextlib.contextmanager
-def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[Callable[[int], None]]:
-    """A function that writes the truth of a scan, where the options ask for it."""
-    if not options.truth:
-        yield lambda number: None
-        return
-    with TruthFile(options.truth, simulator.truth_header()) as file:
-        yield lambda number: file.write(simulator.crossings(number, options.radiometric), simulator.snapshot(number))
+    write_file(path, picture)
 
 
 def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:

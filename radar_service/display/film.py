@@ -2,8 +2,7 @@
 
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
@@ -13,22 +12,12 @@ from PIL import Image
 
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES, colour_map
 from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SURROUND, UNSEEN, Page
+from radar_service.terminal.output_files import written
 
 MAX_FPS = 25  # browsers play a GIF of 50 and more at 10
 MAP_LEVELS, LINE_BLENDS = 202, 13  # colours of the map, and of each line over the sea: 256 with SURROUND and UNSEEN
 GIF_HEADER = 13  # bytes of a GIF before its palette; the low three bits of the 11th are the palette's length
 LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"  # without end
-
-
-@contextmanager
-def _complete(path: Path) -> Iterator[Path]:
-    """A temporary path, renamed to `path` when it is complete."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 @lru_cache(maxsize=len(PALETTES))
@@ -49,7 +38,7 @@ def write_gif(path: Path, frames: Iterable[Page], fps: int, palette: str = DEFAU
     palette: of the frames. fps: 1 to MAX_FPS. A GIF counts hundredths of a second, so the durations of frames differ by up
     to a hundredth.
     """
-    with _complete(path) as part, part.open("wb") as file:
+    with written(path) as part, part.open("wb") as file:
         for count, frame in enumerate(frames, 1):
             hundredths = round(100 * count / fps) - round(100 * (count - 1) / fps)
             header, block = _gif_parts(frame, 10 * hundredths, palette)
@@ -78,7 +67,7 @@ def ffmpeg() -> str:
 def write_mp4(path: Path, frames: Iterable[Page], fps: int) -> None:
     """Writes a film with ffmpeg. Raises OSError where there is no ffmpeg, or it fails."""
     process = None
-    with _complete(path) as part:
+    with written(path) as part:
         try:
             for frame in frames:
                 process = process or _encoder(part, frame.size, fps)

@@ -229,12 +229,6 @@ class BeamPassages:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
         return np.concatenate([part.nodes for part in self.parts(n, crossing)])
 
-    def first_nodes(self) -> list[Indices]:
-        """The nodes of each body about its first crossing."""
-        origin = self._scene.radar.origin
-        turns = origin.scan + self._bearings(origin.time)[0] / (2.0 * np.pi) % 1.0
-        return [self.nodes(n, self.crossing(n, float(turns[n]))) for n in range(len(self))]
-
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
         some = self._may_pass(time, middle, half)

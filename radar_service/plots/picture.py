@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from radar_service.display.units import DEFAULT_UNIT, UNITS, Unit
 from radar_service.plots.plot_report import KINDS, PlotReport
+from radar_service.terminal.output_files import written
 
 COLOURS = {  # of kinds
     "ship": "#ff5050", "buoy": "#40ff40", "land": "#c8a060", "clutter": "#50a0ff", "interference": "#ff60ff", "noise": "#ffffff",
@@ -32,4 +33,5 @@ def write_picture(path: Path, report: PlotReport, unit: Unit = DEFAULT_UNIT) -> 
             facecolors="none" if kind in SIZE else COLOURS[kind], edgecolors=COLOURS[kind], linewidths=1.0,
         )  # fmt: skip
     axes.legend(loc="upper right")
-    figure.savefig(path, dpi=110)
+    with written(path) as part:
+        figure.savefig(part, dpi=110)

@@ -124,9 +124,11 @@ class PlotReport:
         return {**about, "remark": self.remark, **tables, "plots": [plot.as_dict() for plot in self.plots]}
 
 
-def kind_of(body: Body) -> Kind:
-    """Returns the kind of a body that is no land: a ship is a vessel, has an MMSI or moves; what is at rest is a buoy."""
-    return "ship" if body.is_vessel or body.mmsi is not None or not body.motion.at_rest else "buoy"
+def kind_of(body: Body, scene: Scene) -> Kind:
+    """Returns the kind of a body that is no land: as its AIS says; without it a vessel and what moves is a ship, else a buoy."""
+    kind = next((ship.kind for ship in scene.ais.ships if ship.body == body.name), None)
+    is_ship = body.is_vessel or not body.motion.at_rest if kind is None else kind == "ship"
+    return "ship" if is_ship else "buoy"
 
 
 def kinds_of(scene: Scene, labels: Sequence[int]) -> dict[int, Kind]:
@@ -136,7 +138,7 @@ def kinds_of(scene: Scene, labels: Sequence[int]) -> dict[int, Kind]:
 
 def _kind(scene: Scene, label: int) -> Kind:
     if label >= BODY:
-        return kind_of(scene.bodies[label - BODY])
+        return kind_of(scene.bodies[label - BODY], scene)
     return "land" if label >= LAND else COMMON_KINDS[label]
 
 
@@ -229,7 +231,8 @@ class _Counting:
 
     def _body_count(self, body: Body, label: int, scans: range) -> BodyCount:
         """A plot or a cell belongs to the crossing within half a rotation."""
-        radar = self._simulator.scene.radar
+        scene = self._simulator.scene
+        radar = scene.radar
         crossings = [crossing for crossing in self._crossings if crossing.body == body.name and crossing.scan in scans]
         spokes = np.concatenate([some[some[:, 1] == label, 0] for some in self._spokes])
         times = np.sort([labelled.plot.time for labelled in self._plots if labelled.label == label])
@@ -237,7 +240,7 @@ class _Counting:
         has_plot = [2.0 * _nearest(times, crossing.time) < radar.rotation_period for crossing in crossings]
         there, plotted = sum(has_cells), sum(has_plot)
         return BodyCount(
-            body.name, kind_of(body), float(np.mean([crossing.range for crossing in crossings])) if crossings else None,
+            body.name, kind_of(body, scene), float(np.mean([crossing.range for crossing in crossings])) if crossings else None,
             len(crossings), there, plotted, plotted / there if there else None,
         )  # fmt: skip
 

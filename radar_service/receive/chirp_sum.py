@@ -111,9 +111,3 @@ def compress(received: Complexes, transmitted: Complexes, weights: Floats, bins:
     reference = fft(weights * transmitted, size)
     compressed: Complexes = ifft(fft(received, size) * np.conj(reference))  # eq. 15
     return compressed[:bins] / np.sum(weights)
-
-
-def printed_response(delay: Floats, bandwidth: float) -> Floats:
-    """Predicted |compressed| of an unweighted chirp, |sinc(B tau)|, 1 at delay 0 [s]; holds for B T >> 1.
-    docs/specification.md eq. 16."""
-    return np.abs(np.sinc(bandwidth * np.asarray(delay)))  # eq. 16

@@ -1,4 +1,4 @@
-"""Detection and beam spreading of the specification, its predicted point spread, and the square law of the engine."""
+"""Detection and beam spreading of the specification, and the square law of the engine."""
 
 from typing import Any
 
@@ -38,15 +38,3 @@ def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
     extent = int(np.ceil(KERNEL_EXTENT * sigma))
     kernel = np.exp(-0.5 * (np.arange(-extent, extent + 1) / sigma) ** 2)
     return convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19
-
-
-def predicted_psf(range_offset: Floats, azimuth_offset: Floats, range_resolution: float, beamwidth: float) -> Floats:
-    """Predicted power of a point around its position, 1 at the point: sinc^2 in range, Gaussian in azimuth. Source:
-    docs/specification.md eq. 20.
-
-    range_offset, azimuth_offset: broadcastable [m], [rad]; range_resolution: c / (2B) [m]; beamwidth: [rad]. It is a prediction,
-    not a stage. It fits an unweighted chirp; a Hamming reference is 1.47 times as wide (row 11).
-    """
-    along = np.sinc(np.asarray(range_offset) / range_resolution) ** 2
-    across = np.exp(-(np.asarray(azimuth_offset) ** 2) / (2.0 * spread_sigma(beamwidth) ** 2))
-    return along * across  # eq. 20

@@ -15,6 +15,7 @@ import numpy as np
 
 from radar_service.numerics.types import Singles
 from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.output_files import written
 
 if TYPE_CHECKING:
     import xarray
@@ -127,11 +128,19 @@ def _exported(scans: Sequence[Scan], about: Mapping[str, Any] | None) -> xarray.
 
 
 def _to_zarr(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    _exported(scans, about).to_zarr(path, mode="w", consolidated=False)
+    from zarr.storage import MemoryStore
+
+    files: dict[str, Any] = {}  # in memory: after an error zarr would go on writing to a folder
+    _exported(scans, about).to_zarr(MemoryStore(files), mode="w", consolidated=False)
+    with written(path) as part:
+        for name, content in files.items():
+            (part / name).parent.mkdir(parents=True, exist_ok=True)
+            (part / name).write_bytes(content.to_bytes())
 
 
 def _to_netcdf(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    _split(_exported(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    with written(path) as part:
+        _split(_exported(scans, about)).to_netcdf(part, engine="scipy", format="NETCDF3_64BIT")
 
 
 EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}

@@ -39,6 +39,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from radar_service.terminal.output_files import written
+
 FORMAT = 1
 SUFFIX = ".npz"
 SHAPES = {
@@ -56,7 +58,7 @@ def write_arrays(path: str | Path, arrays: Mapping[str, Any], compress: bool = F
     if Path(path).suffix.lower() != SUFFIX:
         raise ValueError(f"{path}: a file of scans ends in {SUFFIX}; give it that ending")
     checked = _checked(arrays, str(path))
-    with Path(path).open("wb") as file:
+    with written(Path(path)) as part, part.open("wb") as file:
         (np.savez_compressed if compress else np.savez)(file, allow_pickle=False, format=np.array(FORMAT), **checked)
 
 

@@ -33,7 +33,7 @@ from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
-from radar_service.scene_file.transponders import ais_from_models
+from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
@@ -68,7 +68,8 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     bodies = [body for k in range(len(model.body)) if (body := loader.body(k)) is not None]
     if loader.problems:
         raise error_from_problems(loader.problems)
-    first, *_ = radars = loader.installations(ais_from_models(model, bodies))
+    ais = ais_from_models(model, bodies)
+    first, *_ = radars = loader.installations(ais)
     world = World(model.name, loader.origin, first.environment, tuple(bodies))
     loader.warnings.extend(mesh_warnings(loader.bodies.findings))
     if loader.origin is not None:
@@ -82,6 +83,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
         loader.warnings.extend(placement_warnings(world, installation.radar, installation.platform, terrain))
     loader.warnings.extend(beacon_warnings(bodies, radars))
+    loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(

@@ -1,7 +1,8 @@
 """Builds the AIS transponders of a scene from their models."""
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from radar_service.world.ais import Ais, AisSettings, AisShip
 from radar_service.world.body import Body
 
 DEFAULT = TransponderModel()
+FORMS = {  # of numbers, Rec. ITU-R M.585, with an example
+    "ship": ("a ship", r"[2-7]\d{8}", 235000001),
+    "aid": ("an aid to navigation", r"99[2-7]\d{6}", 992350001),
+    "sart": ("a SART", r"970\d{6}", 970010001),
+}
 
 
 def ais_from_models(model: SceneModel, bodies: Sequence[Body]) -> Ais:
@@ -20,6 +26,20 @@ def ais_from_models(model: SceneModel, bodies: Sequence[Body]) -> Ais:
     ships = [_of_own_ship(model.own_ship)] if model.own_ship.mmsi is not None else []
     ships += [_of_body(of, body) for of, body in zip(model.body, bodies, strict=True) if body.mmsi is not None]
     return Ais(tuple(ships), _settings(model.ais or AisModel()))
+
+
+def mmsi_warnings(ships: Sequence[AisShip], names: Sequence[str]) -> Iterator[str]:
+    """Yields a warning for each number that is not one of its kind. names: of all bodies, in their order."""
+    for ship in ships:
+        (kind, form, example), number = FORMS[ship.kind], f"{ship.mmsi:09d}"
+        if re.fullmatch(form, number):
+            continue
+        location = "own_ship" if ship.body is None else f"body[{names.index(ship.body)}]"
+        fits = [f'set ais.kind = "{other}", or ' for other, (_, form, _) in FORMS.items() if re.fullmatch(form, number)]
+        yield (
+            f"{location}.mmsi: {number} is not the number of {kind}, so receivers may take it for another station; "
+            f"{''.join(fits)}give one like {example}"
+        )
 
 
 def _settings(model: AisModel) -> AisSettings:
@@ -51,5 +71,5 @@ def _ship(
         body, mmsi, model.class_, (name if model.name is None else model.name).upper(), model.call_sign.upper(), model.ship_type,
         model.imo, model.destination.upper(), (float(middle[0]) + starboard, float(middle[1]) + forward),
         max(0.0, length / 2.0 - forward), max(0.0, length / 2.0 + forward), max(0.0, beam / 2.0 + starboard),
-        max(0.0, beam / 2.0 - starboard), draught, model.off_s, math.radians(model.heading_error_deg),
+        max(0.0, beam / 2.0 - starboard), draught, model.off_s, math.radians(model.heading_error_deg), model.kind, model.aid_type,
     )  # fmt: skip

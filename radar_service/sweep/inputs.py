@@ -19,6 +19,7 @@ from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.platform import radar_entries
 from radar_service.sweep.runs import Run, Runs
 from radar_service.sweep.spec import SweepError, SweepSpec, Values, load_spec
+from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene, known_radar
 
@@ -72,8 +73,8 @@ class Inputs:
         with TemporaryDirectory(prefix="radar-sweep-") as folder:
             for name in named_in(content, source.files):
                 path = Path(folder) / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(source.files[name])
+                make_folder(path.parent)
+                write_file(path, source.files[name])
             try:
                 return load_scene(content, folder=Path(folder)).for_radar(run.radar)
             except ValueError as error:

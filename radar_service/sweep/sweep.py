@@ -1,7 +1,6 @@
 """Runs a sweep: lays the store out, or finds what is finished in it, and has all other runs computed."""
 
 import contextlib
-import errno
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
@@ -14,9 +13,9 @@ from radar_service.sweep.layout import StoreLayout
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore, held, lay_out
 from radar_service.sweep.task import RunTask, run
+from radar_service.terminal.output_files import NO_ROOM, named_errors
 
 MAX_REASON = 500  # characters of why a run failed
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)  # of a store: no other run can be written either
 
 Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]
 
@@ -44,7 +43,7 @@ def run_sweep(
     command. Raises SweepError, and OSError where the store takes nothing more.
     """
     tally = Tally() if tally is None else tally
-    with held(address):
+    with held(address), named_errors(address):
         store = lay_out(address, inputs, layout, arithmetic)
         store.clear()
         left = np.flatnonzero(~store.finished).tolist()

@@ -1,9 +1,17 @@
-"""Files that commands write: their folders are made, and no file is overwritten unasked. Both before anything is computed."""
+"""Files that commands write: folders are made and nothing is overwritten unasked, before anything is computed.
+
+A file is written as a whole or not at all, and an error names it.
+"""
 
 import argparse
+import contextlib
 import errno
-from collections.abc import Iterable
+import os
+import shutil
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)  # numbers of errors: nothing more can be written
 
 
 def add_overwrite(parser: "argparse._ActionsContainer") -> None:
@@ -31,3 +39,48 @@ def make_folder(folder: Path) -> None:
             "a file is in the way of this folder; name another" if isinstance(error, FileExistsError) else error.strerror
         )
         raise OSError(error.errno, reason, error.filename) from None
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Writes a file as a whole or not at all. Raises OSError that names it."""
+    with written(path) as part:
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def written(path: Path) -> Iterator[Path]:
+    """Yields a path beside `path`: a file or folder that the block writes there takes its place, or goes after an error.
+
+    Raises OSError that names `path`.
+    """
+    target = path.resolve()  # a link stays
+    part = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        part = target  # a device or a pipe
+    try:
+        with named_errors(path):
+            yield part
+            if part.is_dir():
+                remove(target)
+            part.replace(target)
+    finally:
+        if part != target:
+            remove(part)
+
+
+def remove(path: Path) -> None:
+    """Removes a file or a folder, as far as it is there and may be removed."""
+    shutil.rmtree(path, ignore_errors=True)
+    with contextlib.suppress(OSError):
+        path.unlink()
+
+
+@contextlib.contextmanager
+def named_errors(path: Path | str) -> Iterator[None]:
+    """Raises OSError of the block, as of a full disk, with the name of this file or address."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:  # of a program
+            raise OSError(f"{path}: {error}") from None
+        raise OSError(error.errno, error.strerror, str(path)) from None

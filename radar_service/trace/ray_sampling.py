@@ -29,17 +29,6 @@ def elevation_offsets(generator: np.random.Generator, count: int, beamwidth_el: 
     return generator.uniform(-BOX_BEAMWIDTHS * beamwidth_el, BOX_BEAMWIDTHS * beamwidth_el, count)  # eq. 5
 
 
-def printed_direction(azimuth: Floats, elevation: Floats) -> Floats:
-    """Unit vectors (M, 3) exactly as printed: the azimuth [rad] counts from x counter-clockwise. Source:
-    docs/specification.md eq. 6.
-
-    With eqs. 21 and 22, which count from y clockwise, it reflects the picture about the line of 45 degrees
-    (docs/specification.md, errata row 8); so the documented chain itself sends its rays along `frames.direction`.
-    """
-    level = np.cos(elevation)
-    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1)  # eq. 6
-
-
 @dataclass(frozen=True)
 class Rays:
     """Rays (M,) over a whole turn: azimuth and elevation [rad], and the solid angle [sr] that each stands for."""

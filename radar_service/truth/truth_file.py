@@ -11,9 +11,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
-from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -79,26 +77,11 @@ def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class TruthFile:
-    """Writes a truth file, as a context manager. Each scan is on disk before the next one begins."""
+def truth_lines(crossings: Iterable[Crossing], snapshot: Snapshot) -> list[str]:
+    """Returns the lines of one scan."""
+    return [truth_line(crossing.as_dict()) for crossing in crossings] + [truth_line(snapshot.as_dict())]
 
-    def __init__(self, path: Path, first: Mapping[str, Any]) -> None:
-        """first: the header. Raises OSError."""
-        self._file = path.open("w", encoding="utf-8")
-        self._write(first)
 
-    def write(self, crossings: Iterable[Crossing], snapshot: Snapshot) -> None:
-        """Writes the truth of one scan. Raises OSError."""
-        for crossing in crossings:
-            self._write(crossing.as_dict())
-        self._write(snapshot.as_dict())
-        self._file.flush()
-
-    def _write(self, content: Mapping[str, Any]) -> None:
-        self._file.write(json.dumps(content, allow_nan=False) + "\n")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._file.close()
+def truth_line(content: Mapping[str, Any]) -> str:
+    """Returns the line of a header, a crossing or a snapshot."""
+    return json.dumps(content, allow_nan=False) + "\n"

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 StationClass = Literal["A", "B-SO", "B-CS"]
+StationKind = Literal["ship", "aid", "sart"]
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,10 @@ class AisShip:
 
     body: name of the body that has it, None for own ship that is no body.
     mmsi, imo: her numbers; imo 0: none.
+    kind: ship, aid to navigation, or search and rescue transponder that is active.
     antenna: of its position sensor on the deck, starboard and forward of the origin of the body's frame [m].
     to_bow, to_stern, to_port, to_starboard: distances from that antenna to her sides [m]; 0: not known.
-    draught: [m]. ship_type: two digits, 0: not known.
+    draught: [m]. ship_type: two digits, 0: not known; aid_type: of an aid, 0 to 31, 0: not known.
     silent: periods in which it is off, from and to [s]. heading_error: of what it reports [rad].
     """
 
@@ -46,6 +48,8 @@ class AisShip:
     draught: float
     silent: tuple[tuple[float, float], ...] = ()
     heading_error: float = 0.0
+    kind: StationKind = "ship"
+    aid_type: int = 0
 
     def is_silent(self, time: float) -> bool:
         """Whether it is off at a time [s]."""

@@ -181,7 +181,6 @@ def test_crossings_and_nodes_count_from_the_origin_of_the_rotation() -> None:
         nodes = shifted.nodes(0, crossing)
         assert len(nodes) > 2
         np.testing.assert_array_equal(own.nodes(0, crossing + 5 * 720), nodes + 5 * 720)
-    np.testing.assert_array_equal(own.first_nodes()[0], shifted.first_nodes()[0] + 5 * 720)
     time = shifted.crossing(0, 0.6) / 720 * 60 / 25
     bearing = float(np.arctan2(150.0, 200.0 - (7.3 + time) * 60 * 1852 / 3600))
     assert own.passing(7.3 + time, bearing, 0.01) == [(0, own.crossing(0, 5.6))]

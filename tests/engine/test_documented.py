@@ -7,10 +7,10 @@ from radar_service.engine.documented import DocumentedEngine, Hits
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
-from radar_service.receive.detection import predicted_psf
 from radar_service.records.fidelity import Fidelity
 from radar_service.scene_file.load import load_scene
 from radar_service.world.scene import Scene
+from tests.reference.printed_formulas import predicted_psf
 
 EMBREE = Fidelity("documented", engine="documented")
 ONE_BY_ONE = Fidelity("documented", engine="documented", tracer="moller_trumbore")

@@ -18,7 +18,7 @@ SCENE: dict[str, Any] = {
     "environment": {"noise": True},
     "body": [
         {"name": "under way", "shape": "point", "position_m": [-20, -300, 5], "rcs_dbsm": 0, "course_deg": 90, "speed_kn": 20},
-        {"name": "moored", "shape": "point", "position_m": [300, 0, 5], "rcs_dbsm": 0, "mmsi": 999000001},
+        {"name": "moored", "shape": "point", "position_m": [300, 0, 5], "rcs_dbsm": 0, "mmsi": 299000001},
         {"name": "reflector", "shape": "point", "position_m": [0, 300, 5], "rcs_dbsm": 0},
         {"name": "far", "shape": "point", "position_m": [-400, 0, 5], "rcs_dbsm": -60},
         {"name": "pier", "shape": "box", "length_m": 20, "width_m": 5, "height_m": 5, "position_m": [-200, -200, 0],
@@ -93,6 +93,20 @@ def test_sea_is_clutter() -> None:
     kinds = {one.kind: one for one in report.kinds}
     clutter, noise = kinds["clutter"], kinds["noise"]
     assert clutter.cells > 1000 and clutter.share is not None and noise.share is not None and clutter.share > noise.share
+
+
+def test_the_ais_of_a_body_says_what_it_is() -> None:
+    bodies = [
+        {"name": kind, "shape": "point", "position_m": [300 - 50 * k, 0, 5], "rcs_dbsm": 0, "mmsi": 1 + k, "ais": {"kind": kind}}
+        for k, kind in enumerate(("ship", "aid", "sart"))
+    ]  # fmt: skip
+    simulator = rs.Simulator(rs.load_scene(SCENE | {"body": bodies}), "balanced", labels=True)
+    kinds = kinds_of(simulator.scene, list(simulator.label_names))
+    assert [kinds[label] for label, name in simulator.label_names.items() if name in ("ship", "aid", "sart")] == [
+        "ship",
+        "buoy",
+        "buoy",
+    ]
 
 
 def test_plain_data_has_no_arrays(report: PlotReport) -> None:

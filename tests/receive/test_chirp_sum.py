@@ -12,11 +12,11 @@ from radar_service.receive.chirp_sum import (
     impulse_sum,
     printed_hamming,
     printed_phase,
-    printed_response,
     pulse_times,
     sample_delay,
     window,
 )
+from tests.reference.printed_formulas import printed_response
 
 BANDWIDTH, PULSE, RATE = 50e6, 10e-6, 200e6
 SENT = chirp(pulse_times(PULSE, RATE), BANDWIDTH, PULSE)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from radar_service.receive.detection import beam_spread, detect, predicted_psf, spread_sigma
+from radar_service.receive.detection import beam_spread, detect, spread_sigma
+from tests.reference.printed_formulas import predicted_psf
 
 BEAM, STEP = np.deg2rad(3.9), np.deg2rad(0.5)
 

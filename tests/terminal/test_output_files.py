@@ -1,12 +1,55 @@
-"""Files that commands write: folders are made, and nothing is overwritten unasked."""
+"""Files that commands write: folders are made, nothing is overwritten unasked, and a full disk leaves nothing half."""
 
+import ast
+import contextlib
+import errno
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.terminal.output_files import make_folder, prepare
-from tests.scenes import ONE_TARGET
+from radar_service.batch.jobs import Job, ResultFolder
+from radar_service.bench.detection import report as detection
+from radar_service.bench.junit import write_junit
+from radar_service.bench.report import write_report
+from radar_service.commands.scan import write_png
+from radar_service.display.film import write_gif
+from radar_service.display.picture import render_image
+from radar_service.scans.dataset import exporter
+from radar_service.scans.scan import Scan, save_scans
+from radar_service.simulator import Simulator
+from radar_service.study.stability import report as stability
+from radar_service.terminal.output_files import make_folder, named_errors, prepare, write_file, written
+from tests.scenes import ONE_TARGET, point
+from tests.scenes import scene as scene_of
+
+ROOT = Path(__file__).parents[2]
+LIMIT = 1000  # bytes of a file, as where the disk is full
+Writer = Callable[[Path, Scan, Simulator], object]
+NOISE = np.random.default_rng(5).integers(0, 255, (60, 80)).astype(np.uint8)
+REPORT: Mapping[str, Any] = {"tracker": "x" * LIMIT, "scenarios": []}
+WRITERS: dict[str, Writer] = {
+    "a.npz": lambda path, scan, simulator: save_scans(path, [scan]),
+    "a.zarr": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
+    "a.nc": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
+    "a.png": lambda path, scan, simulator: write_png(path, scan, simulator),
+    "a.gif": lambda path, scan, simulator: write_gif(path, [render_image(NOISE, 10.0, 20.0, size=200)] * 2, 5),
+    "a.xml": lambda path, scan, simulator: write_junit(REPORT, path),
+    "a.json": lambda path, scan, simulator: write_file(path, "x" * (LIMIT + 1)),
+}
+IN_FOLDERS: dict[str, Callable[[Path], object]] = {
+    "report.json": lambda folder: write_report(REPORT, {}, folder),
+    "detection.json": lambda folder: detection.write_detection(REPORT, folder),
+    "stability.html": lambda folder: stability.write_report(folder, []),
+    "x-b1ba07e5.json": lambda folder: ResultFolder(folder).write(Job("x", ()), {"x": "x" * LIMIT}),
+}
 
 
 @pytest.fixture
@@ -59,3 +102,95 @@ def test_a_command_overwrites_where_it_may_and_makes_folders(scene: str, tmp_pat
     assert main(["scan", scene, "-o", str(out)]) == 0
     first = out.stat().st_mtime_ns
     assert main(["scan", scene, "-o", str(out), "--overwrite"]) == 0 and out.stat().st_mtime_ns > first
+
+
+@contextlib.contextmanager
+def full_disk() -> Iterator[None]:
+    """No file grows beyond LIMIT in the block."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_full_disk_leaves_nothing_half_and_what_was_there(name: str, tmp_path: Path) -> None:
+    if name.endswith((".zarr", ".nc")):
+        pytest.importorskip("zarr", reason="the extra `xarray` is absent")
+    simulator = Simulator(scene_of([point("a", 0, 300)]), "fast")
+    scan, path = simulator.scan(), tmp_path / name
+    for before in ([], [name]):
+        with full_disk(), pytest.raises(OSError, match="File too large") as caught:
+            WRITERS[name](path, scan, simulator)
+        assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(path))
+        assert os.listdir(tmp_path) == before and (not before or path.read_bytes() == b"mine")
+        path.write_bytes(b"mine")
+    WRITERS[name](path, scan, simulator)
+    assert os.listdir(tmp_path) == [name] and (path.is_dir() or path.read_bytes() != b"mine")
+
+
+@pytest.mark.parametrize("name", IN_FOLDERS)
+def test_reports_and_kept_results_are_named_too(name: str, tmp_path: Path) -> None:
+    with full_disk(), pytest.raises(OSError, match="File too large") as caught:
+        IN_FOLDERS[name](tmp_path)
+    assert caught.value.filename == str(tmp_path / name) and name not in os.listdir(tmp_path)
+    assert not [file for file in os.listdir(tmp_path) if file.startswith(".")]
+
+
+def test_a_folder_takes_the_place_of_a_folder_and_a_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "old").touch()
+    (tmp_path / "link").symlink_to(tmp_path / "there")
+    with written(tmp_path / "link") as part:
+        part.mkdir()
+        (part / "new").touch()
+    assert (tmp_path / "link").is_symlink() and os.listdir(tmp_path / "there") == ["new"]
+    (tmp_path / "full").symlink_to("/dev/full")  # no device is replaced
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        write_file(tmp_path / "full", "x")
+    assert caught.value.filename == str(tmp_path / "full") and Path("/dev/full").is_char_device()
+
+
+def test_what_a_program_says_gets_the_name(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="a.mp4: ffmpeg ended with 1"), named_errors("a.mp4"):
+        raise OSError("ffmpeg ended with 1")
+
+
+def test_standard_output_is_named_where_its_disk_is_full() -> None:
+    with Path("/dev/full").open("wb") as full:
+        command = [sys.executable, "-m", "radar_service", "schema"]
+        ended = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (ended.returncode, ended.stderr) == (2, "standard output: No space left on device\n")
+
+
+STREAMS = {  # files that open others, and why these may be cut
+    "radar_service/recording/recording_file.py": "a cut recording can be read",
+    "radar_service/ports/rest/bodies.py": "an upload, in a folder that goes",
+    "radar_service/ports/rest/scene_routes.py": "an upload, in a folder that goes",
+    "radar_service/radar_feed.py": "a scene for a child process, in a folder that goes",
+    "radar_service/processes/fork_server_main.py": "a file of the kernel",
+    "radar_service/processes/limits.py": "a file of the kernel",
+}
+
+
+def test_every_writer_of_the_package_is_one_of_these() -> None:
+    """A call that writes to a path writes to the `part` of `written`, or stands in STREAMS."""
+    found = set()
+    for file in (*ROOT.glob("radar_service/**/*.py"), *ROOT.glob("clients/**/*.py")):
+        calls = (node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call))
+        if any(_writes(call) for call in calls):
+            found.add(file.relative_to(ROOT).as_posix())
+    assert found == set(STREAMS)
+
+
+def _writes(call: ast.Call) -> bool:
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    of = ast.unparse(call.func.value) if isinstance(call.func, ast.Attribute) else ""
+    texts = [word.value for word in (*call.args, *(key.value for key in call.keywords)) if isinstance(word, ast.Constant)]
+    if name == "open":
+        return of != "part" and any(isinstance(text, str) and set(text) & set("wxa+") and len(text) < 4 for text in texts)
+    if name in ("savefig", "to_zarr", "to_netcdf"):
+        return ast.unparse(call.args[0]) not in ("part", "buffer", "drawn", "out", "MemoryStore(files)")  # bytes in memory
+    return name in ("write_text", "write_bytes") and not of.removeprefix("(").startswith("part")

@@ -10,8 +10,8 @@ from radar_service.trace.ray_sampling import (
     azimuth_offsets,
     elevation_offsets,
     full_circle_rays,
-    printed_direction,
 )
+from tests.reference.printed_formulas import printed_direction
 
 BEAM = np.deg2rad(3.9)
 

@@ -1,6 +1,7 @@
 """Truth files: each line is JSON with a type, and holds what the simulator says."""
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +9,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.__main__ import main
-from radar_service.truth.truth_file import TruthFile, header, scene_hash
+from radar_service.truth.truth_file import header, scene_hash
 from tests.scenes import point, scene
+from tests.terminal.test_output_files import full_disk
 
 SCENE = {
     "name": "two", "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
@@ -47,11 +49,12 @@ def test_the_header_names_scene_seed_and_radar() -> None:
     assert (radar["id"], radar["azimuths"], radar["range_first"]) == ("0", made.radar.azimuths, made.radar.range_step / 2)
 
 
-def test_each_scan_is_on_disk_before_the_next_begins(tmp_path: Path) -> None:
-    sim = rs.Simulator(scene([point("a", 0, 300)]), "fast")
-    with TruthFile(path := tmp_path / "t.jsonl", {"schema": 1}) as file:
-        file.write(sim.crossings(0), sim.snapshot(0))
-        assert len(path.read_text().splitlines()) == 3
+def test_a_full_disk_leaves_no_half_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (path := tmp_path / "two.json").write_text(json.dumps(SCENE))
+    out, kept = tmp_path / "truth.jsonl", tmp_path / "s.npz"
+    with full_disk():
+        assert main(["scan", str(path), "-o", str(kept), "--truth", str(out)]) == 2
+    assert capsys.readouterr().err == f"{out}: File too large\n" and sorted(tmp_path.iterdir()) == [path]
 
 
 BODY = point("a", 100, 200)
@@ -105,5 +108,6 @@ def test_a_radar_of_a_scene_has_a_hash_of_its_own() -> None:
 
 
 def test_scenes_keep_their_hash_from_version_to_version() -> None:
-    """Computed before scenes could have several radars."""
-    assert scene_hash(rs.load_scene("open-sea")) == OPEN_SEA
+    """Computed before scenes could have several radars, and when the ships had other numbers."""
+    content = (Path(rs.__file__).parents[1] / "scenes" / "open-sea.toml").read_text()
+    assert scene_hash(rs.load_scene(tomllib.loads(content.replace("mmsi = 2990", "mmsi = 9990")))) == OPEN_SEA

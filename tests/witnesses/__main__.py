@@ -1,8 +1,9 @@
 """Programs of others as witnesses of what a service sends: gpsdecode, OpenCPN on a screen of its own, mayara's web page.
 
-`python -m tests.witnesses FOLDER`, which `.ci/witnesses` calls. Ten ships move; gpsdecode decodes their AIS, which is compared
-with the truth; OpenCPN shows own ship and them on FOLDER/opencpn.png, to be looked at. The page is opened where MAYARA_GUI
-names its folder (`signalk_page.py`). What is absent is printed.
+`python -m tests.witnesses FOLDER`, which `.ci/witnesses` calls. Ten ships move. gpsdecode decodes their AIS, and that of an aid
+to navigation and a SART, with the parts of static reports joined; it is compared with the truth. OpenCPN shows own ship and the
+ships on FOLDER/opencpn.png, to be looked at. The page is opened where MAYARA_GUI names its folder (`signalk_page.py`). What is
+absent is printed.
 """
 
 import contextlib
@@ -20,12 +21,14 @@ from typing import Any
 
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
+from tests.reference.true_north import true_deg
 from tests.witnesses import signalk_page
 
 KNOT = 1852.0 / 3600.0
 START, START_SECOND = "2026-12-31T23:59:30", 30
 NMEA, AIS = 10110, 10111
-LISTEN_S = 25.0  # below a minute, in which a second of UTC is unique
+ORIGIN = (50.4, -1.3)  # degrees
+LISTEN_S, PACE = 40.0, 5  # 200 s of simulation: an aid reports each three minutes
 DRAW_S = 70.0  # for the first names, which come within a minute
 PARTS = 600_000  # 1/10000 minutes in a degree
 SCREEN = ":79"
@@ -56,17 +59,27 @@ def ships() -> list[dict[str, Any]]:
 
 
 SCENE: dict[str, Any] = {
-    "name": "ten ships", "origin": {"latitude_deg": 50.4, "longitude_deg": -1.3}, "radar": {"range_max_m": 6000},
+    "name": "ten ships", "origin": {"latitude_deg": ORIGIN[0], "longitude_deg": ORIGIN[1]}, "radar": {"range_max_m": 6000},
     "environment": {"current_kn": 2, "current_to_deg": 90}, "body": ships(),
     "own_ship": {"speed_kn": 12, "course_deg": 30, "mmsi": 235_000_100, "ais": {"length_m": 60, "beam_m": 11}},
 }  # fmt: skip
 
 
+AID: dict[str, Any] = {
+    "name": "fairway", "shape": "point", "rcs_dbsm": 10, "position_m": [700, 1200, 3], "mmsi": 992_350_300,
+    "ais": {"kind": "aid", "aid_type": 30},
+}  # fmt: skip
+RAFT: dict[str, Any] = {
+    "name": "raft", "shape": "point", "rcs_dbsm": 0, "position_m": [-900, -1200, 1], "mmsi": 970_010_300,
+    "speed_kn": 1, "course_deg": 90, "ais": {"kind": "sart"},
+}  # fmt: skip
+
+
 @contextlib.contextmanager
-def served(folder: Path) -> Iterator[None]:
+def served(folder: Path, scene: dict[str, Any], pace: int = 1) -> Iterator[None]:
     """The service with both ports, once they are open."""
-    file = folder / "ten-ships.json"
-    file.write_text(json.dumps(SCENE))
+    file = folder / "scene.json"
+    file.write_text(json.dumps(scene))
     command = [
         sys.executable,
         "-m",
@@ -79,6 +92,8 @@ def served(folder: Path) -> Iterator[None]:
         "fast",
         "--start-utc",
         START,
+        "--pace",
+        str(pace),
     ]
     ports = ["--nmea-tcp", str(NMEA), "--ais-tcp", str(AIS)]
     with subprocess.Popen([*command, *ports], stdout=subprocess.PIPE, text=True) as service:
@@ -90,32 +105,54 @@ def served(folder: Path) -> Iterator[None]:
             service.terminate()
 
 
-def listened(folder: Path) -> bytes:
-    """The AIS of LISTEN_S seconds."""
+def listened(folder: Path, scene: dict[str, Any]) -> bytes:
+    """The AIS of LISTEN_S seconds at PACE."""
     text, until = b"", time.monotonic() + LISTEN_S
-    with served(folder), socket.create_connection(("127.0.0.1", AIS), timeout=10) as connection:
+    with served(folder, scene, PACE), socket.create_connection(("127.0.0.1", AIS), timeout=10) as connection:
         while time.monotonic() < until:
             text += connection.recv(65536)
     return text
 
 
-def judged(lines: bytes) -> str:
+def judged(folder: Path) -> str:
     """What gpsdecode reads of AIS, against the truth. Raises AssertionError."""
+    scene = {**SCENE, "body": [*ships(), AID, RAFT]}
+    lines = listened(folder, scene)
     output = subprocess.run(["gpsdecode", "-j"], input=lines, capture_output=True, check=True).stdout
-    simulator = Simulator(load_scene(SCENE), fidelity="fast")
+    simulator = Simulator(load_scene(scene), fidelity="fast")
+    numbers = {body["mmsi"]: number for number, body in enumerate(scene["body"])}
     reports = [json.loads(line) for line in output.splitlines() if b'"class":"AIS"' in line]
-    positions = [report for report in reports if report["type"] in (1, 18)]
+    positions = [report for report in reports if report["type"] in (1, 18, 21)]
+    now = 0.0
     for report in positions:
-        truth = simulator.truth(float((report["second"] - START_SECOND) % 60))
-        number = report["mmsi"] - 235_000_200
-        body = truth.own_ship if number < 0 else truth.bodies[number]
+        now += math.remainder(report["second"] - START_SECOND - now, 60)  # own ship reports each second
+        truth = simulator.truth(now)
+        number = numbers.get(report["mmsi"])
+        body = truth.own_ship if number is None else truth.bodies[number]
         assert body.latitude_deg is not None and body.longitude_deg is not None
         assert abs(round(report["lat"] * PARTS) - body.latitude_deg * PARTS) <= 0.5 + 1e-6, report
         assert abs(round(report["lon"] * PARTS) - body.longitude_deg * PARTS) <= 0.5 + 1e-6, report
+        if report["type"] == 21:
+            continue
         assert abs(report["speed"] - body.speed / KNOT) <= 0.05 + 1e-6, report
-        assert abs(math.remainder(report["course"] - math.degrees(body.course), 360)) <= 0.05 + 1e-6, report
-        assert abs(math.remainder(report["heading"] - math.degrees(body.heading), 360)) <= 0.5 + 1e-6, report
-    assert len({report["mmsi"] for report in positions}) >= 8
+        assert abs(math.remainder(report["course"] - true_deg(body.course, body.position, ORIGIN), 360)) <= 0.05 + 1e-6, (
+            report
+        )
+        if report["mmsi"] != RAFT["mmsi"]:
+            assert (
+                abs(math.remainder(report["heading"] - true_deg(body.heading, body.position, ORIGIN), 360)) <= 0.5 + 1e-6
+            ), report
+    bodies: list[dict[str, Any]] = scene["body"]
+    for body_of in bodies:
+        types = {report["type"] for report in reports if report["mmsi"] == body_of["mmsi"]}
+        is_a = body_of["ais"].get("class", "A") == "A"
+        assert types == {"aid": {21}, "sart": {1, 14}}.get(body_of["ais"].get("kind"), {1, 5} if is_a else {18, 24}), body_of
+    names = {
+        report["mmsi"]: report.get("shipname", report.get("name")) for report in reports if report["type"] in (5, 21, 24)
+    }
+    assert names == {235_000_100: "OWN SHIP"} | {each["mmsi"]: each["name"].upper() for each in bodies if each is not RAFT}
+    assert {report["status"] for report in positions if report["mmsi"] == RAFT["mmsi"]} == {14}
+    assert {report["text"] for report in reports if report["type"] == 14} == {"SART ACTIVE"}
     return f"{len(positions)} positions and {len(reports) - len(positions)} static reports agree with the truth"
 
 
@@ -137,7 +174,7 @@ def drawn(folder: Path) -> str:
             time.sleep(8.0)
         subprocess.run("xdotool search --name Welcome windowraise", shell=True, env=own, check=False)
         subprocess.run(["xdotool", "mousemove", "817", "628", "click", "1"], env=own, check=True)
-        on_end.enter_context(served(folder))  # after OpenCPN, which then gets the names, of the first minute, too
+        on_end.enter_context(served(folder, SCENE))  # after OpenCPN, which then gets the names, of the first minute, too
         time.sleep(DRAW_S)
         picture = folder / "opencpn.png"
         subprocess.run(["import", "-window", "root", "-crop", "896x630+0+0", "+repage", str(picture)], env=own, check=True)
@@ -155,7 +192,7 @@ def main(folder: Path) -> None:
     }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
     judges: dict[str, Callable[[], str]] = {
-        "gpsdecode": lambda: judged(listened(folder)),
+        "gpsdecode": lambda: judged(folder),
         "OpenCPN": lambda: drawn(folder),
         "mayara's page": lambda: signalk_page.judged(folder, Path(gui)) if gui else "not asked, without MAYARA_GUI",
     }

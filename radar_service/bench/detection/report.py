@@ -11,7 +11,7 @@ import numpy as np
 from radar_service.bench.report import page_of
 from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, write_file
 
 COLUMNS = (
     "target", "first lost, predicted (measured)", "last held, predicted (measured)", "range of the standard", "p",
@@ -22,8 +22,8 @@ COLUMNS = (
 def write_detection(study: Mapping[str, Any], folder: Path) -> None:
     """Writes detection.json and detection.html into a folder, which is made. Raises OSError."""
     make_folder(folder)
-    (folder / "detection.json").write_text(json.dumps(study, indent=1, allow_nan=False), encoding="utf-8")
-    (folder / "detection.html").write_text(page(study), encoding="utf-8")
+    write_file(folder / "detection.json", json.dumps(study, indent=1, allow_nan=False))
+    write_file(folder / "detection.html", page(study))
 
 
 def page(study: Mapping[str, Any]) -> str:

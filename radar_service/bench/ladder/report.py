@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.bench.report import page_of, table_of, unit_of
 from radar_service.bench.run_picture import png_text
+from radar_service.terminal.output_files import write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,8 +18,8 @@ Data = Mapping[str, Any]  # plain data
 
 def write_ladders(report: Data, folder: Path) -> None:
     """Writes report.json and report.html. Raises OSError."""
-    (folder / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
-    (folder / "report.html").write_text(page(report), encoding="utf-8")
+    write_file(folder / "report.json", json.dumps(report, indent=1, allow_nan=False))
+    write_file(folder / "report.html", page(report))
 
 
 def page(report: Data) -> str:

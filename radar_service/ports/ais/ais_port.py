@@ -30,6 +30,7 @@ class AisPort(SenderPort):
 
     def _sentences(self, report: AisReport) -> list[bytes]:
         kind, ship = "VDO" if report.is_own else "VDM", report.ship
-        messages = [] if report.position is None else [position_of(ship, report.position)]
-        messages += [bits for number, bits in enumerate(static_of(ship)) if number in report.static]
-        return [line for bits in messages for line in ais_sentences(bits, kind, next(self._numbers))]
+        position = [] if report.position is None else [position_of(ship, report.position)]
+        static = [bits for number, bits in enumerate(static_of(ship)) if number in report.static]
+        groups = [(next(self._numbers), messages) for messages in (position, static) if messages]  # parts share a channel
+        return [line for number, messages in groups for bits in messages for line in ais_sentences(bits, kind, number)]

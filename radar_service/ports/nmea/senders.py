@@ -121,7 +121,7 @@ class UdpSender:
     def __init__(self, option: str, where: Address, clock: Callable[[], float] = time.monotonic) -> None:
         """option: with which messages begin. Raises UsageError where no way leads there."""
         self.lost = 0
-        self._option, self._where, self._has_failed = option, where, False
+        self._option, self._where, self._has_failed, self._was_alone = option, where, False, False
         self._clock, self._opened = clock, clock()
         try:
             self._socket = _prepared(where)
@@ -134,9 +134,7 @@ class UdpSender:
         """Sends whole sentences, as many in a datagram as fit."""
         for count, datagram in datagrams(sentences):
             try:
-                self._socket.send(datagram)
-            except ConnectionRefusedError:  # nobody listens there, or not yet
-                self.lost += count
+                self._send(datagram)
             except OSError as error:
                 self.lost += count
                 if not self._has_failed:
@@ -149,6 +147,17 @@ class UdpSender:
                 if self._has_failed:
                     log_event("network back", option=self._option, to=str(self._where), lost=self.lost)
                 self._has_failed = False
+
+    def _send(self, datagram: bytes) -> None:
+        """Sends a datagram; a refusal says that nobody was there to take the one before. Raises OSError."""
+        try:
+            self._socket.send(datagram)
+        except ConnectionRefusedError:
+            if not self._was_alone:
+                log_event("nobody there", option=self._option, to=str(self._where))
+            self._was_alone = True
+            with contextlib.suppress(ConnectionRefusedError):
+                self._socket.send(datagram)
 
     def close(self) -> None:
         """Closes the socket."""

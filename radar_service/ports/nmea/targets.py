@@ -4,7 +4,6 @@ These are no tracks of a radar: nothing was measured, and no error of a sensor i
 """
 
 import math
-from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
@@ -20,7 +19,7 @@ MAX_MINUTES = 99.9  # of TCPA
 NAUTICAL_MILE = 1852.0  # m
 SLOWEST = 1e-9  # m/s: below it two ships neither approach nor part
 RESERVED = str.maketrans(dict.fromkeys(",*$!\\^~", " "))  # characters that a field must not have
-MAX_SENTENCE = 82  # characters, its line end among them
+NAME = 11  # characters of a name: what the longest TTM of 82 has room for
 
 
 def target_sentences(truth: Truth, utc: datetime, origin: Origin | None = None) -> list[bytes]:
@@ -37,16 +36,15 @@ def target_sentences(truth: Truth, utc: datetime, origin: Origin | None = None) 
     return lines
 
 
-def label(name: str, room: int) -> str:
-    """Returns the name of a body as a field of so many characters at most: ASCII, marked as truth."""
+def label(name: str) -> str:
+    """Returns the name of a body as a field of NAME characters at most, in each sentence the same: ASCII, marked as truth."""
     plain = name.encode("ascii", "replace").decode().translate(RESERVED)
-    return f"{MARK} {''.join(c if c.isprintable() else ' ' for c in plain)}"[: max(room, len(MARK))].rstrip()
+    return f"{MARK} {''.join(c if c.isprintable() else ' ' for c in plain)}"[:NAME].rstrip()
 
 
-def _named(kind: str, before: Sequence[str], name: str, after: Sequence[str]) -> bytes:
-    """A sentence with the name of a body between other fields."""
-    room = MAX_SENTENCE - len(sentence(RADAR, kind, *before, "", *after))
-    return sentence(RADAR, kind, *before, label(name, room), *after)
+def _short(value: float, digits: int) -> str:
+    """A number with so many digits after the point, from 100 on with fewer, so that it does not become longer."""
+    return fixed(value, max(0, digits + 2 - max(2, len(f"{value:.0f}"))))
 
 
 def closest_approach(body: BodyTruth, own: BodyTruth) -> tuple[float, float | None]:
@@ -67,14 +65,14 @@ def _ttm(number: int, body: BodyTruth, own: BodyTruth, utc: datetime, origin: Or
     if origin is not None:
         azimuth = float(true_bearing(azimuth, np.array(own.position), origin))
         course = float(true_bearing(course, np.array(body.position), origin))
-    before = (
-        f"{number:02d}", fixed(body.range / NAUTICAL_MILE, 3), bearing(azimuth), "T", fixed(body.speed / KNOT, 1),
-        bearing(course), "T", fixed(cpa / NAUTICAL_MILE, 2), minutes, "N",
+    return sentence(
+        RADAR, "TTM", f"{number:02d}", _short(body.range / NAUTICAL_MILE, 3), bearing(azimuth), "T",
+        _short(body.speed / KNOT, 1), bearing(course), "T", _short(cpa / NAUTICAL_MILE, 2), minutes, "N", label(body.name),
+        "T", "", f"{utc:%H%M%S}", "A",
     )  # fmt: skip
-    return _named("TTM", before, body.name, ("T", "", f"{utc:%H%M%S}", "A"))
 
 
 def _tll(number: int, body: BodyTruth, utc: datetime) -> bytes:
     assert body.latitude_deg is not None and body.longitude_deg is not None
     position = latitude_longitude(body.latitude_deg, body.longitude_deg)
-    return _named("TLL", (f"{number:02d}", *position), body.name, (clock(utc), "T", ""))
+    return sentence(RADAR, "TLL", f"{number:02d}", *position, label(body.name), clock(utc), "T", "")

@@ -15,7 +15,7 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.ports.nmea.nmea_port import station_of
-from radar_service.ports.nmea_in.helm import Helm, Order
+from radar_service.ports.nmea_in.helm import SILENCE, Helm, Order
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
 from radar_service.ports.port import Port, Service
@@ -37,6 +37,7 @@ POSES = 20.0  # a second at most: each costs a block that is computed anew, and 
 BETWEEN = 0.005  # s between two readings: so a flood takes a few per cent of a core
 BY = "nmea"
 ANGLES = ("heading_deg", "course_deg")
+JUMP, FASTEST = 100.0, 50.0  # m and m/s: from so far on, and faster than that, own ship jumps
 FRESH = 1.0  # s: how old a position may be at which true north is taken
 
 
@@ -55,6 +56,7 @@ class NmeaSteering:
         self._answer: Future[Command] | None = None  # to the last one
         self._next = -math.inf  # when the next pose may be sent
         self._place, self._placed = (0.0, 0.0), -math.inf  # position of own ship [m], and when it was so
+        self._ordered, self._jump = ((0.0, 0.0), -math.inf), 0.0  # last position that was sent and when, and how far it lay
         self._has_failed = False
         self._unfit: SceneOutline | None = None
 
@@ -88,7 +90,10 @@ class NmeaSteering:
                 return
             error, self._answer = self._answer.exception(), None
             self._tell(error)
+            if error is None and self._jump:
+                log_event("own ship jumped", radar=self._station.identity, by=BY, distance_m=round(self._jump))
         if self._values and self._clock() >= self._next:
+            self._jump = self._jumped(self._values["position_m"]) if "position_m" in self._values else 0.0
             pose, self._values = CommandedPose(None, self._at, self._on_map(self._values)), {}
             self._next = self._clock() + 1.0 / POSES
             try:
@@ -131,6 +136,15 @@ class NmeaSteering:
                 east, north, _ = states.position[0].tolist()
                 self._place, self._placed = (east, north), self._clock()
         return self._place
+
+    def _jumped(self, place: tuple[float, float]) -> float:
+        """How far a position lies from where own ship is [m]; 0 where a ship may come there by itself."""
+        now, (before, sent) = self._clock(), self._ordered
+        if now - sent > SILENCE:
+            before, sent = self._own_place(), now
+        self._ordered = place, now
+        distance = math.dist(place, before)
+        return distance if distance > JUMP + FASTEST * (now - sent) else 0.0
 
     def _tell(self, error: BaseException | None) -> None:
         """Counts a pose that was refused, and logs the first one of several."""

@@ -32,7 +32,6 @@ RANGES = (
     66672,
     88896,
 )  # m: 1/8 to 48 NM
-MIN_RANGE = 10  # m, of the control `range_m`
 METRES = {"m": 1.0, "km": 1000.0, "nm": 1852.0}
 POWERS = {"0": "Off", "1": "Standby", "2": "Transmit"}
 SWITCH = {"0": "Off", "1": "On"}

@@ -48,7 +48,7 @@ class Subscription:
                 f"{key}: {milliseconds:g} ms is not from 0 to {1000.0 * MAX_PERIOD:g}; send one of these"
             )
         path = row["path"][:200]
-        if path.startswith("vessels."):  # of other ships: context and path in one
+        if path.startswith(("vessels.", "atons.")):  # of other ships and aids: context and path in one
             context, path = ".".join(path.split(".", 2)[:2]), ".".join(path.split(".", 2)[2:]) or "*"
         context = SELF if context == "self" else context
         period = max(milliseconds / 1000.0, MIN_FIXED if policy == "fixed" else 0.0)

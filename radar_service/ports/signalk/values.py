@@ -89,13 +89,15 @@ def own_ship_values(own: OwnShipReport) -> dict[Path, Any]:
 
 
 def vessel_values(report: AisReport) -> dict[Path, Any]:
-    """Returns what a transponder reports of another ship, by paths of a context of her own; what is not known is left out."""
-    context, at = f"vessels.urn:mrn:imo:mmsi:{report.ship.mmsi:09d}", report.position
+    """Returns what a transponder reports, by paths of a context of its own; what is not known is left out."""
+    at, is_aid = report.position, report.ship.kind == "aid"
+    context = f"{'atons' if is_aid else 'vessels'}.urn:mrn:imo:mmsi:{report.ship.mmsi:09d}"
     values: dict[Path, Any] = {}
-    if report.static:
+    if is_aid or (report.static and report.ship.kind == "ship"):
         values[context, ""] = {"name": report.ship.name, "mmsi": f"{report.ship.mmsi:09d}"}
     if at is not None:
         known: dict[str, Any] = {"headingTrue": at.heading, "courseOverGroundTrue": at.course, "speedOverGround": at.speed}
+        known = {} if is_aid else known
         if at.latitude is not None and at.longitude is not None:
             known["position"] = {"latitude": at.latitude, "longitude": at.longitude}
         values |= _navigation(context, known)

@@ -69,10 +69,6 @@ class LegRays(NamedTuple):
             return np.asarray(vector[0] * self.north - vector[1] * self.east)
         return np.asarray(vector[2] * self.flat - (vector[0] * self.east + vector[1] * self.north) * self.rise)
 
-    def detours(self, offset: Floats) -> Floats:
-        """How much longer the legs to neighbouring points are (N, M) [m], to second order; offset: (3, N, M) from the points."""
-        return self.along(offset) - self.sags(offset)
-
     def sags(self, edge: Floats) -> Floats:
         """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""

@@ -225,14 +225,5 @@ def specular_reflection(direction: Floats, field: Floats, normal: Floats) -> tup
     return turned, 2.0 * _dot(normal, field)[:, None] * normal - field
 
 
-def polarization_of(toward_radar: Floats, polarization: str) -> Floats:
-    """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves to or from the radar in unit directions (M, 3)."""
-    level = np.stack([-toward_radar[:, 1], toward_radar[:, 0], np.zeros(len(toward_radar))], axis=1)
-    length = np.hypot(level[:, 0], level[:, 1])
-    level[length == 0.0, 0] = 1.0  # straight overhead any level direction is correct
-    level /= np.where(length == 0.0, 1.0, length)[:, None]
-    return level if polarization == "h" else np.cross(toward_radar, level)
-
-
 def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->i", a, b))

@@ -13,14 +13,18 @@ Deck = Annotated[float, Field(strict=True, ge=-600, le=600)]  # m
 
 
 class TransponderModel(Section):
-    """What the AIS of a ship says of her, beside her motion; she has one where she has an `mmsi`."""
+    """What the AIS of a body says of it, beside its motion; it has one where it has an `mmsi`."""
 
+    kind: Literal["ship", "aid", "sart"] = Field(
+        "ship", description="aid: to navigation, message 21; sart: an active search and rescue transponder"
+    )
     class_: Literal["A", "B-SO", "B-CS"] = Field(
         "A", alias="class", description="B-SO and B-CS: class B, by SOTDMA or by carrier sense"
     )
     name: Text | None = Field(None, description="default: that of the body, in capitals")
     call_sign: Annotated[str, Field(strict=True, max_length=7, pattern=r"^[ -~]*$")] = ""
     ship_type: Whole = Field(0, ge=0, le=99, description="70: cargo, 80: tanker, 60: passenger, 30: fishing, 0: not known")
+    aid_type: Whole = Field(0, ge=0, le=31, description="of an aid; 1: reference point, 24: port hand mark, 0: not known")
     imo: Whole = Field(0, ge=0, le=999_999_999)
     destination: Text = ""
     length_m: Annotated[float, Field(strict=True, ge=0, le=1022)] | None = Field(

@@ -34,6 +34,7 @@ from radar_service.study.chart.ships_panel import METHODS, rolling_ships, ships_
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
+from radar_service.terminal.output_files import write_file
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene
 
@@ -264,10 +265,10 @@ def write_chart(chart: Chart, folder: Path) -> dict[str, Any]:
     """Writes chart.svg, chart.png, chart.json and summary.txt to an existing folder; returns the data of chart.json."""
     data = chart.as_dict()
     figure = chart_figure(chart.scene.name, _machine_text(data), _panels(chart, data["summary"]), chart.real_time)
-    (folder / "chart.svg").write_text(svg_text(figure), encoding="utf-8")
-    (folder / "chart.png").write_bytes(png_bytes(figure))
-    (folder / "chart.json").write_text(json.dumps(data, indent=1), encoding="utf-8")
-    (folder / "summary.txt").write_text(summary_text(data["summary"]), encoding="utf-8")
+    write_file(folder / "chart.svg", svg_text(figure))
+    write_file(folder / "chart.png", png_bytes(figure))
+    write_file(folder / "chart.json", json.dumps(data, indent=1))
+    write_file(folder / "summary.txt", summary_text(data["summary"]))
     return data
 
 

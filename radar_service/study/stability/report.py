@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from radar_service.study.plotting import COLOURS, LIMIT, new_figure, number, style, svg_text
 from radar_service.study.stability.finding import RESPONSES, Axis, Finding
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, write_file
 
 STYLE = """
 body{font:16px/1.45 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#1b1b1b;background:#fff}
@@ -38,8 +38,8 @@ MAX_TICKS = 9
 def write_report(folder: Path, findings: Sequence[Finding]) -> None:
     """Writes stability.html and stability.json to `folder`, which it creates if necessary. Raises OSError."""
     make_folder(folder)
-    (folder / "stability.json").write_text(json.dumps([finding.as_dict() for finding in findings], indent=1) + "\n")
-    (folder / "stability.html").write_text(page(findings), encoding="utf-8")
+    write_file(folder / "stability.json", json.dumps([finding.as_dict() for finding in findings], indent=1) + "\n")
+    write_file(folder / "stability.html", page(findings))
 
 
 def page(findings: Sequence[Finding]) -> str:

@@ -136,6 +136,31 @@ def test_intervals_and_static_reports() -> None:
     assert (rest.to_bow + rest.to_stern, rest.to_port + rest.to_starboard) == (12, 4)  # two halves of 11 m, rounded
 
 
+def test_both_parts_of_a_static_report_go_on_one_channel() -> None:
+    """Receivers, as gpsd, pair the parts of type 24 channel by channel."""
+    port, kept = started(world(body=[{**YACHT, "name": f"yacht {k}", "mmsi": 300 + k} for k in range(5)]))
+    for time in np.arange(0.0, 61.0, 0.1).tolist():
+        port.tick("0", time)
+    channels: dict[int, list[str]] = {}
+    for line in kept.lines:
+        message = pyais.decode(line) if line.split(b",")[1] == b"1" else None
+        if message is not None and message.msg_type == 24:
+            channels.setdefault(int(message.mmsi), []).append(line.split(b",")[4].decode())
+    assert set(channels) == {300, 301, 302, 303, 304} and all(a == b for a, b in channels.values())
+    assert {line.split(b",")[4] for line in kept.lines} == {b"A", b"B"}
+
+
+def test_the_kind_of_a_body_decides_what_it_sends() -> None:
+    buoy = {**YACHT, "name": "buoy", "speed_kn": 0, "mmsi": 992350001, "ais": {"kind": "aid", "aid_type": 30}}
+    raft = {**YACHT, "name": "raft", "mmsi": 970010001, "ais": {"kind": "sart"}}
+    boat = {**YACHT, "name": "boat", "mmsi": 2110000}
+    came = run(simulator_of({}, body=[buoy, raft, boat]), 190.0)
+    types = {mmsi: {m.msg_type for _, _, m in came if int(m.mmsi) == mmsi} for mmsi in (992350001, 970010001, 2110000)}
+    assert types == {992350001: {21}, 970010001: {1, 14}, 2110000: {18, 24}}
+    assert {m.status for _, _, m in came if m.msg_type == 1} == {14}
+    assert {m.text for _, _, m in came if m.msg_type == 14} == {"SART ACTIVE"}
+
+
 def test_latency_and_silence() -> None:
     silent = {**FAST, "ais": {"off_s": [[10.0, 20.0]], "heading_error_deg": 90.0}}
     came = run(simulator_of({}, body=[silent], ais={"latency_s": 3.0}), 30.0)

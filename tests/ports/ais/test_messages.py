@@ -9,12 +9,15 @@ import pytest
 from radar_service.ports.ais.messages import (
     Bits,
     Position,
+    aid_report,
     ais_sentences,
     class_a_position,
     class_a_static,
     class_b_position,
     class_b_static,
+    position_of,
     rate_of_turn,
+    static_of,
 )
 from radar_service.world.ais import AisShip
 from tests.ports.nmea.reading import fields_of
@@ -117,6 +120,30 @@ def test_the_static_reports_of_class_b() -> None:
     assert (rest.msg_type, rest.partno, rest.ship_type, rest.to_bow, rest.to_starboard) == (24, 1, 36, 10, 13)
     assert decoded(class_b_position(yacht, at())).cs == 1
     assert decoded(class_b_position(ship(station_class="B-SO"), at())).cs == 0
+
+
+def test_an_aid_to_navigation_reports_itself_by_type_21() -> None:
+    """Its MMSI does not matter: its kind decides."""
+    for mmsi in (992_350_001, 235_098_765):
+        buoy = ship(kind="aid", mmsi=mmsi, name="FAIRWAY BUOY", aid_type=30, station_class="B-CS", to_bow=2.0, to_stern=2.0)
+        message = decoded(position_of(buoy, at()))
+        assert (message.msg_type, int(message.mmsi), message.aid_type) == (21, mmsi, 30)
+        assert (message.name, message.second, message.to_bow, message.to_port) == ("FAIRWAY BUOY", 37, 2, 12)
+        near(parts(message.lat), 50.123_456_7 * PARTS, 1.0)
+        near(parts(message.lon), -1.765_432_1 * PARTS, 1.0)
+        assert (message.off_position, message.virtual_aid) == (False, False) and static_of(buoy) == ()
+    payload, fill = aid_report(buoy, at()).payload()
+    assert 6 * len(payload) - fill == 272  # bits, of ITU-R M.1371-5 without an extension of the name
+
+
+def test_a_sart_reports_itself_active_by_types_1_and_14() -> None:
+    raft = ship(kind="sart", mmsi=970_010_001, station_class="B-SO")
+    message = decoded(position_of(raft, at(speed=0.0)))
+    assert (message.msg_type, int(message.mmsi), message.status) == (1, 970_010_001, 14)
+    assert (message.turn, message.heading) == (-128.0, 511)
+    (text,) = static_of(raft)
+    assert (decoded(text).msg_type, decoded(text).text) == (14, "SART ACTIVE")
+    assert decoded(position_of(ship(mmsi=970_010_001), at(speed=0.0))).status == 1  # a ship with such a number stays one
 
 
 def test_own_ship_has_another_kind_of_sentence() -> None:

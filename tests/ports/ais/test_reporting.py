@@ -39,6 +39,25 @@ def test_reports_keep_their_interval_on_whole_seconds(knots: float, turns: bool,
     assert times[0] < every
 
 
+def test_an_aid_reports_each_three_minutes_however_it_moves() -> None:
+    reporting = Reporting(ship(kind="aid"), 5)
+    times = [second for second in range(1000) if reporting.is_due(second, 5 * KNOT * (second % 2), 0.1)]
+    assert {b - a for a, b in zip(times, times[1:], strict=False)} == {180} and times[0] < 180
+    assert not any(reporting.is_static_due(second) for second in range(1000))
+
+
+def test_a_sart_sends_eight_messages_a_minute_two_of_them_its_text_in_each_fourth() -> None:
+    reporting = Reporting(ship(kind="sart"), 5)
+    first = next(second for second in range(60) if reporting.is_due(second, 0.0, 0.0))
+    sent = {
+        second - first: "text" if reporting.is_static_due(second) else "position"
+        for second in range(first, first + 480)
+        if reporting.is_due(second, 0.0, 0.0) or reporting.is_static_due(second)
+    }
+    assert list(sent) == [60 * minute + 2 * k for minute in range(8) for k in range(8)]
+    assert [second for second, what in sent.items() if what == "text"] == [8, 10, 248, 250]
+
+
 def test_a_turn_is_reported_sooner() -> None:
     """At anchor each three minutes; the report that is due later comes within the new interval."""
     reporting = Reporting(ship(), 5)

@@ -8,6 +8,7 @@ import pytest
 from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, Connection, TcpListener, bound, may_come
 from radar_service.terminal.arguments import UsageError
+from tests.ports.nmea.reading import fields_of
 from tests.ports.nmea.test_senders import HERE, free_port
 
 
@@ -31,6 +32,17 @@ def test_connections_are_taken_as_far_as_there_is_room() -> None:
         assert (taken[0].host, taken[0].port) in [client.getsockname() for client in (one, other)]
         for each in (taken[0].socket, listener):
             each.close()
+
+
+def test_a_machine_that_may_not_come_is_told_so(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    monkeypatch.setattr(TcpListener, "may_come", lambda self, host: False)
+    listener = TcpListener("--nmea-tcp", Address(HERE, free_port()), [])
+    with contextlib.closing(socket.create_connection(listener.address, timeout=10)) as client:
+        while not listener.refused:
+            assert listener.accepted(0) == []
+        assert fields_of(client.recv(100)) == ("RATXT", ["01", "01", "01", "this machine is not allowed"])
+    assert [record.message for record in caplog.records] == ["client refused"]
+    listener.close()
 
 
 def test_what_fails_after_a_socket_is_bound_closes_it() -> None:

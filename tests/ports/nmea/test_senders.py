@@ -14,6 +14,7 @@ from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS
 from radar_service.ports.nmea.senders import MAX_DATAGRAM, MAX_WAITING, STALLED, TcpSender, UdpSender, datagrams
 from radar_service.terminal.arguments import UsageError
+from tests.ports.nmea.reading import fields_of
 
 HERE = "127.0.0.1"
 IP_RECVTTL = 12  # of Linux; Python names it from 3.14 on
@@ -82,9 +83,26 @@ def test_what_a_client_says_is_ignored(sender: TcpSender) -> None:
     client.close()
 
 
-def test_clients_are_limited(sender: TcpSender) -> None:
-    clients = [dialled(sender) for _ in range(MAX_CLIENTS + 1)]
-    assert sender.clients == MAX_CLIENTS and sender.refused == 1 and clients[-1].recv(10) == b""
+def test_a_client_beyond_the_limit_is_told_so_and_the_log_says_it_once(
+    sender: TcpSender, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        clients = [dialled(sender) for _ in range(MAX_CLIENTS + 3)]
+    assert sender.clients == MAX_CLIENTS and sender.refused == 3
+    for client in clients[-3:]:
+        talker, fields = fields_of(client.recv(100))
+        assert (talker, fields) == ("RATXT", ["01", "01", "01", "no room for more than 32 clients"]) and client.recv(
+            10
+        ) == b""
+    (line,) = caplog.records
+    told = {"option": "--nmea-tcp", "host": HERE, "reason": "no room for more than 32 clients"}
+    assert (line.message, line.levelno, line.__dict__["fields"]) == ("client refused", logging.WARNING, told)
+    clients.pop(0).close()
+    for _ in range(2):
+        sender.send([LINE])
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        clients += [dialled(sender) for _ in range(3)]
+    assert len(caplog.records) == 2  # one was taken in between
     for client in clients:
         client.close()
 
@@ -205,14 +223,22 @@ def test_an_interface_that_came_back_as_another_one_gets_another_socket(monkeypa
     sender.close()
 
 
-def test_an_address_where_nobody_listens_yet_is_no_fault(caplog: pytest.LogCaptureFixture) -> None:
-    """The system then refuses each second datagram."""
-    sender = UdpSender("--nmea-udp", Address(HERE, free_port()))
-    with caplog.at_level(logging.INFO, logger="radar_service"):
+def test_where_nobody_listens_yet_nothing_is_lost_and_whoever_comes_gets_the_next_sentence(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """The system refuses a datagram for the one before, so that it is sent once more."""
+    port = free_port()
+    sender = UdpSender("--nmea-udp", Address(HERE, port))
+    with caplog.at_level(logging.INFO, logger="radar_service"), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         for _ in range(4):
             sender.send([LINE])
+        ear.bind((HERE, port))
+        ear.settimeout(10)
+        sender.send([LINE])
+        assert ear.recv(100) == LINE
     sender.close()
-    assert sender.lost == 2 and not caplog.records
+    assert sender.lost == 0 and [record.message for record in caplog.records] == ["nobody there"]
+    assert caplog.records[0].__dict__["fields"] == {"option": "--nmea-udp", "to": f"{HERE}:{port}"}
 
 
 def test_no_way_to_an_address_ends_the_start() -> None:

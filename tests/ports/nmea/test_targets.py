@@ -52,8 +52,26 @@ def test_each_number_is_the_truth() -> None:
 
 
 def test_names_are_marked_and_have_no_reserved_characters() -> None:
-    assert label("ferry, *big*", 99) == "TRUTH ferry   big" and label("f\u00e4hre\n", 99) == "TRUTH f?hre"
-    assert len(label("x" * 200, 20)) == 20 and label("x", 0) == "TRUTH"
+    assert label("a, *b*") == "TRUTH a   b" and label("f\u00e4hr\n") == "TRUTH f?hr"
+    assert len(label("x" * 200)) == 11 and label("") == "TRUTH"
+
+
+def test_a_name_is_the_same_in_each_sentence_however_long_the_numbers_are() -> None:
+    """11 characters are what the longest TTM of 82 characters has room for."""
+    truth = simulator_of(OWN, body=BODIES).truth(0.0)
+    own = replace(truth.own_ship, position=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0))
+    named, lengths = set(), set()
+    for miles, knots in ((0.2, 9.0), (99.4, 99.4), (99.9996, 99.96), (107.9, 1234.0)):
+        far = replace(truth.bodies[0], position=(0.8 * miles * 1852, 0.6 * miles * 1852, 5.0), range=miles * 1852, azimuth=6.0,
+                      speed=knots * KNOT, velocity=(0.0, knots * KNOT, 0.0), course=6.28)  # fmt: skip
+        lines = target_sentences(Truth(0.0, own, (far,)), UTC_NOW)
+        ttm, tll = (fields_of(line)[1] for line in lines)
+        named |= {ttm[10], tll[5]}
+        lengths |= {len(line) for line in lines}
+        close(float(ttm[1]), miles, 0.01 if miles > 99.5 else 0.001)
+        close(float(ttm[4]), knots, 1.0 if knots > 99.5 else 0.1)
+        close(float(ttm[7]), 0.8 * miles, 0.01)
+    assert named == {"TRUTH ferry"} and max(lengths) == 82
 
 
 def test_who_keeps_her_distance_has_no_time() -> None:

@@ -111,7 +111,7 @@ def test_clients_are_limited_and_counted(tcp: TcpReceiver) -> None:
         tcp.received(counts)
     while not counts["connection"]:
         tcp.received(counts)
-    assert len(tcp.sockets) == 1 + MAX_CLIENTS and clients[-1].recv(1) == b""
+    assert len(tcp.sockets) == 1 + MAX_CLIENTS and clients[-1].recv(100).startswith(b"$RATXT,01,01,01,no room for more")
     for client in clients:
         client.close()
 

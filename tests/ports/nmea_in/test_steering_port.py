@@ -338,6 +338,38 @@ def test_a_position_that_is_refused_turns_no_heading() -> None:
     assert fake.commands.put_[-1][0](5.0)["heading_deg"] == pytest.approx(20.0, abs=1e-9)
 
 
+def test_a_jump_is_one_line_of_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    """A ship at 6 knots says where it is each 2 s, jumps 1000 m, and goes on; a pose that is refused is no jump."""
+    made, fake, clock, _ = steering()
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        for n in range(8):
+            clock.now, fake.transmitter.simulated = 2.0 * n, 5.0 + 2.0 * n
+            minutes = (6.0 * KNOT * 2 * n + (1000.0 if n >= 4 else 0.0)) / 1852.0  # of latitude
+            made.hear("a", [rmc(f"1200{2 * n:02d}.00", f"50{minutes:07.4f},N,00100.0000,W", 6.0, 0.0)])
+            made.steer()
+            answer = fake.commands.put_[-1][2]
+            answer.set_exception(CommandError("position_m")) if n == 6 else answer.set_result(Command(0, 0.0, None))
+            made.steer()
+    lines = [record for record in caplog.records if record.message == "own ship jumped"]
+    assert [line.__dict__["fields"] for line in lines] == [
+        {
+            "radar": "0",
+            "by": "nmea",
+            "distance_m": pytest.approx(1006, abs=3),
+        }  # as the arc of a minute is longer than 1852 m there
+    ]
+
+
+def test_the_first_position_is_compared_with_where_own_ship_is(caplog: pytest.LogCaptureFixture) -> None:
+    made, fake, _, _ = steering()
+    with caplog.at_level(logging.INFO, logger="radar_service"):
+        made.hear("a", [rmc("120000.00", "5001.0000,N,00100.0000,W", 6.0, 0.0)])
+        made.steer()
+        fake.commands.put_[-1][2].set_result(Command(0, 0.0, None))
+        made.steer()
+    assert "own ship jumped" in [record.message for record in caplog.records]
+
+
 UNFIT = {
     "add steerable": scene({}), "add an \\[origin\\]": {"radar": RADAR, "own_ship": {"steerable": {}}},
 }  # fmt: skip

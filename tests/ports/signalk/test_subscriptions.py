@@ -110,6 +110,8 @@ def test_a_period_alone_is_the_shortest_one() -> None:
 @pytest.mark.parametrize("path", ["vessels.*", "vessels.urn:mrn:imo:mmsi:211000001.navigation.*"])
 def test_a_path_may_begin_with_its_context(path: str) -> None:
     assert of(path).takes(*OTHER) and not of("vessels.self.navigation.*").takes(*OTHER)
+    aid = OTHER[0].replace("vessels", "atons"), OTHER[1]
+    assert of(path.replace("vessels", "atons")).takes(*aid) and not of(path).takes(*aid)
 
 
 def test_an_instant_subscription_may_have_a_shortest_period() -> None:

@@ -40,6 +40,16 @@ def test_a_ship_with_ais_has_a_context_of_her_own() -> None:
     assert not any(path.endswith("position") for _, path in unknown)
 
 
+def test_an_aid_has_a_name_and_a_position_in_a_context_of_aids_and_a_sart_has_no_name() -> None:
+    at = Position(30, 54.1, 8.2, 1.0, 0.0, 2.0, 0.0)
+    context = "atons.urn:mrn:imo:mmsi:992110001"
+    assert vessel_values(AisReport(replace(SHIP, kind="aid", mmsi=992_110_001), False, at)) == {
+        (context, ""): {"name": "FERRY", "mmsi": "992110001"},
+        (context, "navigation.position"): {"latitude": 54.1, "longitude": 8.2},
+    }
+    assert vessel_values(AisReport(replace(SHIP, kind="sart"), False, None, (0,))) == {}
+
+
 def test_static_data_come_with_the_static_report() -> None:
     assert vessel_values(AisReport(SHIP, False, None, (0,))) == {(CONTEXT, ""): {"name": "FERRY", "mmsi": "211000001"}}
     assert vessel_values(AisReport(SHIP, False, None)) == {}
