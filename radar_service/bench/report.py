@@ -114,10 +114,10 @@ def comparison(report: Mapping[str, Any], compared: Mapping[str, Any]) -> str:
     others = {scenario["name"]: scenario for scenario in compared["scenarios"]}
     lines = [f"{'scenario':32} {'metric':26} {report['tracker'][-14:]:>14} {compared['tracker'][-14:]:>14}"]
     for scenario in report["scenarios"]:
-        second = others.get(scenario["name"], {"metrics": {}})
+        second = others.get(scenario["name"], {"metrics": {}})["metrics"]
         for metric, value in scenario["metrics"].items():
             lines.append(
-                f"{scenario['name'][:32]:32} {metric[:26]:26} {_number(value):>14} {_number(second['metrics'].get(metric)):>14}"
+                f"{scenario['name'][:32]:32} {metric[:26]:26} {number_of(value):>14} {number_of(second.get(metric)):>14}"
             )
     return "\n".join(lines) + "\n"
 
@@ -129,7 +129,7 @@ def verdict_table(report: Mapping[str, Any]) -> str:
         for verdict in scenario["verdicts"]:
             missed = f"{verdict['failures']} of {verdict['runs']}"
             lines.append(
-                f"{scenario['name'][:26]:26} {verdict['metric'][:28]:28} {_number(verdict['value_95']):>10} "
+                f"{scenario['name'][:26]:26} {verdict['metric'][:28]:28} {number_of(verdict['value_95']):>10} "
                 f"{bound_of(verdict):>16} {unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
             )
     lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
@@ -167,7 +167,8 @@ def bound_of(verdict: Mapping[str, Any]) -> str:
     return f"at most {verdict['maximum']:g}" if verdict["maximum"] is not None else f"at least {verdict['minimum']:g}"
 
 
-def _number(value: float | None) -> str:
+def number_of(value: float | None) -> str:
+    """Returns a value in words."""
     return "none" if value is None else f"{value:.4g}"
 
 
@@ -176,8 +177,8 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any] | None) -> str:
     remark = f"<p>Remark: {html.escape(scenario['remark'])}</p>" if scenario["remark"] else ""
     failed = "".join(f"<li>{html.escape(line)}</li>" for line in failure_lines({"scenarios": [scenario]}))
     metrics = "".join(
-        f"<tr><td>{name}</td><td>{_number(scenario['metrics'][name])}</td>"
-        f"<td>{_number(scenario['percentile_95'][name])}</td></tr>"
+        f"<tr><td>{name}</td><td>{number_of(scenario['metrics'][name])}</td>"
+        f"<td>{number_of(scenario['percentile_95'][name])}</td></tr>"
         for name in scenario["metrics"]
     )
     limits = "".join(map(_verdict_row, scenario["verdicts"]))
@@ -206,7 +207,7 @@ def _events(failed: Sequence[Mapping[str, Any]]) -> str:
 def _run_events(run: Mapping[str, Any], is_open: str) -> str:
     more = run["event_count"] - len(run["events"])
     rows = "".join(_event_row(event) for event in run["events"])
-    missed = ", ".join(f"{metric} {_number(value)}" for metric, value in run["missed"].items())
+    missed = ", ".join(f"{metric} {number_of(value)}" for metric, value in run["missed"].items())
     return (
         f"<details{is_open}><summary>seed {run['seed']} misses {missed}</summary>"
         f"{table_of(('scans', 'target', 'event', 'what'), rows)}{f'<p>{more} more events</p>' if more else ''}</details>"
@@ -222,7 +223,7 @@ def _event_row(event: Mapping[str, Any]) -> str:
 def _verdict_row(verdict: Mapping[str, Any]) -> str:
     limit = f"{html.escape(verdict['metric'])} {bound_of(verdict)} {unit_of(verdict['metric'])}"
     return (
-        f"<tr><td>{limit}</td><td>{_number(verdict['value_95'])}</td>"
+        f"<tr><td>{limit}</td><td>{number_of(verdict['value_95'])}</td>"
         f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split()[0]}">{verdict["word"]}</td>'
         f"<td>{html.escape(verdict['source'])}</td></tr>"
     )

@@ -51,9 +51,13 @@ def track_colours(scans: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return {name: f"C{k % 10}" for k, name in enumerate(names)}
 
 
-def joined(scans: Sequence[Mapping[str, Any]], track: str) -> Floats:
-    """Returns the states (scans, 2) of a track [m], nan where it has none, so that a line through them is broken there."""
-    states = [next((each for each in scan["tracks"] if each["track"] == track), None) for scan in scans]
+def joined(scans: Sequence[Mapping[str, Any]], track: str, stale: bool = False) -> Floats:
+    """Returns the states (scans, 2) of a track [m], nan where it has none, so that a line through them is broken there. stale:
+    whether states that are too old are among them."""
+    states = [
+        next((each for each in scan["tracks"] if each["track"] == track and (stale or not each.get("stale"))), None)
+        for scan in scans
+    ]
     return np.array([(state["east"], state["north"]) if state else (math.nan, math.nan) for state in states])
 
 
@@ -68,6 +72,9 @@ def _draw_map(chart: "Axes", run: Mapping[str, Any], colours: Mapping[str, str])
             chart.annotate(body, path[0], fontsize="small", color="0.3", xytext=(4, 4), textcoords="offset points")
     for k, (track, colour) in enumerate(colours.items()):
         label = f"track {track}"[:24] if len(colours) <= MAX_NAMES else _legend(f"{len(colours)} tracks", k)
+        chart.plot(
+            *joined(scans, track, stale=True).T, "--", color=colour, linewidth=1.0
+        )  # what is stale alone is seen of it
         chart.plot(*joined(scans, track).T, ".-", color=colour, linewidth=1.0, markersize=3, label=label)
     own = _points([scan["own"]] for scan in scans)
     chart.plot(*own.T, color="red", linewidth=1.0)

@@ -1,6 +1,6 @@
 """One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, T
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
+from radar_service.terminal.progress import progress
 
 SCHEMA = 4
 
@@ -31,7 +32,9 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) ->
     except TrackerError as error:
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
     run = observed_run(plots, scenario, seed)
-    results, failed = _tracked(run.results, tracker)
+    name = f"{scenario.name}, seed {seed}: {tracker_name}"
+    scans = progress(run.results, len(run.results), "scans", lambda _: name, within=True)
+    results, failed = _tracked(scans, tracker)
     centred = judged(at_power_centroids(results))
     return {
         **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
@@ -63,7 +66,7 @@ def same_for_all(tracker: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tracked(observed: Sequence[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
+def _tracked(observed: Iterable[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
     """The scans that a tracker answered, and how it failed; None where it did not."""
     results: list[ScanResult] = []
     try:
@@ -93,7 +96,7 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
     return {
         "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
         "plots": [[plot.east, plot.north] for plot in result.given.plots],
-        "tracks": [asdict(track) for track in result.tracks],
+        "tracks": [{**asdict(track), "stale": track.track not in scan.tracks} for track in result.tracks],
         "targets": [
             {
                 "body": body, "position": truth.position, "track": scan.pairs.get(body), "nearest": nearest.get(body),

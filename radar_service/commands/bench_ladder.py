@@ -1,11 +1,13 @@
 """The command `bench-ladder`: trackers on series of scenarios of growing difficulty, and a leaderboard of them."""
 
 import argparse
+import sys
 from functools import partial
 from pathlib import Path
 
 from radar_service.batch.jobs import JobsFailed
-from radar_service.bench.ladder.climb import REFERENCE, climb
+from radar_service.bench.ladder.climb import REFERENCE, climb, names_of
+from radar_service.bench.ladder.ranking import seeds_needed
 from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
 from radar_service.bench.scenario import ScenarioError
@@ -28,6 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tracker", action="append", dest="trackers",
         help=f"as bench-tracker takes it; again for each other tracker (default jpda); {REFERENCE} takes part in any case",
     )  # fmt: skip
+    parser.add_argument(
+        "--name", action="append", dest="names", default=[], help="of each --tracker in the report, in order"
+    )
+    parser.add_argument("--all-pairs", action="store_true", help=f"compare all trackers, not each with {REFERENCE} alone")
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
 
 
@@ -53,8 +59,14 @@ def _ladders(options: argparse.Namespace) -> int:
         raise UsageError("-o: name a folder for the report, or give --list")
     loaded = [load_ladder(name) for name in options.ladders or ladders()]
     trackers, shown = options.trackers or ["jpda"], partial(progress, unit="runs", name=lambda run: run.job.name)
+    others = len(names_of(trackers, options.names)) - 1
+    needed = seeds_needed(others * (others + 1) // 2 if options.all_pairs else others)
+    if options.seeds < needed:
+        print(f"too few seeds: {needed} are needed to tell {others + 1} trackers apart", file=sys.stderr, flush=True)
     with executor_of(options) as executor:
-        report = climb(loaded, options.seeds, trackers, options.out, executor, shown, plots=options.plots)
+        report = climb(
+            loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names, options.all_pairs
+        )
     write_ladders(report, options.out)
     print(f"{text_of(report)}{options.out / 'report.html'}")
     return 0

@@ -115,9 +115,7 @@ def _watershed(level: Floats, pairs: NDArray[np.intp], split_db: float) -> Indic
     low, high = np.where(swapped, pairs[:, 1], pairs[:, 0]), np.where(swapped, pairs[:, 0], pairs[:, 1])
     steepest = rank.copy()
     np.minimum.at(steepest, low, rank[high])
-    hill = order[steepest]
-    while (hill[hill] != hill).any():
-        hill = hill[hill]
+    hill = _tops(order[steepest])
     above = _merged(level, *_saddles(hill, rank, low, high), split_db)
     return above[hill]
 
@@ -151,4 +149,11 @@ def _merged(level: Floats, saddle: Indices, hill_below: Indices, hill_above: Ind
         higher, lower = sorted((peak(first), peak(second)), key=heights.__getitem__, reverse=True)
         if higher != lower and heights[lower] - heights[cell] < split_db:
             above[lower] = higher
-    return np.array([peak(cell) for cell in range(len(heights))], dtype=np.int64)
+    return _tops(np.array(above, dtype=np.int64))
+
+
+def _tops(above: Indices) -> Indices:
+    """For each cell (C,) the last one of a chain in which each cell names the next, and the last one itself."""
+    while (above[above] != above).any():
+        above = above[above]
+    return above

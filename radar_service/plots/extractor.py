@@ -14,7 +14,7 @@ from radar_service.plots.clusters import ClusterRule, clusters, parts
 from radar_service.plots.detections import Detections, detections_of, no_detections
 from radar_service.plots.flood import Flood, FloodWarning, flood_of
 from radar_service.plots.groups import Groups
-from radar_service.plots.plot import Plot, ScanGeometry, centroid_ranges, plot_of
+from radar_service.plots.plot import Plot, ScanGeometry, plot_columns, plots_of
 from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.radar.parameters import Radar
@@ -50,7 +50,8 @@ class ScanPlots:
     sidelobes: number of plots that the sidelobe gate removed.
     dropped: number of plots beyond the maximum, the weakest.
     flood: too many detections in this scan, and the remedy; None as a rule.
-    cells: the detections of each plot.
+    cells: the detections of the plots, one plot after the other.
+    detections: all of the scan.
     """
 
     scan: int
@@ -58,7 +59,8 @@ class ScanPlots:
     sidelobes: int
     dropped: int
     flood: Flood | None = None
-    cells: tuple[Detections, ...] = field(default=(), compare=False, repr=False)
+    cells: Detections = field(default_factory=no_detections, compare=False, repr=False)
+    detections: Detections = field(default_factory=no_detections, compare=False, repr=False)
 
 
 class PlotExtractor:
@@ -103,24 +105,20 @@ class PlotExtractor:
         cells, plot = self._ended(recent, (scan.number + 1) * self._geometry.azimuths)
         geometry = replace(self._geometry, first=float(scan.range[0]))  # where the feed says that samples stand
         groups = Groups(plot)
-        peak = cells[groups.strongest(recent.power[cells])]
+        of_plots = recent.only(cells)
+        columns = plot_columns(of_plots, groups, geometry)
+        peak = cells[groups.strongest(of_plots.power)]
         explained = self._explained(recent, peak, cells, groups)
-        far = centroid_ranges(recent.only(cells), groups, geometry) >= self._nearest
-        kept = np.flatnonzero(~explained & far)
+        kept = np.flatnonzero(~explained & (columns["range"] >= self._nearest))
         best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
-        chosen = [recent.only(cells[groups.members(number)]) for number in best.tolist()]
-        pairs = sorted(((plot_of(cluster, geometry), cluster) for cluster in chosen), key=lambda pair: pair[0].time)
+        best = best[np.argsort(columns["time"][best], kind="stable")]
         dropped = len(kept) - len(best)
-        flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold)
+        flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold, self._nearest)
         self._warn(flood)
         return ScanPlots(
-            scan.number,
-            tuple(plot for plot, _ in pairs),
-            int(explained.sum()),
-            dropped,
-            flood,
-            tuple(cluster for _, cluster in pairs),
-        )
+            scan.number, tuple(plots_of(columns, best)), int(explained.sum()), dropped, flood,
+            of_plots.only(groups.members_of(best)), fresh,
+        )  # fmt: skip
 
     def _warn(self, flood: Flood | None) -> None:
         if flood and not self._warned:
@@ -136,7 +134,7 @@ class PlotExtractor:
         return self._gate.sidelobes(recent, peak, plot)
 
     def _ended(self, recent: Detections, end: int) -> tuple[Indices, Indices]:
-        """Detections (K,) of clusters that ended before spoke `end`, and the number of the part of each; others wait.
+        """Detections (K,) of clusters that ended before spoke `end`, and the numbers of their parts, which rise; others wait.
 
         recent: those of the last scan and of this one. Clusters that the start cut are left out.
         """
@@ -152,10 +150,9 @@ class PlotExtractor:
         still[waiting] = goes_on[groups.of_each]
         self._before, self._open = recent.only(slice(old, None)), still[old:]
         ended = (~goes_on & (first >= (self._first or 0) + self._rule.spokes))[groups.of_each]
-        return self._gated(recent, waiting[ended], parts(recent.only(waiting[ended]), cluster[ended], self._rule))
-
-    def _gated(self, recent: Detections, cells: Indices, part: Indices) -> tuple[Indices, Indices]:
-        if np.isinf(self._gate_db):
-            return cells, part
-        near = about_peak(recent.only(cells), part, self._gate_db)
-        return cells[near], part[near]
+        cells, part = waiting[ended], parts(recent.only(waiting[ended]), cluster[ended], self._rule)
+        if not np.isinf(self._gate_db):
+            near = about_peak(recent.only(cells), part, self._gate_db)
+            cells, part = cells[near], part[near]
+        order = np.argsort(part, kind="stable")
+        return cells[order], part[order]

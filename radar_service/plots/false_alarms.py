@@ -11,6 +11,7 @@ import scipy.fft
 from scipy.linalg import toeplitz
 from scipy.optimize import brentq
 
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
@@ -47,22 +48,29 @@ def known_level_factor(pfa: float) -> float:
     return float(-np.log(pfa))
 
 
+@BLAS_LIMIT.held()
 def cell_averaging_factor(pfa: float, offsets: Indices, correlation: Complexes) -> float:
     """Returns the factor on the mean of reference cells (N,) at these offsets from the cell under test, none of them 0.
 
     The cell exceeds factor x mean where a quadratic form of Gaussian variables is positive. Its probability is exact:
     prod 1 / (1 - mu_k / mu_0) over the negative eigenvalues mu_k, mu_0 being the positive one (Imhof 1961, complex case).
+    The form is |z|^2 - c D, of rank one and diagonal, so mu_0 and the product are sums over D: with s = c / mu_0, mu_0 is
+    sum |z|^2 / (1 + s D), and the probability mu_0 / sum(|z|^2 / (1 + s D)^2) / prod(1 + s D).
     """
     root = np.linalg.cholesky(covariance(np.append(0, offsets), correlation) + 1e-12 * np.eye(len(offsets) + 1))
+    values, vectors = np.linalg.eigh(np.conj(root[1:].T) @ root[1:])
+    power, diagonal = np.abs(root[0] @ vectors) ** 2, values.clip(min=0.0)
 
-    def log_probability(log_factor: float) -> float:
-        weight = np.append(1.0, np.full(len(offsets), -np.exp(log_factor) / len(offsets)))
-        values = np.linalg.eigvalsh(np.conj(root.T) @ (weight[:, None] * root))
-        return float(-np.log1p(-values[:-1].clip(max=0.0) / values[-1]).sum() - np.log(pfa))
+    def log_probability(log_ratio: float) -> float:
+        grown = 1.0 + np.exp(log_ratio) * diagonal
+        largest, slope = (power / grown).sum(), (power / grown**2).sum()
+        return float(np.log(largest / slope) - np.log(grown).sum() - np.log(pfa))
 
-    return _root(log_probability)
+    ratio = _root(log_probability)
+    return float(len(offsets) * ratio * (power / (1.0 + ratio * diagonal)).sum())
 
 
+@BLAS_LIMIT.held()
 def ordered_statistic_factor(pfa: float, rank: int, offsets: Indices, correlation: Complexes) -> float:
     """Returns the factor on the `rank`-th weakest (from 1) of reference cells (N,) at these offsets from the cell under test.
 

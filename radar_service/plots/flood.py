@@ -7,6 +7,7 @@ from radar_service.plots.thresholds import KnownThreshold, Threshold
 
 FLOODED = 0.2  # of all cells: one strong target without noise, with its sidelobes, has 0.06
 MANY = 1000  # plots of a scan: the forty ships of a busy strait and the false alarms at PFA 1e-4 are a third
+LOWEST = 1e-12  # pfa that is of use: at 1e-4 of that, a lower one changes the threshold by a third
 NOISE = 3.0  # times the false alarms that noise gives: fewer detections are noise
 
 
@@ -50,23 +51,26 @@ def flood_remark(floods: Sequence[Flood], scans: int) -> str | None:
     return f"{len(floods)} of {scans} scans flood the plot extractor; {worst}"
 
 
-def flood_of(scan: int, detections: int, cells: int, plots: int, dropped: int, threshold: Threshold) -> Flood | None:
-    """Returns the flood of a scan, None where there is none. Numbers as in Flood."""
+def flood_of(
+    scan: int, detections: int, cells: int, plots: int, dropped: int, threshold: Threshold, nearest: float = 0.0
+) -> Flood | None:
+    """Returns the flood of a scan, None where there is none. Numbers as in Flood; nearest: as of a PlotExtractor [m]."""
     if dropped <= plots and plots + dropped <= MANY and detections <= FLOODED * cells:
         return None
     pfa = getattr(threshold, "pfa", None)
     more = f", or max_plots above {plots}" if dropped else ""
-    return Flood(scan, detections, cells, plots, dropped, _remedy(threshold, pfa, detections, cells) + more)
+    return Flood(scan, detections, cells, plots, dropped, _remedy(threshold, pfa, detections, cells, nearest) + more)
 
 
-def _remedy(threshold: Threshold, pfa: float | None, detections: int, cells: int) -> str:
-    """Why, and what to set."""
+def _remedy(threshold: Threshold, pfa: float | None, detections: int, cells: int, nearest: float) -> str:
+    """Why, and what to set that is not set yet."""
     lower = "a lower pfa" + ("" if pfa is None else f" (now {pfa:g})")
     if pfa is not None and detections < NOISE * pfa * cells:
         return f"noise alone gives {pfa * cells:,.0f}; set {lower}"
-    near = "nearest beyond the sea clutter about own ship"
+    near = [] if nearest else ["nearest beyond the sea clutter about own ship"]
     if isinstance(threshold, KnownThreshold):
         counted = 'the threshold "known" counts sea clutter, rain and land as targets'
-        return f'{counted}; set threshold to "ca" (CellAveraging), {near}'
-    why = "sea clutter is spikier than noise, and land has edges"
-    return f"{why}; set {lower}, as 1e-12, guard and window as short as the targets allow, {near}"
+        return ", ".join([f'{counted}; set threshold to "ca" (CellAveraging)', *near])
+    settings = [f"{lower}, as {LOWEST:g}"] if pfa is None or pfa > LOWEST else []
+    settings += ["guard and window as short as the targets allow", *near]
+    return f"sea clutter is spikier than noise, and land has edges; set {', '.join(settings)}"

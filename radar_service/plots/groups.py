@@ -33,6 +33,13 @@ class Groups:
         """Returns the elements of a group."""
         return self.order[self.start[group] : self.start[group] + self.count[group]]
 
+    def members_of(self, groups: Indices) -> Indices:
+        """Returns the elements of some groups, one group after the other."""
+        count = self.count[groups]
+        return np.asarray(
+            self.order[np.repeat(self.start[groups] - np.cumsum(count) + count, count) + np.arange(count.sum())]
+        )
+
     def maximum(self, values: Floats) -> Floats:
         """Returns the maximum of each group (G,) of values (C,)."""
         return np.maximum.reduceat(values[self.order], self.start)

@@ -1,12 +1,14 @@
 """A plot: the position and time that a radar reports for one cluster of detections."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.numerics.types import Floats
+from radar_service.numerics.types import Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.groups import Groups
 
@@ -53,40 +55,40 @@ class ScanGeometry:
     noise_power: float
 
 
-def centroid_ranges(detections: Detections, plots: Groups, geometry: ScanGeometry) -> Floats:
-    """Returns the range (P,) of the centroid of each plot [m], as `plot_of` has it but for rounding."""
-    peak = plots.maximum(detections.power)[plots.of_each]
-    weight = detections.power - np.maximum(detections.threshold, CENTROID_CUT * peak)
-    weight = np.maximum(weight, 0.0)
-    return geometry.first + geometry.step * (plots.total(weight * detections.cell) / plots.total(weight))
+def plot_columns(detections: Detections, plots: Groups, geometry: ScanGeometry) -> dict[str, NDArray[Any]]:
+    """Returns the values of each plot (P,) by the names of Plot's fields; extents are (P, 2).
 
-
-def plot_of(detections: Detections, geometry: ScanGeometry) -> Plot:
-    """Returns the plot of one cluster.
-
-    Its position is the centroid of the power above the threshold, and above CENTROID_CUT of its peak: cells at the edge of that
-    count little, so that a centroid does not jump where a cell more is in.
+    The position is the centroid of the power above the threshold, and above CENTROID_CUT of its peak: cells at the edge of that
+    count little, so that a centroid does not jump where a cell more is in. detections: (C,), in the order of their plots.
     """
-    level = np.maximum(detections.threshold, CENTROID_CUT * detections.power.max())
+    strongest, first = plots.strongest(detections.power), plots.start
+    peak, reference = detections.power[strongest], detections.azimuth[strongest]
+    level = np.maximum(detections.threshold, CENTROID_CUT * peak[plots.of_each])
     weight = np.maximum(detections.power - level, 0.0)
-    weight /= weight.sum()
-    strongest = int(detections.power.argmax())
-    reference = detections.azimuth[strongest]
-    offset = wrap_angle(detections.azimuth - reference)
-    distance = geometry.first + geometry.step * detections.cell
-    centroid, bearing = float(weight @ distance), float(reference + weight @ offset)
-    half = np.pi / geometry.azimuths
-    return Plot(
-        scan=int((weight @ (detections.spoke - detections.spoke[0]) + detections.spoke[0] + 0.5) // geometry.azimuths),
-        time=float(weight @ (detections.time - detections.time[0]) + detections.time[0]),
-        range=centroid,
-        bearing=float(wrap_bearing(np.asarray(bearing))),
-        east=float(weight @ detections.east + centroid * np.sin(bearing)),
-        north=float(weight @ detections.north + centroid * np.cos(bearing)),
-        snr_db=float(10.0 * np.log10(detections.power[strongest] / geometry.noise_power)),
-        cells=len(detections),
-        range_extent=(float(distance.min() - geometry.step / 2.0), float(distance.max() + geometry.step / 2.0)),
-        bearing_extent=(
-            float(wrap_bearing(reference + offset.min() - half)), float(wrap_bearing(reference + offset.max() + half)),
+    weight /= plots.total(weight)[plots.of_each]
+    offset = wrap_angle(detections.azimuth - reference[plots.of_each])
+    distance: Floats = geometry.first + geometry.step * detections.cell.astype(np.float64)
+
+    def mean(values: NDArray[Any], origin: NDArray[Any]) -> Floats:
+        return origin + plots.total(weight * (values - origin[plots.of_each]))
+
+    centroid, bearing = mean(distance, distance[first]), reference + plots.total(weight * offset)
+    edge, half = geometry.step / 2.0, np.pi / geometry.azimuths
+    return {
+        "scan": ((mean(detections.spoke, detections.spoke[first]) + 0.5) // geometry.azimuths).astype(np.int64),
+        "time": mean(detections.time, detections.time[first]), "range": centroid, "bearing": wrap_bearing(bearing),
+        "east": plots.total(weight * detections.east) + centroid * np.sin(bearing),
+        "north": plots.total(weight * detections.north) + centroid * np.cos(bearing),
+        "snr_db": 10.0 * np.log10(peak / geometry.noise_power), "cells": plots.count,
+        "range_extent": np.stack([plots.minimum(distance) - edge, plots.maximum(distance) + edge], axis=1),
+        "bearing_extent": wrap_bearing(
+            reference[:, None] + np.stack([plots.minimum(offset) - half, plots.maximum(offset) + half], axis=1)
         ),
-    )  # fmt: skip
+    }  # fmt: skip
+
+
+def plots_of(columns: Mapping[str, NDArray[Any]], rows: Indices) -> list[Plot]:
+    """Returns the plots of some rows (K,) of `plot_columns`."""
+    values = {name: column[rows].tolist() for name, column in columns.items()}
+    values |= {name: map(tuple, values[name]) for name in ("range_extent", "bearing_extent")}
+    return [Plot(**dict(zip(values, row, strict=True))) for row in zip(*values.values(), strict=True)]

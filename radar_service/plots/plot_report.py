@@ -143,16 +143,21 @@ def _kind(scene: Scene, label: int) -> Kind:
 
 
 def labelled_plots(
-    simulator: Simulator, extractor: PlotExtractor, scans: int, progress: Progress = lambda scans, count: scans
+    simulator: Simulator,
+    extractor: PlotExtractor,
+    scans: int,
+    progress: Progress = lambda scans, count: scans,
+    tell: Callable[[Flood], None] = lambda flood: None,
 ) -> PlotReport:
     """Returns what the labels say of the plots of so many scans of a simulator with labels.
 
     Two more scans are computed: the first and the last one have cut plots, and do not count. extractor: a new one. progress:
-    wraps the scans, of which it gets the number. Raises ValueError for a simulator without labels, or less than one scan.
+    wraps the scans, of which it gets the number. tell: gets the first flood as soon as there is one. Raises ValueError for a
+    simulator without labels, or less than one scan.
     """
     if scans < 1:
         raise ValueError(f"scans: {scans} is not allowed; 1 or more, best 10")
-    count = _Counting(simulator, extractor)
+    count = _Counting(simulator, extractor, tell)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
         for scan in progress(islice(_scans(simulator), scans + 2), scans + 2):
@@ -168,8 +173,8 @@ def _scans(simulator: Simulator) -> Iterator[Scan]:
 class _Counting:
     """Counts cells, plots and crossings scan by scan."""
 
-    def __init__(self, simulator: Simulator, extractor: PlotExtractor) -> None:
-        self._simulator, self._extractor = simulator, extractor
+    def __init__(self, simulator: Simulator, extractor: PlotExtractor, tell: Callable[[Flood], None]) -> None:
+        self._simulator, self._extractor, self._tell = simulator, extractor, tell
         self._names = simulator.label_names
         self._kinds = kinds_of(simulator.scene, [*self._names])
         self._size = max(self._names) + 1
@@ -188,25 +193,30 @@ class _Counting:
         labels = scan.labels.astype(np.int64)
         self._labels = {**dict(list(self._labels.items())[-1:]), scan.number: labels}
         self._scan = [*self._scan[-1:], scan]
-        detected = scan.power > self._extractor.threshold.of(scan.power)
-        self._cells.append(
-            np.stack([np.bincount(which.ravel(), minlength=self._size) for which in (labels, labels[detected])])
-        )
+        ended = self._extractor.add(scan)
+        detected = labels[ended.detections.spoke - scan.number * len(labels), ended.detections.cell]
+        self._cells.append(np.stack([np.bincount(which, minlength=self._size) for which in (labels.ravel(), detected)]))
         rows, columns = np.nonzero(labels >= BODY)
         self._spokes.append(np.unique(np.stack([scan.number * len(labels) + rows, labels[rows, columns]], axis=1), axis=0))
         self._crossings += self._simulator.crossings(scan.number)
-        ended = self._extractor.add(scan)
-        self._floods += [ended.flood] if ended.flood else []
-        self._plots += map(self._labelled, ended.plots, ended.cells)
+        if ended.flood:
+            if not self._floods:
+                self._tell(ended.flood)
+            self._floods.append(ended.flood)
+        self._plots += self._labelled(ended.plots, ended.cells)
 
-    def _labelled(self, plot: Plot, cells: Detections) -> LabelledPlot:
+    def _labelled(self, plots: Sequence[Plot], cells: Detections) -> Iterator[LabelledPlot]:
         scan, row = np.divmod(cells.spoke, self._simulator.scene.radar.azimuths)
-        numbers = sorted(self._labels)
-        labels = np.stack([self._labels[number][row, cells.cell] for number in numbers])
-        label = labels[np.searchsorted(numbers, scan), np.arange(len(cells))]
-        power = np.bincount(label, weights=cells.power, minlength=self._size)
-        best = int(power.argmax())
-        return LabelledPlot(plot, best, self._names[best], self._kinds[best], float(power[best] / power.sum()))
+        label = np.zeros(len(cells), dtype=np.int64)
+        for number, labels in self._labels.items():
+            there = scan == number
+            label[there] = labels[row[there], cells.cell[there]]
+        cell = np.repeat(np.arange(len(plots)), [plot.cells for plot in plots]) * self._size + label
+        power = np.bincount(cell, weights=cells.power, minlength=len(plots) * self._size).reshape(-1, self._size)
+        best = power.argmax(axis=1)
+        shares = power[np.arange(len(plots)), best] / power.sum(axis=1)
+        for plot, number, share in zip(plots, best.tolist(), shares.tolist(), strict=True):
+            yield LabelledPlot(plot, number, self._names[number], self._kinds[number], share)
 
     def report(self) -> PlotReport:
         """Returns the counts of all scans but the first and the last one."""

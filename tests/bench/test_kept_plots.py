@@ -1,7 +1,7 @@
 """Plots and truth that are kept: the same as if made anew, and made anew where anything has changed that they are made of."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -10,6 +10,8 @@ from radar_service.bench import kept_plots
 from radar_service.bench.kept_plots import bench_digest, makes_plots, observed_run, plots_digest, source_files
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Limit, PlotErrors, PlotSettings, Scenario
+from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.terminal import progress
 from tests.bench.test_scenario import SMALL
 
 SCENARIO = Scenario(**{**SMALL, "scans": 3, "plot_errors": {"range_sd_m": 3.0, "bearing_sd_deg": 0.1}})
@@ -93,3 +95,30 @@ def test_a_changed_reference_tracker_or_score_has_another_digest(
     with (tmp_path / "bench" / changed_file).open("a") as file:
         file.write("# changed")
     assert bench_digest.__wrapped__() != before
+
+
+def test_the_first_flood_of_the_first_seed_is_told_after_its_scan(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sea = changed(scene={**SMALL["scene"], "environment": {"noise": True, "sea_state": 5}})
+    told: list[str] = []
+
+    def watched(scenario: Scenario, seed: int) -> Iterator[ScanResult]:
+        for result in observed(scenario, seed):
+            yield result
+            told.append(capsys.readouterr().err)
+
+    monkeypatch.setattr(kept_plots, "observed", watched)
+    observed_run(tmp_path, sea, 0)
+    assert told[0].startswith("small, seed 0: scan 0: ") and 'set threshold to "ca"' in told[0] and told[1:] == ["", ""]
+    told.clear()
+    observed_run(tmp_path, sea, 1)
+    assert told == ["", "", ""]
+
+
+def test_a_long_run_says_how_far_its_plots_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "SECONDS", 0.0)
+    observed_run(tmp_path, SCENARIO, 1)
+    assert capsys.readouterr().err.startswith("small, seed 1: plots: 1 of 3 scans, ")

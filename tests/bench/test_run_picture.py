@@ -46,6 +46,17 @@ def test_tracks_have_colours_by_name_and_are_joined() -> None:
     assert pixels_of(run, C0) > pixels_of(apart, C0) + 20 and pixels_of(run, C1) > 20
 
 
+def test_states_that_are_too_old_are_drawn_dashed() -> None:
+    fresh = scan(0, one=0.0), scan(1, one=60.0), scan(2, one=120.0)
+    stale = [{**one, "tracks": [{**one["tracks"][0], "stale": k == 1}]} for k, one in enumerate(fresh)]
+    assert np.array_equal(joined(stale, "one")[:, 0], [0.0, np.nan, 120.0], equal_nan=True)
+    assert np.array_equal(joined(stale, "one", stale=True)[:, 0], [0.0, 60.0, 120.0])
+    solid, dashed, gap = (
+        pixels_of({**RUN, "events": [], "scans": scans}, C0) for scans in (fresh, stale, (fresh[0], scan(1), fresh[2]))
+    )
+    assert gap + 10 < dashed < solid - 10
+
+
 def test_the_chart_of_distances_has_the_colour_of_the_track_that_follows_and_a_limit() -> None:
     followed = [{**scan(k, one=0.0), "targets": [{**TARGET, "track": "one"}]} for k in range(3)]
     alone = [{**scan(k, one=0.0), "targets": [TARGET]} for k in range(3)]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.bench.scenario import GENERAL, Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.bench.scores.set_scores import POINT
 from radar_service.scattering.reflector_patterns import reflector_area
 from radar_service.scene_file.load import load_scene
 from radar_service.world.seaway_motion import SeawayMotion
@@ -265,3 +266,12 @@ def test_the_reflector_of_a_rolling_vessel_has_the_standard_s_cross_section_in_t
     cross_section = 10.0 * np.log10(4.0 * np.pi * area**2 / scene.radar.wavelength**2)
     assert np.median(cross_section) == pytest.approx(8.75, abs=0.5)
     assert np.percentile(cross_section, 5) == pytest.approx(exceeded_dbsm, abs=1.0)
+
+
+@pytest.mark.parametrize("name", scenarios())
+def test_no_limit_asks_for_more_than_the_digits_of_ttm(name: str) -> None:
+    """A digit of 0.01 NM is 18.5 m: sets of tracks may be 20 m off, and a target 10 m in the mean."""
+    least = {"ospa_m": 20.0, "ospa_localisation_m": 20.0, "gospa_m": 20.0, "localisation_m": 10.0, "position_error_m": 10.0}
+    limits = [limit for limit in load_scenario(name).limits if limit.maximum is not None]
+    assert all(limit.maximum is not None and limit.maximum >= least.get(limit.metric, limit.maximum) for limit in limits)
+    assert POINT >= 10.0  # m, of which `localisation_share` is a share

@@ -8,6 +8,7 @@ from radar_service.bench.bench import bench
 from radar_service.bench.kept_plots import observed_run
 from radar_service.bench.scenario import load_scenario
 from radar_service.bench.single_run import missed_limits, same_for_all, single_run
+from radar_service.terminal import progress
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
 from tests.bench.trackers.test_process_tracker import ECHO
@@ -53,6 +54,14 @@ def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
         and {"version", "source", "bench", "arithmetic", "program"} <= run.keys()
     )
     assert run["failure"] is None and len(run["scans"]) == 3 and run["scans"][0]["targets"][0]["body"] == "t"
+
+
+def test_a_slow_tracker_is_seen_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "SECONDS", 0.0)
+    single_run(small(tmp_path, 3), 0, command := program(tmp_path, ECHO), tmp_path / "plots")
+    assert f"small, seed 0: {command}: 2 of 3 scans, " in capsys.readouterr().err
 
 
 OWN = """

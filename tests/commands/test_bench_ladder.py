@@ -28,8 +28,9 @@ def test_a_tracker_is_ranked_against_the_reference(
     )  # a state is owed after a minute, from the 13th scan on
     command = ["bench-ladder", "noisy.toml", "--seeds", "2", "--jobs", "1", "--tracker", "none:T", "-o", "out"]
     assert main(command) == 0
-    printed = capsys.readouterr().out
-    assert "gnn and none:T cannot be told apart (p = 0.5)" in printed and "out/report.html" in printed
+    printed, told = capsys.readouterr()
+    assert told.startswith("too few seeds: 6 are needed to tell 2 trackers apart\n")
+    assert "too few seeds to tell gnn and none:T apart: 6 are needed (p = 0.5)" in printed and "out/report.html" in printed
     report = json.loads(Path("out/report.json").read_text())
     assert [row["tracker"] for row in report["leaderboard"]] == ["gnn", "none:T"]
     assert report["leaderboard"][1]["mean"] == 1.0 > report["leaderboard"][0]["mean"]

@@ -31,6 +31,13 @@ def test_plots_are_printed_and_written(scene: str, tmp_path: Path, capsys: pytes
     assert png.read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_flood_is_told_at_once_on_standard_error(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "--pfa", "0.3"]) == 0
+    printed, told = capsys.readouterr()
+    assert told.splitlines()[0].startswith("scan 0: ") and "lower pfa (now 0.3)" in told.splitlines()[0]
+    assert "remark: 3 of 3 scans flood" in printed
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

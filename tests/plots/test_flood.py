@@ -31,3 +31,15 @@ def test_the_text_says_how_many_why_and_what_to_set() -> None:
 def test_a_flood_of_noise_alone_is_told_from_clutter() -> None:
     noise = str(flood_of(0, 450, 4_000_000, 200, 201, KnownThreshold(radar(), 1e-4)))
     assert noise.endswith("noise alone gives 400; set a lower pfa (now 0.0001), or max_plots above 200")
+
+
+def test_what_is_set_already_is_not_asked_for() -> None:
+    def text(pfa: float, nearest: float) -> str:
+        return str(flood_of(3, 640_000, 2_000_000, 200, 900, CellAveraging(radar(), pfa), nearest)).partition("; set ")[2]
+
+    short, near = "guard and window as short as the targets allow", "nearest beyond the sea clutter about own ship"
+    assert text(1e-6, 0.0) == f"a lower pfa (now 1e-06), as 1e-12, {short}, {near}, or max_plots above 200"
+    assert text(1e-12, 0.0) == f"{short}, {near}, or max_plots above 200"
+    assert text(1e-12, 300.0) == f"{short}, or max_plots above 200"
+    known = str(flood_of(3, 640_000, 2_000_000, 200, 0, KnownThreshold(radar()), 300.0))
+    assert known.endswith('set threshold to "ca" (CellAveraging)')

@@ -28,3 +28,9 @@ def test_the_first_of_equals_is_the_strongest() -> None:
 def test_nothing_has_no_groups() -> None:
     groups = Groups(np.empty(0, dtype=np.int64))
     assert len(groups) == 0 == len(groups.maximum(np.empty(0))) == len(groups.strongest(np.empty(0)))
+
+
+def test_members_of_some_groups_follow_each_other() -> None:
+    groups = Groups(np.array([2, 0, 1, 0, 2, 2]))
+    assert groups.members_of(np.array([2, 0])).tolist() == [0, 4, 5, 1, 3]
+    assert groups.members_of(np.array([], dtype=np.int64)).tolist() == []

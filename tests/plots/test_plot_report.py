@@ -1,5 +1,6 @@
 """Plots told apart by labels: what is where by the scene, Pfa of noise as it was set, and plots across north."""
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import radar_service as rs
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.plot_report import PlotReport, kinds_of, labelled_plots
 from radar_service.plots.thresholds import KnownThreshold
+from radar_service.scans.scan import Scan
 
 PFA = 0.01
 SCENE: dict[str, Any] = {
@@ -122,3 +124,19 @@ def test_what_is_not_allowed_is_named() -> None:
         labelled_plots(rs.Simulator(scene, "balanced"), PlotExtractor(scene.radar), 1)
     with pytest.raises(ValueError, match="scans: 0 is not allowed"):
         labelled_plots(rs.Simulator(scene, "balanced", labels=True), PlotExtractor(scene.radar), 0)
+
+
+def test_the_first_flood_is_told_after_its_scan() -> None:
+    """Each scan has more plots than two; the first one is told of before the next one is computed."""
+    scene = rs.load_scene(SCENE)
+    simulator, told = rs.Simulator(scene, "balanced", 1, labels=True), list[tuple[int, int]]()
+    extractor = PlotExtractor(scene.radar, KnownThreshold(scene.radar, 0.3))
+    done: list[Scan] = []
+
+    def watched(scans: Iterable[Scan], count: int) -> Iterator[Scan]:
+        for scan in scans:
+            done.append(scan)
+            yield scan
+
+    report = labelled_plots(simulator, extractor, 2, watched, lambda flood: told.append((flood.scan, len(done))))
+    assert told == [(0, 1)] and report.remark is not None and report.remark.startswith("4 of 4 scans flood")

@@ -6,6 +6,11 @@ from collections.abc import Iterator
 from radar_service.terminal.progress import SECONDS, progress
 
 
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
 def written(step: float, count: int) -> list[str]:
     """The lines of items that take `step` seconds each."""
     now: Iterator[float] = iter(step * k for k in range(count + 1))
@@ -31,13 +36,20 @@ def test_items_in_no_time_have_no_rate() -> None:
     assert written(0.0, 1) == ["seed 0: 1 of 1 runs"]
 
 
+def test_parts_of_one_of_many_jobs_have_a_line_after_a_while_and_no_bar() -> None:
+    for to, expected in ((io.StringIO(), "3 of 7"), (Terminal(), "3 of 7")):
+        now = iter(2.0 * k for k in range(8))
+        assert list(progress(range(7), 7, "scans", "part {}".format, to, lambda now=now: next(now), within=True)) == [
+            *range(7)
+        ]
+        lines = to.getvalue().splitlines()
+        assert [line.partition(": ")[2][: len(expected)] for line in lines] == [expected, "6 of 7"]
+    quick = io.StringIO()
+    assert list(progress(range(3), 3, "scans", str, quick, lambda: 0.0, within=True)) == [0, 1, 2] and not quick.getvalue()
+
+
 def test_nothing_has_no_line() -> None:
     assert written(1.0, 0) == []
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
 
 
 def test_a_terminal_has_a_bar() -> None:

@@ -1,5 +1,7 @@
 """Trackers on ladders: the same plots for all of them, each run kept in a file, one report in the end."""
 
+import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -16,6 +18,7 @@ from radar_service.bench.ladder.series import Ladder
 from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.single_run import scored_run
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.trackers import REFERENCE as BUILT_IN
 from radar_service.numerics.types import Floats
 
 REFERENCE = "gnn"
@@ -25,27 +28,45 @@ TRIED = 3  # scans that each tracker answers before the first run
 
 def climb(
     ladders: Sequence[Ladder], seeds: int, trackers: Sequence[str], folder: Path, executor: Executor | None = None,
-    progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None,
+    progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, names: Sequence[str] = (),
+    all_pairs: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
 
-    trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. Others as in
-    `bench`. Raises ScenarioError, JobsFailed, TrackerError and OSError.
+    trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. names: as of
+    `names_of`. all_pairs: whether all pairs are compared, and not each tracker with REFERENCE alone. Others as in `bench`.
+    Raises ScenarioError, JobsFailed, TrackerError and OSError.
     """
-    names = [ladder.name for ladder in ladders]
-    if len(set(names)) < len(names):
+    its_name = names_of(trackers, names)
+    if len({ladder.name for ladder in ladders}) < len(ladders):
         raise ScenarioError("ladders: two have the same name; give each ladder once, and each file a name of its own")
     rungs = [rung for ladder in ladders for rung in ladder.rungs]
-    every, shared, kept = [*dict.fromkeys((REFERENCE, *trackers))], plots_folder(folder, plots), KeptRuns(folder / "runs")
+    shared, kept = plots_folder(folder, plots), KeptRuns(folder / "runs")
     with TemporaryDirectory() as short:
-        for tracker in every:
+        for tracker in its_name:
             if any(kept.read(job) is None for job in jobs_of(rungs, seeds, tracker, shared)):
                 _try(tracker, rungs[0], Path(short))
     runs: dict[str, Runs] = {}
-    for tracker in every:
-        runs[tracker] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
-        check_length(ladders, runs[tracker])
-    return report(ladders, runs)
+    for tracker, name in its_name.items():
+        runs[name] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
+        check_length(ladders, runs[name])
+    return report(ladders, runs, all_pairs)
+
+
+def names_of(trackers: Sequence[str], names: Sequence[str] = ()) -> dict[str, str]:
+    """Returns what REFERENCE, the first one, and trackers are called: as `names` say, or without the words with which all begin
+    that are no reference trackers. Raises ScenarioError where names are too few, too many or the same."""
+    own = [*dict.fromkeys(tracker for tracker in trackers if tracker != REFERENCE)]
+    if names and not len({*names} - {REFERENCE}) == len(names) == len(own):
+        raise ScenarioError(
+            f"--name: {', '.join(names)}: each of {len(own)} --tracker needs a name of its own, none {REFERENCE}"
+        )
+    others = [tracker for tracker in own if tracker not in BUILT_IN]
+    begin = os.path.commonprefix(others) if len(others) > 1 else ""
+    shared = len(begin) - len(re.split(r"[\s:/=]", begin)[-1])
+    short = [tracker[shared:] if tracker in others else tracker for tracker in own]
+    distinct = own if len({REFERENCE, *short}) <= len(own) else short
+    return {REFERENCE: REFERENCE, **dict(zip(own, names or distinct, strict=True))}
 
 
 def _try(tracker: str, rung: Scenario, plots: Path) -> None:
@@ -64,8 +85,8 @@ def check_length(ladders: Sequence[Ladder], runs: Runs) -> None:
                 raise ScenarioError(f"{rung.name}: scans: {rung.scans} give no {ladder.metric}: {OWED}")
 
 
-def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
-    """Returns the report of the runs of each tracker by rung, as plain data."""
+def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs], all_pairs: bool = False) -> dict[str, Any]:
+    """Returns the report of the runs of each tracker by rung, as plain data. all_pairs: as of `climb`."""
     for ladder in ladders:
         _check_metric(ladder, [run for some in runs.values() for rung in ladder.rungs for run in some[rung.name]])
     losses = {ladder.name: {tracker: losses_of(ladder, some) for tracker, some in runs.items()} for ladder in ladders}
@@ -75,7 +96,7 @@ def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any
     }
     return {
         "schema": SCHEMA, "version": program_version(), "level": LEVEL, "seeds": len(next(iter(overall.values()))),
-        **_board(overall), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
+        **_board(overall, all_pairs), "ladders": [_ladder(ladder, losses[ladder.name], runs, all_pairs) for ladder in ladders],
     }  # fmt: skip
 
 
@@ -94,12 +115,12 @@ def losses_of(ladder: Ladder, runs: Runs) -> Floats:
     )  # None is nan, and of nan and a number fmin is the number
 
 
-def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs]) -> dict[str, Any]:
+def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs], all_pairs: bool) -> dict[str, Any]:
     summary = ladder.model_dump(
         include={"name", "question", "expected", "source", "difficulty", "values", "metric", "worst"}
     )
     return {
-        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}),
+        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}, all_pairs),
         "trackers": [
             {
                 "tracker": tracker, "rungs": _rungs(values, losses[REFERENCE]),
@@ -110,8 +131,8 @@ def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Run
     }  # fmt: skip
 
 
-def _board(losses: Mapping[str, Floats]) -> dict[str, Any]:
-    figures, pairs = leaderboard(losses)
+def _board(losses: Mapping[str, Floats], all_pairs: bool) -> dict[str, Any]:
+    figures, pairs = leaderboard(losses, None if all_pairs else REFERENCE)
     return {"leaderboard": [asdict(figure) for figure in figures], "pairs": [_pair(pair) for pair in pairs]}
 
 

@@ -2,12 +2,14 @@
 are paired by seed.
 
 Intervals are those of the bootstrap (Efron 1979). Two trackers are compared by the paired randomisation test (Fisher 1935): were
-they equal, the difference of each seed would have either sign with the same chance. Holm (1979) keeps the level of all pairs.
+they equal, the difference of each seed would have either sign with the same chance. Holm (1979) keeps the level of
+all pairs of a table, so there are few: each tracker is compared with the reference.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
+from math import ceil, log2
 
 import numpy as np
 
@@ -24,7 +26,7 @@ APART = "cannot be told apart"
 
 @dataclass(frozen=True)
 class Figure:
-    """A mean over seeds, and its interval. place: 1 and the number of trackers that are better."""
+    """A mean over seeds, and its interval. place: 1 and the number of trackers that are better, as `leaderboard` knows it."""
 
     tracker: str
     place: int
@@ -35,36 +37,57 @@ class Figure:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two trackers. difference: mean of the first one less that of the second. better: the name of one, or None."""
+    """Two trackers. difference: mean of the first one less that of the second. better: the name of one, or None. needed: seeds
+    with which they could be told apart; 0 where there are enough."""
 
     first: str
     second: str
     difference: float
     p: float
     better: str | None
+    needed: int = 0
 
     @property
     def sentence(self) -> str:
         """What is known of them."""
+        if self.needed:
+            return f"too few seeds to tell {self.first} and {self.second} apart: {self.needed} are needed"
         other = self.first if self.better == self.second else self.second
         return f"{self.better} is better than {other}" if self.better else f"{self.first} and {self.second} {APART}"
 
 
-def leaderboard(losses: Mapping[str, Floats]) -> tuple[list[Figure], list[Pair]]:
-    """Returns trackers, the best first, and all pairs of them. losses: of each tracker by seed (N,), smaller is better."""
-    pairs = _pairs(losses)
+def seeds_needed(comparisons: int) -> int:
+    """Returns the seeds with which the least p of `p_value`, that of differences of one sign, tells apart among so many."""
+    return 1 + ceil(log2(max(comparisons, 1) / LEVEL))
+
+
+def leaderboard(losses: Mapping[str, Floats], reference: str | None = None) -> tuple[list[Figure], list[Pair]]:
+    """Returns trackers, the best first, and pairs of them: each with the reference, or all where it is None.
+
+    losses: of each tracker by seed (N,), smaller is better. With a reference, trackers that are better than it come before it
+    and those that are not told apart from it; these come before worse ones.
+    """
+    pairs = _pairs(losses, reference)
     beaten = {tracker: sum(pair.better not in (None, tracker) for pair in pairs if tracker in (pair.first, pair.second))
               for tracker in losses}  # fmt: skip
+    if reference is not None:
+        rank = dict.fromkeys(losses, 0)
+        rank |= {pair.second: 1 if pair.better == reference else -1 for pair in pairs if pair.better}
+        beaten = {tracker: sum(other < rank[tracker] for other in rank.values()) for tracker in losses}
     figures = [Figure(tracker, 1 + beaten[tracker], *interval(values)) for tracker, values in losses.items()]
     return sorted(figures, key=lambda figure: (figure.place, figure.mean)), pairs
 
 
-def _pairs(losses: Mapping[str, Floats]) -> list[Pair]:
-    differences = {(a, b): losses[a] - losses[b] for a, b in combinations(losses, 2)}
+def _pairs(losses: Mapping[str, Floats], reference: str | None) -> list[Pair]:
+    names = combinations(losses, 2) if reference is None else ((reference, name) for name in losses if name != reference)
+    differences = {(a, b): losses[a] - losses[b] for a, b in names}
     p_values = [p_value(each) for each in differences.values()]
+    needed = seeds_needed(len(p_values))
     pairs = zip(differences.items(), p_values, told_apart(p_values), strict=True)
     return [
-        Pair(a, b, float(each.mean()), p, (a if each.mean() < 0.0 else b) if is_apart else None)
+        Pair(
+            a, b, float(each.mean()), p, (a if each.mean() < 0.0 else b) if is_apart else None, needed * (len(each) < needed)
+        )
         for ((a, b), each), p, is_apart in pairs
     ]
 

@@ -33,7 +33,8 @@ def method(report: Data) -> str:
     """Returns what places and intervals mean, as sentences."""
     return (
         f"{report['seeds']} seeds of each rung give the same plots to all trackers. A place is 1 and the number of trackers that "
-        f"are better; equal trackers are told apart with a chance of {100.0 * report['level']:g} % at most. Intervals have 95 %."
+        f"are known to be better; equal ones are told apart with a chance of {100.0 * report['level']:g} % at most. Intervals "
+        f"have 95 %."
     )
 
 

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan, distances
 from radar_service.bench.scores.sightings import FIRST_STATE, Sightings
 
-Kind = Literal["swap", "break", "late", "ghost", "duplicate"]
+Kind = Literal["swap", "break", "late", "stale", "ghost", "duplicate"]
 KINDS: tuple[Kind, ...] = get_args(Kind)  # the gravest first
 
 
@@ -16,9 +16,9 @@ class Event:
     """An error of a tracker.
 
     kind: "swap", a track goes over to another target; "break", a target loses its track, or has another one; "late", a target
-    has no state FIRST_STATE scans after it is seen first; "ghost", a track of nothing; "duplicate", a track beside another one.
-    scan, last: the first and the last scan. body: the target, empty for a ghost that never had one; other: the one it swaps
-    with. what: a sentence.
+    has no state FIRST_STATE scans after it is seen first; "stale", a target has only a state that is too old; "ghost", a track
+    of nothing; "duplicate", a track beside another one. scan, last: the first and the last scan. body: the target, empty for a
+    ghost that never had one; other: the one it swaps with. what: a sentence.
     """
 
     kind: Kind
@@ -66,14 +66,20 @@ def _swap(body: str, other: str, before: str | None, track: str, mutual: bool) -
 
 
 def _of_target(run: JudgedRun, body: str, sightings: Sightings) -> Iterator[Event]:
-    """Whether it is late, and where it is lost after its first state."""
+    """Whether it is late, and where it is lost after its first state; what has a state that is too old is neither."""
     begin = next((k for k, scan in enumerate(run.scans) if body in scan.pairs), len(run.scans))
     owed, until = sightings.first + FIRST_STATE - 1, min(begin - 1, sightings.last)
-    if sightings.owes_first_state and until >= owed:
-        yield Event("late", owed, until, body, "", f"{body} has no first state")
+    late = range(owed, until + 1) if sightings.owes_first_state else range(0)
     lost = [k for k in sorted(sightings.due) if k > begin and body not in run.scans[k].pairs]
-    for first, last in _stretches(lost):
+    old = {k for k in (*late, *lost) if body in run.scans[k].stale}
+    for first, last in _stretches([k for k in late if k not in old]):
+        yield Event("late", first, last, body, "", f"{body} has no first state")
+    for first, last in _stretches([k for k in lost if k not in old]):
         yield Event("break", first, last, body, "", f"{body} has no track")
+    for first, last in _stretches(sorted(old)):
+        track, age = run.scans[last].stale[body]
+        what = f"state of {age:.1f} s ago; say coasting, or move it on (track {track} of {body})"
+        yield Event("stale", first, last, body, "", what)
 
 
 def _ghosts(run: JudgedRun) -> Iterator[Event]:

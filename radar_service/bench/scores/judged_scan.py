@@ -21,7 +21,8 @@ class JudgedScan:
 
     result: what it is made of. truths: targets that may have a track, by name, as own ship reports them. due: those that must
     have one. tracks: by name, without those that are too old. near: tracks within CUTOFF of a target. pairs: the track of each
-    target, one to one, with the least sum of distances. distance: of each pair [m], by target.
+    target, one to one, with the least sum of distances. distance: of each pair [m], by target. stale: by target, name
+    and age [s] of the nearest track within CUTOFF that is too old.
     """
 
     result: ScanResult
@@ -31,6 +32,7 @@ class JudgedScan:
     near: frozenset[str]
     pairs: Mapping[str, str]
     distance: Mapping[str, float]
+    stale: Mapping[str, tuple[str, float]]
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ def _judged(scan: int, result: ScanResult, sightings: Mapping[str, Sightings], p
         for track in result.tracks
         if track.coasting or end - track.time <= MAX_AGE * period
     }
+    old = [track for track in result.tracks if track.track not in tracks]
+    behind = distances([*truths.values()], [track_at(track, end) for track in old])
     distance = distances([*truths.values()], [*tracks.values()])
     names, bodies = [*tracks], [*truths]
     pairs = [(i, j) for i, j in zip(*assigned(distance), strict=True) if distance[i, j] < CUTOFF]
@@ -64,6 +68,10 @@ def _judged(scan: int, result: ScanResult, sightings: Mapping[str, Sightings], p
         result, truths, frozenset(body for body in truths if scan in sightings[body].due), tracks,
         frozenset(names[j] for j in np.nonzero((distance < CUTOFF).any(axis=0))[0].tolist()),
         {bodies[i]: names[j] for i, j in pairs}, {bodies[i]: float(distance[i, j]) for i, j in pairs},
+        {
+            body: (old[row.argmin()].track, end - old[row.argmin()].time)
+            for body, row in zip(bodies, behind, strict=True) if len(old) and row.min() < CUTOFF
+        },
     )  # fmt: skip
 
 

@@ -15,8 +15,6 @@ from radar_service.plots.plot import Plot
 from radar_service.terminal.extras import MissingExtra
 
 EPOCH = datetime(2000, 1, 1)
-NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
-SAME_TURN = 0.5  # s: plots of one target that are farther apart are of two turns of the antenna, of 1.25 s and more
 
 
 @dataclass(frozen=True)
@@ -118,23 +116,24 @@ def reference_tracks(tuning: Tuning, reader: Any) -> Iterator[tuple[datetime, se
 
 
 def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
-    from stonesoup.dataassociator.neighbour import GNNWith2DAssignment
-    from stonesoup.dataassociator.probability import JPDA
     from stonesoup.deleter.time import UpdateTimeStepsDeleter
     from stonesoup.hypothesiser.distance import DistanceHypothesiser
     from stonesoup.hypothesiser.probability import PDAHypothesiser
     from stonesoup.initiator.simple import MultiMeasurementInitiator
     from stonesoup.measures import Mahalanobis
-    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, ConstantVelocity
+    from stonesoup.models.transition.linear import ConstantVelocity
     from stonesoup.predictor.kalman import ExtendedKalmanPredictor
     from stonesoup.tracker.simple import MultiTargetMixtureTracker, MultiTargetTracker
     from stonesoup.types.array import StateVector
     from stonesoup.types.state import GaussianState
     from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
-    model = CombinedLinearGaussianTransitionModel([ConstantVelocity(tuning.acceleration)] * 2)
+    from radar_service.bench.trackers.stone_soup_parts import GatedJointProbabilities, GatedNearestNeighbours, PlaneMotion
+
+    model = PlaneMotion([ConstantVelocity(tuning.acceleration)] * 2)
     predictor, updater = ExtendedKalmanPredictor(model), ExtendedKalmanUpdater()
-    nearest = GNNWith2DAssignment(DistanceHypothesiser(predictor, updater, Mahalanobis(), missed_distance=tuning.gate))
+    gated = DistanceHypothesiser(predictor, updater, Mahalanobis(), missed_distance=tuning.gate)
+    nearest = GatedNearestNeighbours(gated, tuning=tuning)
     deleter = UpdateTimeStepsDeleter(tuning.delete)
     prior = GaussianState(StateVector([0.0, 0.0, 0.0, 0.0]), np.diag([0.0, tuning.speed_error**2] * 2))
     initiator = MultiMeasurementInitiator(
@@ -147,7 +146,7 @@ def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
     if tuning.association == "gnn":
         return MultiTargetTracker(initiator, deleter, feed, nearest, updater)
     unit = PDAHypothesiser(predictor, updater, 1.0, tuning.detection, prob_gate=0.99, normalise=False)
-    return MultiTargetMixtureTracker(initiator, deleter, feed, JPDA(_InPolarClutter(unit, tuning.clutter)), updater)
+    return MultiTargetMixtureTracker(initiator, deleter, feed, GatedJointProbabilities(unit, tuning=tuning), updater)
 
 
 def _date_by_its_plot(track: Any) -> None:
@@ -157,37 +156,3 @@ def _date_by_its_plot(track: Any) -> None:
     ]
     if plots:
         track.state.timestamp = max(plots, key=lambda hypothesis: hypothesis.probability).measurement.timestamp
-
-
-class _InPolarClutter:
-    """A hypothesiser of plots that have many times in a scan, among clutter that is even on the map.
-
-    JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
-    nearest one, and plots of another turn of the antenna are none of this track. (A scan may have two plots of a target: one
-    whose cluster ends beyond north comes a scan later.) Stone Soup compares the likelihood of a plot, a density in bearing and
-    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2].
-    """
-
-    def __init__(self, unit: Any, clutter: float) -> None:
-        """unit: a PDAHypothesiser with a density of 1 that does not normalise; clutter: false plots per m^2."""
-        self._unit, self._clutter = unit, clutter
-
-    def hypothesise(self, track: Any, detections: Any, timestamp: datetime, **options: Any) -> Any:
-        nearest = min(detections, key=lambda detection: _distance(track, detection), default=None)
-        time = timestamp if nearest is None or _distance(track, nearest) > NEAR else nearest.timestamp
-        of_turn = {each for each in detections if abs((each.timestamp - time).total_seconds()) < SAME_TURN}
-        hypotheses = self._unit.hypothesise(track, of_turn, time, **options)
-        for hypothesis in hypotheses:
-            if hypothesis:
-                hypothesis.probability /= self._clutter * float(hypothesis.measurement.state_vector[1, 0])
-        hypotheses.normalise_probabilities()
-        return hypotheses
-
-
-def _distance(track: Any, detection: Any) -> float:
-    """Distance [m] from a detection to a track, which moves on to its time."""
-    east, velocity_east, north, velocity_north = np.ravel(track.state.mean)
-    later = (detection.timestamp - track.state.timestamp).total_seconds()
-    angle, distance = (float(value) for value in np.ravel(detection.state_vector))
-    at = np.ravel(detection.measurement_model.translation_offset) + distance * np.array([np.cos(angle), np.sin(angle)])
-    return float(np.hypot(east + later * velocity_east - at[0], north + later * velocity_north - at[1]))

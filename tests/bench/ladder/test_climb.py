@@ -10,7 +10,7 @@ from radar_service.bench import bench as bench_module
 from radar_service.bench import kept_plots
 from radar_service.bench.bench import Runs
 from radar_service.bench.ladder import climb as climb_module
-from radar_service.bench.ladder.climb import check_length, climb, losses_of, report
+from radar_service.bench.ladder.climb import check_length, climb, losses_of, names_of, report
 from radar_service.bench.scenario import ScenarioError
 from radar_service.bench.trackers.json_lines import TrackerError
 from tests.bench.ladder.test_series import LADDER, ladder
@@ -78,7 +78,7 @@ def test_a_second_command_makes_no_run_and_all_trackers_get_the_same_plots(
     noisy = ladder(tmp_path, LADDER.replace("6", "3").replace("[set]", 'metric = "false_plots"\n[set]'))
     made = climb([noisy], 2, [echo], tmp_path / "out")
     assert [row["tracker"] for row in made["ladders"][0]["trackers"]] == [f"{echo} --again", echo]
-    assert made["pairs"][0]["p"] == 1.0 and "cannot be told apart" in made["pairs"][0]["sentence"]
+    assert made["pairs"][0]["p"] == 1.0 and "too few seeds" in made["pairs"][0]["sentence"]
     rungs = made["ladders"][0]["trackers"][1]["rungs"]
     assert rungs == [{**rung, "p": 1.0, "word": None} for rung in made["ladders"][0]["trackers"][0]["rungs"]]
     assert sorted(path.name for path in (tmp_path / "bench-plots").iterdir()) == [
@@ -126,3 +126,28 @@ def test_a_tracker_that_loses_all_targets_is_no_short_ladder(tmp_path: Path) -> 
     check_length([named], {rung.name: [lost] for rung in named.rungs})
     with pytest.raises(ScenarioError, match="noisy-1: scans: 6 give no localisation_m"):
         check_length([named], {rung.name: [{"failure": None, "metrics": {"completeness": None}}] for rung in named.rungs})
+
+
+@pytest.mark.parametrize(
+    ("trackers", "names", "called"),
+    [
+        (["jpda"], [], ["jpda"]),
+        (["python -m my.trackers Kalman", "jpda", "python -m my.trackers Truth"], [], ["Kalman", "jpda", "Truth"]),
+        (["mine:Good", "mine:Goods"], [], ["Good", "Goods"]),
+        (["python t.py", "python t.py --fast"], [], ["t.py", "t.py --fast"]),
+        (["ws://a:1/one", "ws://a:2/one"], [], ["1/one", "2/one"]),
+        (["python t.py"], [], ["python t.py"]),
+        (["python t.py gnn", "python t.py b"], [], ["python t.py gnn", "python t.py b"]),
+        (["python t.py", "jpda"], ["mine", "theirs"], ["mine", "theirs"]),
+    ],
+)
+def test_trackers_are_called_by_their_names_or_without_the_words_that_all_begin_with(
+    trackers: list[str], names: list[str], called: list[str]
+) -> None:
+    assert names_of(trackers, names) == {"gnn": "gnn", **dict(zip(trackers, called, strict=True))}
+
+
+@pytest.mark.parametrize("names", [["a"], ["a", "a"], ["a", "gnn"], ["a", "b", "c"]])
+def test_names_that_do_not_fit_are_refused(names: list[str]) -> None:
+    with pytest.raises(ScenarioError, match="--name: a.*: each of 2 --tracker needs a name of its own, none gnn"):
+        names_of(["x", "y"], names)

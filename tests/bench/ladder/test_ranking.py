@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from radar_service.bench.ladder.ranking import EXACT, LEVEL, interval, leaderboard, p_value, told_apart
+from radar_service.bench.ladder.ranking import EXACT, LEVEL, interval, leaderboard, p_value, seeds_needed, told_apart
 
 
 @pytest.mark.parametrize("seeds", [3, 6, EXACT])
@@ -85,3 +85,28 @@ def test_the_interval_of_a_mean_has_its_standard_error() -> None:
         1.96, abs=4 * 0.06
     )
     assert interval(np.full(3, 7.0)) == (7.0, 7.0, 7.0)
+
+
+@pytest.mark.parametrize("comparisons", [1, 4, 10])
+def test_with_the_seeds_that_are_needed_differences_of_one_sign_tell_apart_and_with_one_less_they_do_not(
+    comparisons: int,
+) -> None:
+    seeds = seeds_needed(comparisons)
+    for count, apart in ((seeds, True), (seeds - 1, False)):
+        assert told_apart([p_value(np.ones(count))] * comparisons) == [apart] * comparisons
+
+
+def test_five_trackers_of_14_to_70_m_are_told_apart_from_the_reference_by_eight_seeds() -> None:
+    """Ten pairs need nine seeds: then the pairs say so, and not that the trackers cannot be told apart."""
+    hard = np.linspace(0.0, 3.0, 8)
+    losses = {"gnn": 14.0 + hard, "again": 14.0 + hard, "good": 10.0 + hard, "bad": 40.0 + hard, "worst": 70.0 + hard}
+    figures, pairs = leaderboard(losses, "gnn")
+    assert [(pair.first, pair.second, pair.better, pair.needed) for pair in pairs] == [
+        ("gnn", "again", None, 0), ("gnn", "good", "good", 0), ("gnn", "bad", "gnn", 0), ("gnn", "worst", "gnn", 0)
+    ]  # fmt: skip
+    assert [(figure.tracker, figure.place) for figure in figures] == [
+        ("good", 1), ("gnn", 2), ("again", 2), ("bad", 4), ("worst", 4)
+    ]  # fmt: skip
+    _, pairs = leaderboard(losses)
+    assert len(pairs) == 10 and {pair.needed for pair in pairs} == {9}
+    assert pairs[0].sentence == "too few seeds to tell gnn and again apart: 9 are needed"

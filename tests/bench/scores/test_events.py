@@ -1,5 +1,7 @@
 """Events of runs by hand: two targets that stand 1 km apart, and tracks that stand at one of them, or far off."""
 
+from dataclasses import replace
+
 import pytest
 
 from radar_service.bench.scores.events import Event, events_of, gravest
@@ -50,3 +52,26 @@ def test_the_gravest_events_are_kept_in_their_order() -> None:
         Event("swap", 9, 9, "a", "b", ""),
     )
     assert gravest([ghost, short, swap], 2) == [ghost, swap]
+
+
+def answers(late: int, first: int, last: int, coasting: bool = False, begin: int = 0) -> list[Event]:
+    """Events of a track of a target at rest that is good, but in some scans repeats its state of so many scans ago."""
+    made = []
+    for scan in range(SCANS):
+        then = scan - late if first <= scan <= last else scan
+        state = replace(track("7", truth("a", 2.5 * then, 0.0, 1000.0)), coasting=coasting)
+        states = (state,) if scan >= begin else ()
+        made.append(ScanResult(given(scan), states, (truth("a", 2.5 * scan, 0.0, 1000.0),)))
+    return events_of(judged(made))
+
+
+def test_a_state_that_is_too_old_is_told_as_stale_and_not_as_no_track() -> None:
+    """Scans of 2.5 s; the state of a scan is of its begin: three scans ago it is 10 s old at the end."""
+    (event,) = answers(3, 30, 33)
+    assert (event.kind, event.scan, event.last, event.body) == ("stale", 30, 33, "a")
+    assert event.what == "state of 10.0 s ago; say coasting, or move it on (track 7 of a)"
+    assert answers(3, 30, 33, coasting=True) == answers(2, 30, 33) == []
+    assert [(event.kind, event.scan, event.last) for event in answers(3, 0, 12)] == [("stale", 9, 12)]
+    assert [(event.kind, event.scan, event.last) for event in answers(3, 0, 12, begin=11)] == [
+        ("late", 9, 10), ("stale", 11, 12)
+    ]  # fmt: skip
