@@ -106,6 +106,18 @@ def test_the_tracker_fails_is_mended_and_passes(checkout: Path) -> None:
     assert words == ["fail", "no gross miss"] and len([*(checkout / "bench-plots").iterdir()]) == 3
 
 
+def test_the_tracker_says_that_a_track_without_plots_coasts(checkout: Path) -> None:
+    """A plot in each of four scans, and none in the fifth."""
+    save(tutorial("tracker"), checkout)
+    plots = [[{"time": 2.5 * k, "east": 20.0 * k, "north": 1000.0}] for k in range(1, 5)]
+    scans = [{"type": "scan", "scan": k, "plots": some} for k, some in enumerate([*plots, []])]
+    lines = "".join(json.dumps(scan) + "\n" for scan in scans)
+    command = [sys.executable, "my_tracker.py"]
+    answers = subprocess.run(command, input=lines, capture_output=True, text=True, check=True, timeout=60).stdout
+    tracks = [json.loads(line)["tracks"] for line in answers.splitlines()]
+    assert [[track["coasting"] for track in some] for some in tracks] == [[], [], [False], [False], [True]]
+
+
 @pytest.mark.study
 def test_the_test_for_ci_passes_in_the_harbour(checkout: Path) -> None:
     own_harbour(checkout, "as printed", look=False)

@@ -5,9 +5,8 @@ import hashlib
 import json
 import os
 import sys
-import warnings
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -19,7 +18,7 @@ from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.plots.flood import FloodWarning, flood_remark
+from radar_service.plots.flood import flood_remark
 from radar_service.plots.plot import Plot
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.terminal.progress import progress
@@ -125,23 +124,17 @@ def _texts(value: object) -> Iterator[str]:
 
 def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
     name = f"{scenario.name}, seed {seed}"
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
-        scans = progress(observed(scenario, seed), scenario.scans, "scans", lambda _: f"{name}: plots", within=True)
-        results = list(_flood_told(scans, name if seed == 0 else None))
+
+    def tell(flood: str) -> None:
+        if seed == 0:  # the report has a remark on all seeds
+            print(f"{name}: {flood}", file=sys.stderr, flush=True)
+
+    scans = observed(scenario, seed, tell)
+    results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
     return {
         "scans": [asdict(replace(result, flood=None)) for result in results],
         "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
     }
-
-
-def _flood_told(results: Iterable[ScanResult], name: str | None) -> Iterator[ScanResult]:
-    """Yields scans; writes the first flood to standard error at once, under a name, or not for None."""
-    for result in results:
-        if result.flood and name:
-            print(f"{name}: {result.flood}", file=sys.stderr, flush=True)
-            name = None
-        yield result
 
 
 def _read(path: Path, digest: str) -> dict[str, Any] | None:

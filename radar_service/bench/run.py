@@ -1,6 +1,6 @@
 """One run of the test bench: the plots and the truth of a scenario and a seed, and what a tracker makes of them."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,8 +52,8 @@ def simulator_of(scenario: Scenario, seed: int) -> Simulator:
     return Simulator(scene, scenario.fidelity, seed)
 
 
-def observed(scenario: Scenario, seed: int) -> Iterator[ScanResult]:
-    """Yields the plots and the truth of each scan, without tracks. Raises SceneError."""
+def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None = None) -> Iterator[ScanResult]:
+    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor. Raises SceneError."""
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
     extractor = PlotExtractor(
@@ -62,6 +62,7 @@ def observed(scenario: Scenario, seed: int) -> Iterator[ScanResult]:
         rule=rule_of(scenario.plots),
         max_plots=scenario.plots.max_plots,
         nearest=scenario.plots.nearest_m,
+        tell=tell,
     )
     for _ in range(scenario.scans):
         scan = simulator.scan()

@@ -33,7 +33,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name", action="append", dest="names", default=[], help="of each --tracker in the report, in order"
     )
-    parser.add_argument("--all-pairs", action="store_true", help=f"compare all trackers, not each with {REFERENCE} alone")
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
 
 
@@ -60,13 +59,10 @@ def _ladders(options: argparse.Namespace) -> int:
     loaded = [load_ladder(name) for name in options.ladders or ladders()]
     trackers, shown = options.trackers or ["jpda"], partial(progress, unit="runs", name=lambda run: run.job.name)
     others = len(names_of(trackers, options.names)) - 1
-    needed = seeds_needed(others * (others + 1) // 2 if options.all_pairs else others)
-    if options.seeds < needed:
+    if options.seeds < (needed := seeds_needed(others)):
         print(f"too few seeds: {needed} are needed to tell {others + 1} trackers apart", file=sys.stderr, flush=True)
     with executor_of(options) as executor:
-        report = climb(
-            loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names, options.all_pairs
-        )
+        report = climb(loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names)
     write_ladders(report, options.out)
     print(f"{text_of(report)}{options.out / 'report.html'}")
     return 0

@@ -12,7 +12,6 @@ from radar_service.commands.shared_options import add_radar, add_scene, add_simu
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.flood import Flood
 from radar_service.plots.picture import write_picture
 from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
@@ -60,9 +59,10 @@ def _plots(options: argparse.Namespace) -> int:
     make = simulator_options(options, options.threads, labels=True)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     radar = simulator.scene.radar
+    tell = partial(print, file=sys.stderr, flush=True)
     settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
-    extractor = PlotExtractor(radar, threshold_of(settings, radar), max_plots=options.max_plots)
-    report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator), _tell)
+    extractor = PlotExtractor(radar, threshold_of(settings, radar), max_plots=options.max_plots, tell=tell)
+    report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:
         write_file(options.out, json.dumps(report.as_dict(), indent=1, allow_nan=False))
@@ -73,10 +73,6 @@ def _plots(options: argparse.Namespace) -> int:
 
 def _progress(simulator: Simulator, scans: Iterable[Scan], count: int) -> Iterable[Scan]:
     return progress(scans, count, "scans", lambda scan: f"{simulator.scene.name}, seed {simulator.seed}, scan {scan.number}")
-
-
-def _tell(flood: Flood) -> None:
-    print(flood, file=sys.stderr, flush=True)
 
 
 def table(report: PlotReport) -> str:

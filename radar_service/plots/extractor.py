@@ -4,7 +4,7 @@ The gate about the peak of a plot is that in which the truth measures where the 
 """
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -73,10 +73,12 @@ class PlotExtractor:
     def __init__(
         self, radar: Radar, threshold: Threshold | None = None, *, rule: ClusterRule | None = None, max_plots: int = 200,
         sidelobe_margin_db: float | None = MARGIN_DB, nearest: float = 0.0, gate_db: float = np.inf,
+        tell: Callable[[str], None] | None = None,
     ) -> None:  # fmt: skip
         """threshold: by default the known noise with PFA; max_plots: per scan; sidelobe_margin_db: None for no sidelobe gate;
-        nearest: plots nearer than this [m] are left out, such as sea clutter about own ship; gate_db: cells
-        count that connect with the peak of a plot and are this much weaker at most: 20 is the gate of the truth.
+        nearest: plots nearer than this [m] are left out, such as sea clutter about own ship; gate_db: cells count that connect
+        with the peak of a plot and are this much weaker at most: 20 is the gate of the truth; tell: gets the first flood in
+        words, in place of a FloodWarning.
 
         Raises ValueError for a maximum below 1.
         """
@@ -89,7 +91,7 @@ class PlotExtractor:
         self._geometry = ScanGeometry(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
         self._before = no_detections()  # in the scan before
         self._open = np.zeros(0, dtype=np.bool_)  # which of these are of clusters that may go on
-        self._warned = False
+        self._warned, self._tell = False, tell
         self._first: int | None = None  # spoke of the first scan
 
     def scans(self, scans: Iterable[Scan]) -> Iterator[ScanPlots]:
@@ -123,7 +125,10 @@ class PlotExtractor:
     def _warn(self, flood: Flood | None) -> None:
         if flood and not self._warned:
             self._warned = True
-            warnings.warn(str(flood), FloodWarning, stacklevel=3)
+            if self._tell is None:
+                warnings.warn(str(flood), FloodWarning, stacklevel=3)
+            else:
+                self._tell(str(flood))
 
     def _explained(self, recent: Detections, peak: Indices, cells: Indices, groups: Groups) -> Flags:
         """Which plots (P,) are sidelobes. peak: their strongest detections; cells: all of theirs, in groups."""

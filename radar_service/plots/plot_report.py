@@ -4,7 +4,6 @@ A cell's label is its strongest source (docs/truth.md). Cells labelled as noise 
 alarms. A plot is of the source that gives most of its power.
 """
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import islice
@@ -15,7 +14,7 @@ import numpy as np
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.flood import Flood, FloodWarning, flood_remark
+from radar_service.plots.flood import Flood, flood_remark
 from radar_service.plots.plot import Plot
 from radar_service.records.truth import Crossing
 from radar_service.scans.scan import Scan
@@ -143,25 +142,18 @@ def _kind(scene: Scene, label: int) -> Kind:
 
 
 def labelled_plots(
-    simulator: Simulator,
-    extractor: PlotExtractor,
-    scans: int,
-    progress: Progress = lambda scans, count: scans,
-    tell: Callable[[Flood], None] = lambda flood: None,
+    simulator: Simulator, extractor: PlotExtractor, scans: int, progress: Progress = lambda scans, count: scans
 ) -> PlotReport:
     """Returns what the labels say of the plots of so many scans of a simulator with labels.
 
     Two more scans are computed: the first and the last one have cut plots, and do not count. extractor: a new one. progress:
-    wraps the scans, of which it gets the number. tell: gets the first flood as soon as there is one. Raises ValueError for a
-    simulator without labels, or less than one scan.
+    wraps the scans, of which it gets the number. Raises ValueError for a simulator without labels, or less than one scan.
     """
     if scans < 1:
         raise ValueError(f"scans: {scans} is not allowed; 1 or more, best 10")
-    count = _Counting(simulator, extractor, tell)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
-        for scan in progress(islice(_scans(simulator), scans + 2), scans + 2):
-            count.add(scan)
+    count = _Counting(simulator, extractor)
+    for scan in progress(islice(_scans(simulator), scans + 2), scans + 2):
+        count.add(scan)
     return count.report()
 
 
@@ -173,8 +165,8 @@ def _scans(simulator: Simulator) -> Iterator[Scan]:
 class _Counting:
     """Counts cells, plots and crossings scan by scan."""
 
-    def __init__(self, simulator: Simulator, extractor: PlotExtractor, tell: Callable[[Flood], None]) -> None:
-        self._simulator, self._extractor, self._tell = simulator, extractor, tell
+    def __init__(self, simulator: Simulator, extractor: PlotExtractor) -> None:
+        self._simulator, self._extractor = simulator, extractor
         self._names = simulator.label_names
         self._kinds = kinds_of(simulator.scene, [*self._names])
         self._size = max(self._names) + 1
@@ -199,10 +191,7 @@ class _Counting:
         rows, columns = np.nonzero(labels >= BODY)
         self._spokes.append(np.unique(np.stack([scan.number * len(labels) + rows, labels[rows, columns]], axis=1), axis=0))
         self._crossings += self._simulator.crossings(scan.number)
-        if ended.flood:
-            if not self._floods:
-                self._tell(ended.flood)
-            self._floods.append(ended.flood)
+        self._floods += [ended.flood] if ended.flood else []
         self._plots += self._labelled(ended.plots, ended.cells)
 
     def _labelled(self, plots: Sequence[Plot], cells: Detections) -> Iterator[LabelledPlot]:

@@ -152,6 +152,7 @@ def test_gate_the_reference_tracker_meets_the_limits(name: str, seeds: int, tmp_
     assert any(limit.decides for limit in scenario.limit)
     (its,) = bench([scenario], seeds, "gnn", tmp_path)[0]["scenarios"]
     assert [verdict["failures"] for verdict in its["verdicts"]] == [0] * len(its["verdicts"])
+    assert its["percentile_95"]["ospa_m"] < 10.0  # m: half of what the limit allows
 
 
 def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -103,8 +104,8 @@ def test_the_first_flood_of_the_first_seed_is_told_after_its_scan(
     sea = changed(scene={**SMALL["scene"], "environment": {"noise": True, "sea_state": 5}})
     told: list[str] = []
 
-    def watched(scenario: Scenario, seed: int) -> Iterator[ScanResult]:
-        for result in observed(scenario, seed):
+    def watched(*arguments: Any) -> Iterator[ScanResult]:
+        for result in observed(*arguments):
             yield result
             told.append(capsys.readouterr().err)
 

@@ -42,7 +42,7 @@ TABLE: list[tuple[type[known.Kalman], str, str]] = [
     (known.VeryTurned, "msc192-table3-1", "bearing_deg_3min"),
     (known.DropsAtOnce, "missed-scans", "bridged"),
     (known.DropsAtOnce, "reflector-sea-state-5", "identity_changes"),
-    (known.Turned, "reflector-sea-state-5", "ospa_m"),
+    (known.VeryTurned, "reflector-sea-state-5", "ospa_m"),
     (known.StartOnly, "late", "first_state_scans"),
     (known.SlowOnly, "fast-ferries", "completeness"),
     (known.FewTracks, "fifty-targets", "completeness"),

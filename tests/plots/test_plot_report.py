@@ -32,7 +32,7 @@ SCENE: dict[str, Any] = {
 def report_of(scans: int = 4, **tables: Any) -> PlotReport:
     scene = rs.load_scene(SCENE | tables)
     simulator = rs.Simulator(scene, "balanced", 1, labels=True)
-    return labelled_plots(simulator, PlotExtractor(scene.radar, KnownThreshold(scene.radar, PFA)), scans)
+    return labelled_plots(simulator, PlotExtractor(scene.radar, KnownThreshold(scene.radar, PFA), tell=print), scans)
 
 
 @pytest.fixture(scope="module")
@@ -129,14 +129,16 @@ def test_what_is_not_allowed_is_named() -> None:
 def test_the_first_flood_is_told_after_its_scan() -> None:
     """Each scan has more plots than two; the first one is told of before the next one is computed."""
     scene = rs.load_scene(SCENE)
-    simulator, told = rs.Simulator(scene, "balanced", 1, labels=True), list[tuple[int, int]]()
-    extractor = PlotExtractor(scene.radar, KnownThreshold(scene.radar, 0.3))
+    simulator, told = rs.Simulator(scene, "balanced", 1, labels=True), list[tuple[str, int]]()
     done: list[Scan] = []
+    extractor = PlotExtractor(
+        scene.radar, KnownThreshold(scene.radar, 0.3), tell=lambda flood: told.append((flood[:8], len(done)))
+    )
 
     def watched(scans: Iterable[Scan], count: int) -> Iterator[Scan]:
         for scan in scans:
             done.append(scan)
             yield scan
 
-    report = labelled_plots(simulator, extractor, 2, watched, lambda flood: told.append((flood.scan, len(done))))
-    assert told == [(0, 1)] and report.remark is not None and report.remark.startswith("4 of 4 scans flood")
+    report = labelled_plots(simulator, extractor, 2, watched)
+    assert told == [("scan 0: ", 1)] and report.remark is not None and report.remark.startswith("4 of 4 scans flood")

@@ -29,13 +29,11 @@ TRIED = 3  # scans that each tracker answers before the first run
 def climb(
     ladders: Sequence[Ladder], seeds: int, trackers: Sequence[str], folder: Path, executor: Executor | None = None,
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, names: Sequence[str] = (),
-    all_pairs: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
 
     trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. names: as of
-    `names_of`. all_pairs: whether all pairs are compared, and not each tracker with REFERENCE alone. Others as in `bench`.
-    Raises ScenarioError, JobsFailed, TrackerError and OSError.
+    `names_of`. Others as in `bench`. Raises ScenarioError, JobsFailed, TrackerError and OSError.
     """
     its_name = names_of(trackers, names)
     if len({ladder.name for ladder in ladders}) < len(ladders):
@@ -50,7 +48,7 @@ def climb(
     for tracker, name in its_name.items():
         runs[name] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
         check_length(ladders, runs[name])
-    return report(ladders, runs, all_pairs)
+    return report(ladders, runs)
 
 
 def names_of(trackers: Sequence[str], names: Sequence[str] = ()) -> dict[str, str]:
@@ -85,8 +83,8 @@ def check_length(ladders: Sequence[Ladder], runs: Runs) -> None:
                 raise ScenarioError(f"{rung.name}: scans: {rung.scans} give no {ladder.metric}: {OWED}")
 
 
-def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs], all_pairs: bool = False) -> dict[str, Any]:
-    """Returns the report of the runs of each tracker by rung, as plain data. all_pairs: as of `climb`."""
+def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
+    """Returns the report of the runs of each tracker by rung, as plain data."""
     for ladder in ladders:
         _check_metric(ladder, [run for some in runs.values() for rung in ladder.rungs for run in some[rung.name]])
     losses = {ladder.name: {tracker: losses_of(ladder, some) for tracker, some in runs.items()} for ladder in ladders}
@@ -96,7 +94,7 @@ def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs], all_pairs: bool 
     }
     return {
         "schema": SCHEMA, "version": program_version(), "level": LEVEL, "seeds": len(next(iter(overall.values()))),
-        **_board(overall, all_pairs), "ladders": [_ladder(ladder, losses[ladder.name], runs, all_pairs) for ladder in ladders],
+        **_board(overall), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
     }  # fmt: skip
 
 
@@ -115,12 +113,12 @@ def losses_of(ladder: Ladder, runs: Runs) -> Floats:
     )  # None is nan, and of nan and a number fmin is the number
 
 
-def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs], all_pairs: bool) -> dict[str, Any]:
+def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs]) -> dict[str, Any]:
     summary = ladder.model_dump(
         include={"name", "question", "expected", "source", "difficulty", "values", "metric", "worst"}
     )
     return {
-        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}, all_pairs),
+        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}),
         "trackers": [
             {
                 "tracker": tracker, "rungs": _rungs(values, losses[REFERENCE]),
@@ -131,8 +129,8 @@ def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Run
     }  # fmt: skip
 
 
-def _board(losses: Mapping[str, Floats], all_pairs: bool) -> dict[str, Any]:
-    figures, pairs = leaderboard(losses, None if all_pairs else REFERENCE)
+def _board(losses: Mapping[str, Floats]) -> dict[str, Any]:
+    figures, pairs = leaderboard(losses, REFERENCE)
     return {"leaderboard": [asdict(figure) for figure in figures], "pairs": [_pair(pair) for pair in pairs]}
 
 

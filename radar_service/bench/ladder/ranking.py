@@ -8,7 +8,7 @@ all pairs of a table, so there are few: each tracker is compared with the refere
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 from math import ceil, log2
 
 import numpy as np
@@ -61,35 +61,34 @@ def seeds_needed(comparisons: int) -> int:
     return 1 + ceil(log2(max(comparisons, 1) / LEVEL))
 
 
-def leaderboard(losses: Mapping[str, Floats], reference: str | None = None) -> tuple[list[Figure], list[Pair]]:
-    """Returns trackers, the best first, and pairs of them: each with the reference, or all where it is None.
+def leaderboard(losses: Mapping[str, Floats], reference: str) -> tuple[list[Figure], list[Pair]]:
+    """Returns trackers, the best first, and pairs of the reference with each other one.
 
-    losses: of each tracker by seed (N,), smaller is better. With a reference, trackers that are better than it come before it
-    and those that are not told apart from it; these come before worse ones.
+    losses: of each tracker by seed (N,), smaller is better. Trackers that are better than the reference come before it and those
+    that are not told apart from it; worse ones come behind these.
     """
     pairs = _pairs(losses, reference)
-    beaten = {tracker: sum(pair.better not in (None, tracker) for pair in pairs if tracker in (pair.first, pair.second))
-              for tracker in losses}  # fmt: skip
-    if reference is not None:
-        rank = dict.fromkeys(losses, 0)
-        rank |= {pair.second: 1 if pair.better == reference else -1 for pair in pairs if pair.better}
-        beaten = {tracker: sum(other < rank[tracker] for other in rank.values()) for tracker in losses}
-    figures = [Figure(tracker, 1 + beaten[tracker], *interval(values)) for tracker, values in losses.items()]
+    rank = dict.fromkeys(losses, 0)
+    rank |= {pair.second: 1 if pair.better == reference else -1 for pair in pairs if pair.better}
+    figures = [
+        Figure(tracker, 1 + sum(other < rank[tracker] for other in rank.values()), *interval(values))
+        for tracker, values in losses.items()
+    ]
     return sorted(figures, key=lambda figure: (figure.place, figure.mean)), pairs
 
 
-def _pairs(losses: Mapping[str, Floats], reference: str | None) -> list[Pair]:
-    names = combinations(losses, 2) if reference is None else ((reference, name) for name in losses if name != reference)
-    differences = {(a, b): losses[a] - losses[b] for a, b in names}
+def _pairs(losses: Mapping[str, Floats], reference: str) -> list[Pair]:
+    differences = {name: losses[reference] - losses[name] for name in losses if name != reference}
     p_values = [p_value(each) for each in differences.values()]
     needed = seeds_needed(len(p_values))
     pairs = zip(differences.items(), p_values, told_apart(p_values), strict=True)
     return [
         Pair(
-            a, b, float(each.mean()), p, (a if each.mean() < 0.0 else b) if is_apart else None, needed * (len(each) < needed)
+            reference, name, float(each.mean()), p, (reference if each.mean() < 0.0 else name) if is_apart else None,
+            needed * (len(each) < needed),
         )
-        for ((a, b), each), p, is_apart in pairs
-    ]
+        for (name, each), p, is_apart in pairs
+    ]  # fmt: skip
 
 
 def interval(losses: Floats) -> tuple[float, float, float]:

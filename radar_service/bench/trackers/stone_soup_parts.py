@@ -3,7 +3,7 @@
 The distances of all pairs are computed at once, as Stone Soup's extended Kalman filter has them.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from datetime import datetime
 from typing import Any
 
@@ -26,7 +26,7 @@ NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
 SAME_TURN = 0.5  # s: plots of one target that are farther apart are of two turns of the antenna, of 1.25 s and more
 
 
-def pair_distances(tracks: Collection[Any], plots: Collection[Any], tuning: Tuning) -> tuple[Floats, Floats]:
+def pair_distances(tracks: Iterable[Any], plots: Iterable[Any], tuning: Tuning) -> tuple[Floats, Floats]:
     """Returns the distance (T, D) [m] of each plot from each track at the time of the plot, and the Mahalanobis distance (T, D).
 
     Source: Bar-Shalom, Li and Kirubarajan 2001, section 6.2.2 (white acceleration), 10.3.3 (extended Kalman filter).
@@ -61,9 +61,7 @@ class GatedNearestNeighbours(GNNWith2DAssignment):  # type: ignore[misc]  # Ston
     tuning: Tuning = Property(doc="With the gate.")
 
     @override
-    def generate_hypotheses(
-        self, tracks: Collection[Any], detections: Collection[Any], timestamp: datetime, **options: Any
-    ) -> dict[Any, Any]:
+    def generate_hypotheses(self, tracks: Any, detections: Any, timestamp: datetime, **options: Any) -> dict[Any, Any]:
         plots = np.array([*detections], dtype=object)
         _, normalised = pair_distances(tracks, detections, self.tuning)
         near = normalised < SLACK * self.tuning.gate
@@ -85,9 +83,7 @@ class GatedJointProbabilities(JPDAwithEHM2):  # type: ignore[misc]
     tuning: Tuning = Property(doc="With the density of clutter.")
 
     @override
-    def generate_hypotheses(
-        self, tracks: Collection[Any], detections: Collection[Any], timestamp: datetime, **options: Any
-    ) -> dict[Any, Any]:
+    def generate_hypotheses(self, tracks: Any, detections: Any, timestamp: datetime, **options: Any) -> dict[Any, Any]:
         """Its hypothesiser is a PDAHypothesiser with a density of 1 that does not normalise."""
         plots = np.array([*detections], dtype=object)
         apart, normalised = pair_distances(tracks, detections, self.tuning)
