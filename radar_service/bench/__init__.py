@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario, scenarios
     from radar_service.bench.scores.bias import Bias, bias_cause
     from radar_service.bench.single_run import missed_limits
-    from radar_service.bench.trackers.stone_soup import Tuning, reference_tracks
+    from radar_service.bench.trackers.gating import Tuning
+    from radar_service.bench.trackers.stone_soup import reference_tracks
     from radar_service.bench.trackers.stone_soup_readers import PlotReader, TruthReader
     from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 
@@ -35,8 +36,9 @@ __getattr__, __dir__ = lazily(
         "scenario": ("Scenario", "ScenarioError", "load_scenario", "scenarios"),
         "scores.bias": ("Bias", "bias_cause"),
         "single_run": ("missed_limits",),
-        "trackers.stone_soup": ("Tuning", "reference_tracks"),
+        "trackers.stone_soup": ("reference_tracks",),
         "trackers.stone_soup_readers": ("PlotReader", "TruthReader"),
         "trackers.tracker": ("TrackState", "Tracker", "TrackerInput"),
+        "trackers.gating": ("Tuning",),
     },
 )

@@ -69,7 +69,7 @@ GENERAL = tuple(
 
 
 class TrackerSettings(Table):
-    """How the reference tracker is tuned; stone_soup.Tuning has the meanings. Angles in degrees."""
+    """How the reference tracker is tuned; gating.Tuning has the meanings. Angles in degrees."""
 
     range_error_m: Annotated[float, Field(gt=0)] = 5.0
     bearing_error_deg: Annotated[float, Field(gt=0)] = 0.1

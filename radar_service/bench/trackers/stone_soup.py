@@ -4,43 +4,15 @@ It needs the extra `tracking`. Stone Soup is not imported before a tracker is ma
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
+from radar_service.bench.trackers.gating import EPOCH, Tuning
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots.plot import Plot
 from radar_service.terminal.extras import MissingExtra
-
-EPOCH = datetime(2000, 1, 1)
-
-
-@dataclass(frozen=True)
-class Tuning:
-    """How the reference tracker is tuned.
-
-    association: "gnn" or "jpda".
-    range_error, bearing_error: standard deviation of plots [m], [rad].
-    acceleration: spectral density of the white acceleration of targets [m^2/s^3].
-    speed_error: standard deviation of a target's speed before anything is known of it [m/s].
-    gate: normalised distance within which a plot may belong to a track.
-    confirm: plots that confirm a track.
-    delete: scans without a plot after which a track ends.
-    detection, clutter: probability of detection, and false plots per m^2, for JPDA.
-    """
-
-    association: Literal["gnn", "jpda"] = "gnn"
-    range_error: float = 5.0
-    bearing_error: float = float(np.radians(0.1))
-    acceleration: float = 0.01
-    speed_error: float = 10.0
-    gate: float = 3.5
-    confirm: int = 4
-    delete: int = 8
-    detection: float = 0.9
-    clutter: float = 1e-7
 
 
 class StoneSoupTracker:

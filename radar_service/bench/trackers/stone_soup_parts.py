@@ -1,9 +1,5 @@
-"""Parts of Stone Soup's trackers that pair each track with the plots in its gate alone: a pair takes it half a millisecond.
+"""Parts of Stone Soup's trackers that pair each track with the plots in its gate alone: a pair takes it half a millisecond."""
 
-The distances of all pairs are computed at once, as Stone Soup's extended Kalman filter has them.
-"""
-
-from collections.abc import Iterable
 from datetime import datetime
 from typing import Any
 
@@ -16,43 +12,13 @@ from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionM
 from stonesoup.types.array import CovarianceMatrix
 from typing_extensions import override
 
-from radar_service.bench.trackers.stone_soup import EPOCH, Tuning
-from radar_service.numerics.frames import wrap_angle
+from radar_service.bench.trackers.gating import Tuning, pair_distances
 from radar_service.numerics.types import Floats
 
 SLACK = 1.01  # times the gate: Stone Soup differentiates numerically, which changes a distance by a relative 1e-7
 JPDA_GATE = 3.04  # the root of 9.21, which two normal errors exceed in 1 %
 NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
 SAME_TURN = 0.5  # s: plots of one target that are farther apart are of two turns of the antenna, of 1.25 s and more
-
-
-def pair_distances(tracks: Iterable[Any], plots: Iterable[Any], tuning: Tuning) -> tuple[Floats, Floats]:
-    """Returns the distance (T, D) [m] of each plot from each track at the time of the plot, and the Mahalanobis distance (T, D).
-
-    Source: Bar-Shalom, Li and Kirubarajan 2001, section 6.2.2 (white acceleration), 10.3.3 (extended Kalman filter).
-    """
-    mean = np.reshape([track.state.mean for track in tracks], (-1, 4, 1)).swapaxes(0, 1).astype(np.float64)
-    p = np.moveaxis(np.reshape([track.state.covar for track in tracks], (-1, 1, 4, 4)), (2, 3), (0, 1))
-    angle, reach = np.reshape([plot.state_vector for plot in plots], (-1, 2)).T.astype(np.float64)
-    own = np.reshape([plot.measurement_model.translation_offset for plot in plots], (-1, 2)).T[:, None]
-    later = _seconds(plots) - _seconds([track.state for track in tracks])[:, None]
-    east, north = mean[::2] + later * mean[1::2] - own
-    noise = tuning.acceleration * abs(later) ** 3 / 3.0
-    p_east = p[0, 0] + 2.0 * later * p[0, 1] + later**2 * p[1, 1] + noise
-    p_north = p[2, 2] + 2.0 * later * p[2, 3] + later**2 * p[3, 3] + noise
-    p_mixed = p[0, 2] + later * (p[0, 3] + p[1, 2]) + later**2 * p[1, 3]
-    distance = np.maximum(np.hypot(east, north), 1.0)  # m: at own ship there is no bearing
-    x, y = east / distance, north / distance
-    along = x**2 * p_east + 2.0 * x * y * p_mixed + y**2 * p_north + tuning.range_error**2
-    across = (y**2 * p_east - 2.0 * x * y * p_mixed + x**2 * p_north) / distance**2 + tuning.bearing_error**2
-    mixed = (x * y * (p_north - p_east) + (x**2 - y**2) * p_mixed) / distance
-    turn, beyond = wrap_angle(angle - np.arctan2(north, east)), reach - distance
-    square = (across * beyond**2 - 2.0 * mixed * beyond * turn + along * turn**2) / (along * across - mixed**2)
-    return np.hypot(east - reach * np.cos(angle), north - reach * np.sin(angle)), np.sqrt(np.maximum(square, 0.0))
-
-
-def _seconds(dated: Iterable[Any]) -> Floats:
-    return np.array([(each.timestamp - EPOCH).total_seconds() for each in dated])
 
 
 class GatedNearestNeighbours(GNNWith2DAssignment):  # type: ignore[misc]  # Stone Soup has no types

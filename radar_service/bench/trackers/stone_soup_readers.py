@@ -13,7 +13,8 @@ from stonesoup.reader.base import DetectionReader, GroundTruthReader
 from stonesoup.types.groundtruth import GroundTruthPath, GroundTruthState
 from typing_extensions import override
 
-from radar_service.bench.trackers.stone_soup import EPOCH, Tuning, detection
+from radar_service.bench.trackers.gating import EPOCH, Tuning
+from radar_service.bench.trackers.stone_soup import detection
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Snapshot

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.scenario import Scenario
+from radar_service.bench.trackers.gating import Tuning
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
 from radar_service.bench.trackers.reckoning import ReckonedTracker
-from radar_service.bench.trackers.stone_soup import StoneSoupTracker, Tuning
+from radar_service.bench.trackers.stone_soup import StoneSoupTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
 from radar_service.numerics.constants import KNOT

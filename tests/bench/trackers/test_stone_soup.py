@@ -6,7 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from radar_service.bench.trackers.stone_soup import StoneSoupTracker, Tuning
+from radar_service.bench.trackers.gating import Tuning
+from radar_service.bench.trackers.stone_soup import StoneSoupTracker
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots.plot import Plot
 

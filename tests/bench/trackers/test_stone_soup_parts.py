@@ -16,12 +16,12 @@ from stonesoup.types.state import GaussianState
 from stonesoup.types.track import Track
 from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
-from radar_service.bench.trackers.stone_soup import EPOCH, StoneSoupTracker, Tuning, detection
+from radar_service.bench.trackers.gating import EPOCH, Tuning
+from radar_service.bench.trackers.stone_soup import StoneSoupTracker, detection
 from radar_service.bench.trackers.stone_soup_parts import (
     GatedJointProbabilities,
     GatedNearestNeighbours,
     PlaneMotion,
-    pair_distances,
 )
 from tests.bench.trackers.test_stone_soup import given, plot, plots_of
 
@@ -62,23 +62,6 @@ class Counted(DistanceHypothesiser):
     def hypothesise(self, track: Any, detections: Any, timestamp: Any, **options: Any) -> Any:
         Counted.pairs += len(detections)
         return super().hypothesise(track, detections, timestamp, **options)
-
-
-def test_distances_are_those_of_stone_soup() -> None:
-    """To what its numerical derivatives leave."""
-    rng = np.random.default_rng(0)
-    rows, columns = tracks(rng, 5), plots(rng, 6)
-    apart, normalised = pair_distances(rows, columns, TUNING)
-    every = DistanceHypothesiser(*parts(), Mahalanobis(), missed_distance=np.inf, include_all=True)
-    for row, track in enumerate(rows):
-        for hypothesis in every.hypothesise(track, columns, END):
-            if hypothesis:
-                column = columns.index(hypothesis.measurement)
-                assert normalised[row, column] == pytest.approx(float(hypothesis.distance), rel=1e-5)
-                east, _, north, _ = np.ravel(hypothesis.prediction.mean)
-                angle, distance = np.ravel(columns[column].state_vector).astype(float)
-                at = distance * np.exp(1j * angle) - complex(east, north)
-                assert apart[row, column] == pytest.approx(abs(at), rel=1e-9)
 
 
 def test_matrices_of_motion_are_those_of_stone_soup() -> None:

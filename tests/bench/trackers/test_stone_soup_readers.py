@@ -9,7 +9,8 @@ import pytest
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
 
 import radar_service as rs
-from radar_service.bench.trackers.stone_soup import EPOCH, Tuning, reference_tracks
+from radar_service.bench.trackers.gating import EPOCH, Tuning
+from radar_service.bench.trackers.stone_soup import reference_tracks
 from radar_service.bench.trackers.stone_soup_readers import PlotReader, TruthReader, scan_end
 from radar_service.radar_feed import RadarFeed, RadarFeeds, RemoteFeed, service
 from tests.bench.test_scenario import SMALL
