@@ -32,10 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_whole_number(parser, "--scans", 10, 1, 10_000, help="revolutions (default 10)")
     parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
     parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
-    for name, default, text in (("guard", 100.0, "beside a cell, not averaged"), ("window", 300.0, "averaged on each side")):
-        parser.add_argument(
-            f"--{name}-m", default=default, type=_length, metavar="M", help=f"length {text} (default {default:g})"
-        )
+    beside, averaged, near = (
+        "length beside a cell, not averaged",
+        "length averaged on each side",
+        "plots nearer are left out",
+    )
+    for name, default, text in (("guard", 100.0, beside), ("window", 300.0, averaged), ("nearest", 0.0, near)):
+        parser.add_argument(f"--{name}-m", default=default, type=_length, metavar="M", help=f"{text} (default {default:g})")
     strongest = "the strongest of a scan (default 10000)"
     add_whole_number(parser, "--max-plots", 10_000, 1, 10_000, metavar="N", help=strongest)
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
@@ -61,7 +64,9 @@ def _plots(options: argparse.Namespace) -> int:
     radar = simulator.scene.radar
     tell = partial(print, file=sys.stderr, flush=True)
     settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
-    extractor = PlotExtractor(radar, threshold_of(settings, radar), max_plots=options.max_plots, tell=tell)
+    extractor = PlotExtractor(
+        radar, threshold_of(settings, radar), max_plots=options.max_plots, nearest=options.nearest_m, tell=tell
+    )
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:

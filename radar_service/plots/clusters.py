@@ -97,7 +97,7 @@ def _batches(groups: Groups, which: Indices) -> list[Indices]:
     batch = np.cumsum(groups.count[which]) // MAX_SPLIT_CELLS
     first = np.flatnonzero(np.diff(batch, prepend=-1)).tolist()
     parted = np.split(which, first[1:]) if first else []
-    return [np.concatenate([groups.members(group) for group in some.tolist()]) for some in parted]
+    return [groups.members(some) for some in parted]
 
 
 def _touching(detections: Detections, rule: ClusterRule) -> NDArray[np.intp]:

@@ -119,7 +119,7 @@ class PlotExtractor:
         self._warn(flood)
         return ScanPlots(
             scan.number, tuple(plots_of(columns, best)), int(explained.sum()), dropped, flood,
-            of_plots.only(groups.members_of(best)), fresh,
+            of_plots.only(groups.members(best)), fresh,
         )  # fmt: skip
 
     def _warn(self, flood: Flood | None) -> None:

@@ -29,11 +29,7 @@ class Groups:
         result[self.order] = np.repeat(np.arange(len(self)), self.count)
         return result
 
-    def members(self, group: int) -> Indices:
-        """Returns the elements of a group."""
-        return self.order[self.start[group] : self.start[group] + self.count[group]]
-
-    def members_of(self, groups: Indices) -> Indices:
+    def members(self, groups: Indices) -> Indices:
         """Returns the elements of some groups, one group after the other."""
         count = self.count[groups]
         return np.asarray(

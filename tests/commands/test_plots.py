@@ -38,6 +38,16 @@ def test_a_flood_is_told_at_once_on_standard_error(scene: str, capsys: pytest.Ca
     assert "remark: 3 of 3 scans flood" in printed
 
 
+@pytest.mark.parametrize(("nearest", "with_plot"), [("250", "1"), ("350", "0")])
+def test_plots_nearer_than_a_distance_are_left_out(
+    nearest: str, with_plot: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A flood asks for it. The ship is moored at 300 m."""
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "--nearest-m", nearest]) == 0
+    (moored,) = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("moored")]
+    assert moored[-2] == with_plot
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -64,4 +74,10 @@ def test_wrong_input_is_one_sentence(
 def test_plots_have_defaults() -> None:
     options = parser().parse_args(["plots"])
     assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, "ca", 1e-4)
-    assert (options.guard_m, options.window_m, options.out, options.png) == (100.0, 300.0, None, None)
+    assert (options.guard_m, options.window_m, options.nearest_m, options.out, options.png) == (
+        100.0,
+        300.0,
+        0.0,
+        None,
+        None,
+    )

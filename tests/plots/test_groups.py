@@ -14,7 +14,7 @@ def test_groups_are_those_of_a_loop() -> None:
     assert len(groups) == len(names)
     for number, name in enumerate(names):
         own = np.flatnonzero(label == name)
-        assert groups.members(number).tolist() == own.tolist() and groups.count[number] == len(own)
+        assert groups.members(np.array([number])).tolist() == own.tolist() and groups.count[number] == len(own)
         assert (groups.of_each[own] == number).all()
         assert groups.maximum(values)[number] == values[own].max() and groups.minimum(values)[number] == values[own].min()
         assert groups.total(values)[number] == values[own].sum()
@@ -32,5 +32,5 @@ def test_nothing_has_no_groups() -> None:
 
 def test_members_of_some_groups_follow_each_other() -> None:
     groups = Groups(np.array([2, 0, 1, 0, 2, 2]))
-    assert groups.members_of(np.array([2, 0])).tolist() == [0, 4, 5, 1, 3]
-    assert groups.members_of(np.array([], dtype=np.int64)).tolist() == []
+    assert groups.members(np.array([2, 0])).tolist() == [0, 4, 5, 1, 3]
+    assert groups.members(np.array([], dtype=np.int64)).tolist() == []
