@@ -43,14 +43,14 @@ class GatedJointProbabilities(JPDAwithEHM2):  # type: ignore[misc]
     JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
     nearest one, and plots of another turn of the antenna are none of this track. (A scan may have two plots of a target: one
     whose cluster ends beyond north comes a scan later.) Stone Soup compares the likelihood of a plot, a density in bearing and
-    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2].
+    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2]. The hypothesiser is a
+    PDAHypothesiser with a density of 1 that does not normalise.
     """
 
     tuning: Tuning = Property(doc="With the density of clutter.")
 
     @override
     def generate_hypotheses(self, tracks: Any, detections: Any, timestamp: datetime, **options: Any) -> dict[Any, Any]:
-        """Its hypothesiser is a PDAHypothesiser with a density of 1 that does not normalise."""
         plots = np.array([*detections], dtype=object)
         apart, normalised = pair_distances(tracks, detections, self.tuning)
         result = {}
