@@ -27,6 +27,7 @@ from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.multipath import Site
 from radar_service.propagation.radar_equation import (
     attenuation,
@@ -215,13 +216,20 @@ class MovingEchoes:
         tilt_error = 0.0 if block.level is None else part.elevation - part.polar.elevation
         paths = Paths(observed.echoes.path[which], observed.echoes.height_span[which])
         sites = [_site(node, height) for node, height in zip(part.nodes, block.antenna[:3, 2], strict=True)]
-        sea = SeaHistory.interpolated(sea_paths(radar, environment, sites[1], paths, tilt_error), sites, earth, block.over)
+        land = self._land_before(observed, which, block.antenna[1], part.nodes[1])
+        middle = sea_paths(radar, environment, sites[1], paths, tilt_error, land)
+        sea = SeaHistory.interpolated(middle, sites, earth, block.over)
         if block.level is not None:
             errors = [
                 angle - elevation_above(node, earth) for angle, node in zip(part.elevations(), part.nodes, strict=True)
             ]
             sea.sway(radar, errors, block.over)
         return sea
+
+    def _land_before(self, observed: ObservedEchoes, which: Indices, antenna: Floats, offset: Floats) -> LandBefore:
+        """The land before echoes `which` (E,) at offsets (..., E, 3) from antennas (..., 3) on the map [m]."""
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        return LandBefore(self.visibility.line_of_sight, antenna, offset, body)
 
     def _exact_history(
         self,
@@ -244,7 +252,8 @@ class MovingEchoes:
         if sea is not None:
             tilt_error = each.T - elevation_above(positions, earth)
             site = _site(positions, block.antenna[3:, 2, None])
-            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error))
+            land = self._land_before(observed, which[exact], block.antenna[3:, None], positions)
+            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error, land))
         middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])
         return relative.astype(np.float32)

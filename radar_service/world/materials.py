@@ -57,6 +57,21 @@ _REFLECTIVITY_DB: dict[str, float] = {
     "rubber": -11.4,  # 3
 }
 
+# Land as the ground that reflects rays: its relative permittivity (that of the table above), and the rms height [m] of its surface
+# about a plane, after the land types of Barton, Radar Equations for Modern Radar (2013), ch. 8: 10 m for towns, 1 m for flat land.
+# Those of rock, sand, concrete and ice are estimates. Vegetation absorbs what reaches the ground: it is not in the table.
+GROUND: dict[str, tuple[float, float]] = {
+    "concrete": (5.24, 0.02),  # paved: joints, camber, kerbs
+    "brick": (3.9, 10.0),  # houses, as towns
+    "glass": (6.3, 10.0),
+    "building": (5.24, 10.0),
+    "rock": (6.0, 3.0),
+    "land": (4.0, 1.0),
+    "urban": (5.24, 10.0),
+    "sand": (3.0, 0.3),
+    "ice": (3.2, 0.1),  # level, with some ridges
+}
+
 
 def power_reflectivity(material: str) -> float:
     """Returns the power reflectivity (0 to 1) of a smooth surface of a known material at normal incidence."""
@@ -70,6 +85,11 @@ def material_from_name(name: str, location: str) -> Material:
             f'{location}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest'
         )
     return MATERIALS[name]
+
+
+def is_diffuse_land(body: Body) -> bool:
+    """Whether a body is land by its published sigma0, which holds what the ground before it reflects."""
+    return is_land(body) and body.scattering == "diffuse" and body.rcs is None
 
 
 def is_land(body: Body) -> bool:

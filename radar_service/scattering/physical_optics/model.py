@@ -16,6 +16,7 @@ from radar_service.kernels.library import kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
@@ -62,13 +63,15 @@ SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 SIMPLE = 200  # triangles: a plain hull has 104, and sharing its trace saves a quarter of its time
+ABOVE_GROUND = 2e-3  # m: heights of a mask are rounded, and what reflects must hide nothing of itself
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
 class _View(NamedTuple):
     """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
 
-    lean: from its own frame to that one; None: they are the same. by_paths: whether echoes by the sea are apart.
+    lean: from its own frame to that one; None: they are the same. by_paths: whether echoes by the sea are apart. on_land: whether
+    land reflects in place of the sea.
     """
 
     optical: OpticalBody
@@ -76,17 +79,18 @@ class _View(NamedTuple):
     pose: BodyPose
     lean: Floats | None
     by_paths: bool
+    on_land: bool
 
     @property
     def water(self) -> float:
-        """Height of the sea [m]."""
+        """Height of the sea, or of the land that reflects in its place [m]."""
         return -float(self.pose.position[2])
 
     @property
     def is_shaded(self) -> bool:
         """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
         pose."""
-        return any(
+        return self.on_land or any(
             leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
         )
 
@@ -161,7 +165,8 @@ class PhysicalOptics(AspectModel):
         self, b: int, antenna: Floats, times: Floats, instant: Instant
     ) -> tuple[BodyEchoes, Complexes] | None:
         optical = self._optical[b]
-        plain = optical.is_small_and_convex and instant.movers
+        pose, middle = pose_at(self.bodies[b], float(times[len(times) // 2])), antenna[len(times) // 2]
+        plain = optical.is_small_and_convex and instant.movers and not self._ground(b, optical, pose, middle, instant)
         sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
         if sights is None:
             return None
@@ -212,23 +217,41 @@ class PhysicalOptics(AspectModel):
         return self._view(b, aspect.antenna, instant, aspect.pose, alone=True).traced()
 
     def _view(self, b: int, antenna: Floats, instant: Instant, posed: BodyPose, alone: bool = False) -> _View:
-        """Body b as the antenna has it in a pose at an instant; alone: as if there were no others."""
-        pose, lean = posed.upright, posed.lean
+        """Body b as the antenna has it in a pose at an instant; alone: as if there were no others. Heights are those above the
+        land that reflects, where that does."""
+        lean, scene = posed.lean, instant.line_of_sight
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
-        sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
+        sea = self._sea_field(b, optical, posed.upright, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
         others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
         own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
-        own = own if own is not None and self._in_reach(b, pose, antenna, instant) else None
+        own = own if own is not None and self._in_reach(b, posed.upright, antenna, instant) else None
+        ground = self._ground(b, optical, posed.upright, antenna, instant) if by_paths and not alone else 0.0
+        posed, antenna = posed.lifted(-ground), antenna - [0.0, 0.0, ground]
+        onlooker = self._onlooker(optical, posed.upright, antenna, instant, by_paths)
+        triangles = scene.posed_triangles(others, antenna, instant.time)
+        shadows = onlooker.shadows([(each, pose.lifted(-ground)) for each, pose in triangles])
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own, ground)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
-        return _View(optical, tuple(legs), pose, lean, by_paths)
+        return _View(optical, tuple(legs), posed.upright, lean, by_paths, ground > 0.0)
+
+    def _ground(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
+        """Height of the land that reflects before the middle of body b, half way up; 0 where the sea does or nothing [m]."""
+        if not self._environment.multipath or instant.line_of_sight.land is None:
+            return 0.0
+        middle, dry = (
+            map_from_body(self.bodies[b].middle, pose.position, pose.heading),
+            optical.dry_box(float(pose.position[2])),
+        )
+        offset, height = (middle - antenna)[None], np.array([dry[:, 2].mean() + pose.position[2]])
+        land = LandBefore(instant.line_of_sight, antenna, offset, self.key[b : b + 1])
+        distance = np.hypot(offset[:, 0], offset[:, 1])
+        level = radar_two_rays(self._radar, self._environment, distance, height, float(antenna[2]), land=land).level
+        return float(np.max(level)) + ABOVE_GROUND if np.any(level) else 0.0
 
     @override
     def casters(
@@ -251,22 +274,23 @@ class PhysicalOptics(AspectModel):
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None, own: Occluder | None,
+        others: list[int], shadows: CastShadows | None, own: Occluder | None, ground: float,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
         optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach.
+        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach. ground: height of what
+        reflects above the sea [m]; pose and antenna are above that.
         """
-        scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
+        scene, key, pose, up = instant.line_of_sight, int(self.key[b]), posed.upright, np.array([0.0, 0.0, ground])
 
         def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
-            surface = SurfacePoints(np.full(len(points), key), triangle, position)
-            seen = (antenna, instant.time, instant.max_range, instant.movers, bodies)
+            surface = SurfacePoints(np.full(len(points), key), triangle, position + up)
+            seen = (antenna + up, instant.time, instant.max_range, instant.movers, bodies)
             if not by_sea:
                 return scene.visible(surface, *seen, over_horizon=self._over_horizon)
-            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
+            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0] + up, *seen)
 
         crowded = shadows is None
         edges: Edges | None = None
@@ -274,7 +298,7 @@ class PhysicalOptics(AspectModel):
         if own is not None and not crowded:
             own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
-        strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
+        strength = self._strength(b, optical, pose, antenna) if by_sea and not ground else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:

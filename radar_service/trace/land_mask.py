@@ -1,0 +1,109 @@
+"""The land of a scene as a raster on the map: which material its ground has, how high it is, and which landmass it belongs to."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.numerics.ragged import batches, spans
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.world.body import Body
+from radar_service.world.materials import MATERIALS, is_diffuse_land, is_land
+from radar_service.world.poses import pose_at
+
+CELLS, FINEST = 2**20, 1.0  # of a raster at most (9 MB), and the size of a cell of small land [m]
+ROWS, COVERED = 2**16, 2**20  # of triangles, and cells that they cover, worked on at once: 60 MB
+ROUNDING = 1e-9  # of a cell, by which triangles are wider: neighbours leave no gap between them
+WATER = 0  # material and landmass of what is no land
+
+
+@dataclass(frozen=True)
+class LandMask:
+    """Cells (N, M) from south to north and from west to east. Those at the edges are water, as is all beyond.
+
+    corner: (2,) east and north of the middle of the first cell [m].
+    cell: size of a cell [m].
+    material: (N, M) of the highest land in the middle of each cell, its number in MATERIALS from 1 on; WATER.
+    height: (N, M) of that land above the sea [m].
+    landmass: (N, M) number of the connected land that a cell belongs to, from 1 on; WATER.
+    diffuse: (B,) which bodies are diffuse land.
+    """
+
+    corner: Floats
+    cell: float
+    material: NDArray[np.uint8]
+    height: Singles
+    landmass: NDArray[np.int32]
+    diffuse: Flags
+
+    @classmethod
+    def of(cls, bodies: Sequence[Body]) -> Self | None:
+        """The mask of those bodies that are land and always there; None without any."""
+        from scipy.ndimage import label  # here: most scenes have no use for it
+
+        land = [body for body in bodies if is_land(body) and body.at_rest]
+        meshes = [(pose_at(body, 0.0).map_from_frame(body.mesh.vertices), body.mesh.faces) for body in land if body.mesh]
+        if not meshes:
+            return None
+        low = np.min([vertices[:, :2].min(axis=0) for vertices, _ in meshes], axis=0)
+        size = np.max([vertices[:, :2].max(axis=0) for vertices, _ in meshes], axis=0) - low
+        cell = max(FINEST, float(np.sqrt(size[0] * size[1] / CELLS)), float(size.max()) / CELLS)
+        columns, rows = np.ceil(size / cell).astype(np.int64) + 2
+        material, height = np.zeros(rows * columns, dtype=np.uint8), np.zeros(rows * columns, dtype=np.float32)
+        for body, (vertices, faces) in zip(land, meshes, strict=True):
+            place = np.column_stack([(vertices[:, :2] - low) / cell + 0.5, vertices[:, 2]])
+            for row, column, up in _covered(place, faces):
+                index = row * columns + column
+                higher = np.flatnonzero(up > height[index])
+                higher = higher[np.argsort(up[higher], kind="stable")]  # the highest is the last, which stays
+                height[index[higher]], material[index[higher]] = up[higher], list(MATERIALS).index(body.material.name) + 1
+        shape = rows, columns
+        diffuse = np.array([is_diffuse_land(body) for body in bodies])
+        landmass = np.empty(shape, dtype=np.int32)
+        label(material.reshape(shape), np.ones((3, 3)), output=landmass)
+        return cls(low - cell / 2.0, cell, material.reshape(shape), height.reshape(shape), landmass, diffuse)
+
+    def at(self, east: Floats, north: Floats) -> Indices:
+        """Indices of the cells that hold positions on the map, any shape [m]; they count rows one after the other."""
+        rows, columns = self.material.shape
+        column, row = ((where - edge) / self.cell + 0.5 for where, edge in zip((east, north), self.corner, strict=True))
+        inside = np.minimum(np.maximum(row, 0.0), rows - 1.0).astype(np.int64)
+        return np.asarray(inside * columns + np.minimum(np.maximum(column, 0.0), columns - 1.0).astype(np.int64))
+
+
+def _covered(place: Floats, faces: Indices) -> Iterator[tuple[Indices, Indices, Floats]]:
+    """Rows and columns (P,) whose crossings triangles cover in plan, and the heights (P,) of the triangles there [m].
+
+    place: (V, 3) column, row and height of each vertex; faces: (F, 3).
+    """
+    y = place[faces, 1]
+    first, end = np.ceil(y.min(axis=1) - ROUNDING).astype(np.int64), np.floor(y.max(axis=1) + ROUNDING).astype(np.int64) + 1
+    dry = np.flatnonzero((end > first) & (place[faces, 2].max(axis=1) > 0.0))
+    for some in batches((end - first)[dry], ROWS):
+        triangle, row = spans(first[dry[some]], end[dry[some]])
+        corner = place[faces[dry[some]]].transpose(1, 2, 0)[..., triangle]  # by corner and axis
+        left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+        for (x, y, _), (to_x, to_y, _) in zip(corner, corner[[1, 2, 0]], strict=True):
+            share = np.divide(row - y, to_y - y, out=np.full(len(row), np.nan), where=to_y != y)
+            x = np.where((share > -ROUNDING) & (share < 1.0 + ROUNDING), x + share * (to_x - x), np.nan)
+            left, right = np.fmin(left, x), np.fmax(right, x)
+        met = np.flatnonzero(left <= right)
+        begin = np.ceil(left[met] - ROUNDING).astype(np.int64)
+        count = np.floor(right[met] + ROUNDING).astype(np.int64) + 1 - begin
+        for part in batches(np.maximum(count, 0), COVERED):
+            segment, column = spans(begin[part], (begin + count)[part])
+            segment = met[part][segment]
+            yield row[segment], column, _height(corner[..., segment], column, row[segment])
+
+
+def _height(corner: Floats, column: Indices, row: Indices) -> Floats:
+    """Heights (P,) [m] of triangles (3, 3, P), by corner and axis, above columns and rows (P,)."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corner
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    area[area == 0.0] = np.inf  # upright: its first corner
+    b = ((column - ax) * (cy - ay) - (cx - ax) * (row - ay)) / area
+    c = ((bx - ax) * (row - ay) - (column - ax) * (by - ay)) / area
+    up = az + b * (bz - az) + c * (cz - az)
+    return np.asarray(np.clip(up, corner[:, 2].min(axis=0), corner[:, 2].max(axis=0)))
