@@ -98,3 +98,51 @@ def test_a_racon_ashore_has_its_own_reflection() -> None:
     lobe = 20.0 * np.log10(abs(factor(1300.0, 9.0, 18.0, [Piece(3000.0, 3.0, *CONCRETE)], EARTH)))
     measured = 10.0 * np.log10(np.array([power["concrete"], power["vegetation"]]) / power["none"])
     np.testing.assert_allclose(measured, [lobe, 0.0], atol=0.01)
+
+
+def passing(**more: Any) -> rs.Simulator:
+    """Own ship under way before an island, behind which a launch and a steel boat cross the edges of its reflection, a mark on
+    it, and a radar on its shore."""
+    boat = {"shape": "box", "length_m": 6, "width_m": 3, "height_m": 3, "course_deg": 90}
+    bodies = [
+        land(300.0, 500.0, 1.0, "sand"), point("mark", 20, 450, 4.0), point("launch", -40, 640, 3.0, speed_kn=30, course_deg=90),
+        {**boat, "name": "steel", "scattering": "optics", "position_m": [-260, 620, 0], "speed_kn": 20},
+    ]  # fmt: skip
+    radar = {"azimuths": 48, "beamwidth_deg": 12, "range_max_m": 900, "rpm": 60, "pulse_s": 2e-7}
+    shore = {**radar, "id": "shore", "height_m": 9, "platform": {"position_m": [-100, 320]}}
+    made = scene(
+        bodies, radar=[{**radar, "id": "ship"}, shore], own_ship={"speed_kn": 16, "course_deg": 60},
+        environment={"multipath": True, "noise": True, "sea_state": 2},
+    )  # fmt: skip
+    return rs.Simulator(made, FEW, seed=3, **more)
+
+
+@pytest.mark.parametrize("radar", ["ship", "shore"])
+def test_bytes_depend_on_no_history_no_threads_and_no_blocks(radar: str) -> None:
+    """The third scan: after two others, alone with two threads, and spoke by spoke; the other radar of the scene is another."""
+    through = passing(radar=radar)
+    third = [through.scan() for _ in range(3)][2].field
+    later = passing(radar=radar, threads=2)
+    later.skip_to(2)
+    np.testing.assert_array_equal(later.scan().field, third)
+    alone = passing(radar=radar)
+    alone.skip_to(2)
+    blocks = np.concatenate([block.field for block in alone.blocks(1, size=7)])
+    np.testing.assert_array_equal(blocks, third)
+
+
+def test_a_mover_loses_the_sea_where_its_point_of_reflection_comes_ashore() -> None:
+    """A launch 5 m high at 15 m/s, 1200 m off, before which vegetation ends at its way: as long as the point of reflection is on
+    land it has no lobes, and on water those of the sea, at each scan, within 0.02 dB (a block of azimuths, 8 cm of way)."""
+    size = {"shape": "box", "length_m": 700.0, "width_m": 400.0, "height_m": 0.5, "material": "vegetation", "rcs_dbsm": -90}
+    wood = {"name": "wood", "position_m": [-200.0, 700.0, 0.0], **size}
+    launch = point("launch", -18.0, 1200.0, 5.0, 20.0, speed_kn=30, course_deg=90)
+    radar = {**WIDE, "rpm": 60, "range_max_m": 1300}
+    power = []
+    for multipath in (True, False):
+        sim = rs.Simulator(scene([wood, launch], radar=radar, environment={"multipath": multipath}), FEW)
+        power.append([np.abs(sim.scan().field[0].astype(complex)).max() ** 2 for _ in range(4)])
+    distances = np.hypot(1200.0, -18.0 + 30.0 * 1852.0 / 3600.0 * np.arange(4)).tolist()
+    lobes = [40.0 * np.log10(abs(factor(d, 5.0, 15.0, [water(1e4)], EARTH))) for d in distances]
+    np.testing.assert_allclose(10.0 * np.log10(np.divide(*power)), [0.0, 0.0, *lobes[2:]], atol=0.02)
+    assert max(lobes) < -3.0

@@ -216,7 +216,8 @@ class MovingEchoes:
         tilt_error = 0.0 if block.level is None else part.elevation - part.polar.elevation
         paths = Paths(observed.echoes.path[which], observed.echoes.height_span[which])
         sites = [_site(node, height) for node, height in zip(part.nodes, block.antenna[:3, 2], strict=True)]
-        land = self._land_before(observed, which, block.antenna[1], part.nodes[1])
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        land = LandBefore(self.visibility.line_of_sight, block.antenna[1], part.nodes[1], body)
         middle = sea_paths(radar, environment, sites[1], paths, tilt_error, land)
         sea = SeaHistory.interpolated(middle, sites, earth, block.over)
         if block.level is not None:
@@ -225,11 +226,6 @@ class MovingEchoes:
             ]
             sea.sway(radar, errors, block.over)
         return sea
-
-    def _land_before(self, observed: ObservedEchoes, which: Indices, antenna: Floats, offset: Floats) -> LandBefore:
-        """The land before echoes `which` (E,) at offsets (..., E, 3) from antennas (..., 3) on the map [m]."""
-        body = self.visibility.scatterers.key[observed.echoes.body[which]]
-        return LandBefore(self.visibility.line_of_sight, antenna, offset, body)
 
     def _exact_history(
         self,
@@ -252,7 +248,8 @@ class MovingEchoes:
         if sea is not None:
             tilt_error = each.T - elevation_above(positions, earth)
             site = _site(positions, block.antenna[3:, 2, None])
-            land = self._land_before(observed, which[exact], block.antenna[3:, None], positions)
+            body = self.visibility.scatterers.key[observed.echoes.body[which[exact]]]
+            land = LandBefore(self.visibility.line_of_sight, block.antenna[3:, None], positions, body)
             return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error, land))
         middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])

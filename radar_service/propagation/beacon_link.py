@@ -43,7 +43,6 @@ class BeaconLink:
         beacon = scene.bodies[key].beacon
         assert beacon is not None
         self.beacon: Beacon = beacon
-        self._key = key
         self._scene, self._body, self._line_of_sight = scene, scene.bodies[key], line_of_sight
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
         self._rests = self._body.motion.at_rest and scene.own_ship.at_rest
@@ -71,7 +70,7 @@ class BeaconLink:
         gain = elevation_gain(radar, elevation)
         if scene.environment.multipath:
             tilt_error = elevation - polar.elevation
-            land = LandBefore(self._line_of_sight, antenna, position - antenna, np.full(len(time), self._key))
+            land = LandBefore(self._line_of_sight, antenna, position - antenna)
             rays = radar_two_rays(radar, scene.environment, polar.distance, position[:, 2], antenna[:, 2], tilt_error, land)
             phase = np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
             gain = np.where(rays.arrives, rays.gain * np.abs(1.0 + rays.ratio * phase) ** 2, 0.0)

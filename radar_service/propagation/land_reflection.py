@@ -13,13 +13,15 @@ import numpy as np
 from radar_service.numerics.types import Floats, Indices
 from radar_service.propagation.multipath import Site, TwoRays, reflection_distance
 from radar_service.propagation.sea_surface import ament
-from radar_service.trace.land_mask import WATER, LandMask
+from radar_service.trace.land_mask import LandMask
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import GROUND, MATERIALS
+from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, permittivity
 
-# of each number of a material in a mask, from WATER on; what reflects nothing has no permittivity, and 0 for it
-PERMITTIVITY, ROUGHNESS = np.array([(1.0, 0.0), *(GROUND.get(name, (1.0, 0.0)) for name in MATERIALS)]).T
+# by the number of a material in a mask, from that of water on; what reflects nothing has the permittivity of air
+ROUGHNESS = np.array([0.0, *(GROUND_ROUGHNESS.get(name, 0.0) for name in MATERIALS)])
+PERMITTIVITY = np.array([1.0, *(permittivity(name) if name in GROUND_ROUGHNESS else 1.0 for name in MATERIALS)])
 SUNK = 0.01  # m: what lies lower below the ground before it has no reflection there
+ABOVE_LAND = 2e-3  # m over the mask, at which rays turn: its heights are rounded, and land must not hide itself
 _TINY = 1e-12  # m: avoids 0 / 0 for a target at the foot of the antenna
 
 
@@ -29,29 +31,34 @@ class LandBefore(NamedTuple):
     scene: all bodies.
     antenna: (3,) or (..., 3) on the map [m].
     offset: (..., 3) of the targets from it [m].
-    body: (E,) or (..., E) index of each target's body in the scene.
+    body: (E,) index of each one's body in the scene; None: they are no diffuse land.
     """
 
     scene: OcclusionScene
     antenna: Floats
     offset: Floats
-    body: Indices
+    body: Indices | None = None
 
-    def cells(self, mask: LandMask, share: Floats, which: tuple[Indices, ...] | None = None) -> Indices:
+    @property
+    def site(self) -> Site:
+        """Distances and heights of the targets (...,), and of the antenna [m]."""
+        east, north, up = np.moveaxis(self.offset, -1, 0)
+        return np.hypot(east, north), up + self.antenna[..., 2], self.antenna[..., 2]
+
+    def cells(self, mask: LandMask, share: Floats, which: tuple[Indices, ...] = ()) -> Indices:
         """Cells of a mask after shares of the ways to all targets, or to targets `which`."""
-        ways = []
-        for axis in (0, 1):
-            antenna, offset = self.antenna[..., axis], self.offset[..., axis]
-            if which is not None:
-                antenna, offset = (np.broadcast_to(each, self.offset.shape[:-1])[which] for each in (antenna, offset))
-            ways.append(antenna + share * offset)
-        return mask.at(*ways)
+        antenna = np.broadcast_to(self.antenna, self.offset.shape)
+        return mask.at(*(antenna[..., k][which] + share * self.offset[..., k][which] for k in (0, 1)))
 
 
 def over_land(
-    rays: TwoRays, land: LandBefore, site: Site, tilt_error: Floats | float, earth_radius: float,
+    rays: TwoRays,
+    land: LandBefore,
+    site: Site,
+    tilt_error: Floats | float,
+    earth_radius: float,
     rays_at: Callable[..., TwoRays],
-) -> TwoRays:  # fmt: skip
+) -> TwoRays:
     """The two rays to targets whose rays over the sea are given: by land where their point of reflection lies on land.
 
     rays: of any shape, changed in place; site: of the targets, broadcast; tilt_error: of each, or of all [rad]; earth_radius: ae
@@ -64,18 +71,20 @@ def over_land(
     which = np.nonzero(mask.material.take(cell))
     if not len(which[0]):
         return rays
-    distance, height, antenna, tilt, body = (np.broadcast_to(each, shape) for each in (*site, tilt_error, land.body))
-    rays.ratio[which] = 0.0
-    target, cell = land.cells(mask, np.ones(1), which), cell[which]
-    left = ~mask.diffuse[body[which]] | (mask.landmass.take(target) != mask.landmass.take(cell))
-    which, cell = tuple(index[left] for index in which), cell[left]
+    rays.ratio[which], cell = 0.0, cell[which]
+    if land.body is not None:
+        other = mask.landmass.take(land.cells(mask, np.ones(1), which)) != mask.landmass.take(cell)
+        left = other | ~mask.diffuse[np.broadcast_to(land.body, shape)[which]]
+        which, cell = tuple(index[left] for index in which), cell[left]
+    distance, height, antenna, tilt = (np.broadcast_to(each, shape) for each in (*site, tilt_error))
     d, h, a = distance[which], height[which], antenna[which]
     plane = mask.height.take(cell).astype(np.float64)
     point = reflection_distance(d, np.maximum(h - plane, 0.0), np.maximum(a - plane, _TINY), earth_radius)
     cell = land.cells(mask, point / np.maximum(d, _TINY), which)
     plane = mask.height.take(cell).astype(np.float64)
-    on = (mask.material.take(cell) != WATER) & (a > plane) & (h > plane - SUNK)
-    which, plane, kind = tuple(index[on] for index in which), plane[on], mask.material.take(cell[on])
+    kind = mask.material.take(cell)
+    on = (PERMITTIVITY[kind] > 1.0) & (a > plane) & (h > plane - SUNK)
+    which, plane, kind = tuple(index[on] for index in which), plane[on], kind[on]
     surface = {"permittivity": PERMITTIVITY[kind], "wave_height": ROUGHNESS[kind], "roughness": ament}
     over = rays_at(d[on], h[on] - plane, a[on] - plane, tilt[which], **surface)
     for sea, ground in zip(rays.geometry, over.geometry, strict=True):

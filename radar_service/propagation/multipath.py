@@ -246,10 +246,8 @@ def reflected_field_ratio(
     permittivity: Floats | None = None,
 ) -> Complexes:  # fmt: skip
     """The reflected field over the direct one, without antenna gains and phase of the path: Gamma rho_s D R / (R1 + R2)."""
-    surface_permittivity = sea_water_permittivity(SPEED_OF_LIGHT / wavelength) if permittivity is None else permittivity
-    surface = fresnel(geometry.grazing, surface_permittivity, polarization) * roughness(
-        geometry.grazing, wave_height, wavelength
-    )
+    e = sea_water_permittivity(SPEED_OF_LIGHT / wavelength) if permittivity is None else permittivity
+    surface = fresnel(geometry.grazing, e, polarization) * roughness(geometry.grazing, wave_height, wavelength)
     spreading = geometry.direct / (geometry.first + geometry.second)
     return surface * geometry.divergence * spreading
 

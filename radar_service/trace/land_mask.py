@@ -83,27 +83,16 @@ def _covered(place: Floats, faces: Indices) -> Iterator[tuple[Indices, Indices, 
     dry = np.flatnonzero((end > first) & (place[faces, 2].max(axis=1) > 0.0))
     for some in batches((end - first)[dry], ROWS):
         triangle, row = spans(first[dry[some]], end[dry[some]])
-        corner = place[faces[dry[some]]].transpose(1, 2, 0)[..., triangle]  # by corner and axis
-        left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-        for (x, y, _), (to_x, to_y, _) in zip(corner, corner[[1, 2, 0]], strict=True):
-            share = np.divide(row - y, to_y - y, out=np.full(len(row), np.nan), where=to_y != y)
-            x = np.where((share > -ROUNDING) & (share < 1.0 + ROUNDING), x + share * (to_x - x), np.nan)
-            left, right = np.fmin(left, x), np.fmax(right, x)
-        met = np.flatnonzero(left <= right)
-        begin = np.ceil(left[met] - ROUNDING).astype(np.int64)
-        count = np.floor(right[met] + ROUNDING).astype(np.int64) + 1 - begin
+        begin = place[faces[dry[some]]].transpose(1, 2, 0)[..., triangle]  # by corner and axis
+        way, at = begin[[1, 2, 0]] - begin, np.arange(len(row))
+        share = np.divide(row - begin[:, 1], way[:, 1], out=np.full((3, len(row)), -1.0), where=way[:, 1] != 0.0)
+        met, (x, _, z) = np.abs(share - 0.5) < 0.5 + ROUNDING, (begin + share[:, None] * way).swapaxes(0, 1)
+        ends = np.where(met, x, np.inf).argmin(axis=0), np.where(met, x, -np.inf).argmax(axis=0)
+        (left, right), (low, high) = ([each[end, at] for end in ends] for each in (x, z))
+        column = np.ceil(left - ROUNDING).astype(np.int64)
+        count = np.where(met.any(axis=0), np.floor(right + ROUNDING).astype(np.int64) + 1 - column, 0)
         for part in batches(np.maximum(count, 0), COVERED):
-            segment, column = spans(begin[part], (begin + count)[part])
-            segment = met[part][segment]
-            yield row[segment], column, _height(corner[..., segment], column, row[segment])
-
-
-def _height(corner: Floats, column: Indices, row: Indices) -> Floats:
-    """Heights (P,) [m] of triangles (3, 3, P), by corner and axis, above columns and rows (P,)."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corner
-    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    area[area == 0.0] = np.inf  # upright: its first corner
-    b = ((column - ax) * (cy - ay) - (cx - ax) * (row - ay)) / area
-    c = ((bx - ax) * (row - ay) - (column - ax) * (by - ay)) / area
-    up = az + b * (bz - az) + c * (cz - az)
-    return np.asarray(np.clip(up, corner[:, 2].min(axis=0), corner[:, 2].max(axis=0)))
+            line, across = spans(column[part], (column + count)[part])
+            line += part.start
+            slope = (high - low)[line] / np.maximum(right - left, ROUNDING)[line]
+            yield row[line], across, low[line] + np.clip(across - left[line], 0.0, (right - left)[line]) * slope

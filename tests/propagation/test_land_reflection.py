@@ -10,7 +10,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import elevation_gain, radar_two_rays
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import GROUND
+from radar_service.world.materials import GROUND_ROUGHNESS, permittivity
 from tests.reference.reflecting_ground import Piece, angles, factor, reflection, water
 from tests.scenes import point, scene
 
@@ -27,8 +27,9 @@ def slab(name: str, begin: float, end: float, up: float, material: str, **more: 
 def ground(slab_at: dict[str, Any]) -> list[Piece]:
     """Water before a slab, and the slab."""
     begin = slab_at["position_m"][1] - slab_at["length_m"] / 2
-    e, rough = GROUND.get(slab_at["material"], (0.0, 0.0))
-    return [water(begin), Piece(begin + slab_at["length_m"], slab_at["height_m"], e, rough)]
+    name, end = slab_at["material"], begin + slab_at["length_m"]
+    e, rough = (permittivity(name), GROUND_ROUGHNESS[name]) if name in GROUND_ROUGHNESS else (0.0, 0.0)
+    return [water(begin), Piece(end, slab_at["height_m"], e, rough)]
 
 
 def engine_factor(made: rs.Scene, distance: Floats, height: Floats, body: int) -> Complexes:
@@ -48,8 +49,8 @@ def engine_factor(made: rs.Scene, distance: Floats, height: Floats, body: int) -
 def test_the_field_is_that_of_a_search_along_the_profile(material: str, polarization: str, earth: float) -> None:
     """Targets over a slab and behind it, 1 to 40 m high: water reflects to some, land of 3 m to others, nothing where the point
     of reflection on either lies on the other. Points within a cell of the mask of an edge (1.5 m) are left out. Over land both
-    agree to 1e-5: the search has the point of reflection to 1e-9 m, and the mask rounds heights to 1e-7; over water to 3e-3, as the
-    search knows its permittivity to 0.1."""
+    agree to 1e-5: the search has the point of reflection to 1e-9 m, and the mask rounds heights to 1e-7; over water to 3e-3, as
+    the search knows its permittivity to 0.1."""
     land = slab("land", 700.0, 2500.0, 3.0, material)
     flat = {} if np.isfinite(earth) else {"earth": "flat"}
     made = scene(
@@ -77,14 +78,14 @@ def test_roughness_at_a_third_of_a_degree() -> None:
     """At 0.31 degrees a surface of 0.02, 0.1, 0.3 and 1 m rms leaves 1.00, 0.98, 0.81 and 0.10 of the field that a smooth one
     reflects (8 (pi s sin psi / lambda)^2 = 0.0009, 0.023, 0.20, 2.3), rock and towns nothing; vegetation has no reflection."""
     left, distance = {}, np.array([2772.0])  # 7.5 m + 7.5 m over that distance
-    for material in (*GROUND, "vegetation"):
+    for material in (*GROUND_ROUGHNESS, "vegetation"):
         made = scene([slab("land", 100.0, 4000.0, 1e-3, material), point("t", 0, 100)], radar={"height_m": 7.5},
                      environment={"multipath": True, "earth": "flat"})  # fmt: skip
         value = complex(engine_factor(made, distance, 0.0 * distance + 7.5, 1)[0])
-        sine, root = 15.0 / 2772.0, np.sqrt(GROUND.get(material, (4.0, 0.0))[0] - 1.0)
+        sine, root = 15.0 / 2772.0, np.sqrt(permittivity(material) - 1.0)
         left[material] = abs(value - 1.0) * (root + sine) / (root - sine)
     expected = {"concrete": 1.0, "ice": 0.98, "sand": 0.81, "land": 0.1, "vegetation": 0.0}
-    assert left == pytest.approx(dict.fromkeys((*GROUND, "vegetation"), 0.0) | expected, abs=6e-3)
+    assert left == pytest.approx(dict.fromkeys((*GROUND_ROUGHNESS, "vegetation"), 0.0) | expected, abs=6e-3)
 
 
 def island(name: str, north: float, material: str, **more: Any) -> dict[str, Any]:
@@ -117,7 +118,7 @@ def test_diffuse_land_takes_nothing_from_its_own_ground_alone(
 
 
 def test_shapes_broadcast_and_nothing_depends_on_the_others() -> None:
-    """Targets (3, 5) before three antennas have what each has alone, to the bit; so has each target of the beacon's shape (K,)."""
+    """Targets (3, 5) before three antennas have what each has alone, to the bit."""
     made = scene(
         [slab("land", 500.0, 1500.0, 2.0, "concrete"), point("t", 0, 100)], radar=RADAR, environment={"multipath": True}
     )
@@ -139,11 +140,11 @@ def test_shapes_broadcast_and_nothing_depends_on_the_others() -> None:
 
 def test_no_reflection_below_the_ground_nor_beside_the_land() -> None:
     """A target, or an antenna, below the height of the land before it, and one whose way meets the plane beyond the land."""
-    made = scene([slab("land", 500.0, 900.0, 6.0, "concrete"), point("t", 0, 100)], environment={"multipath": True, "earth": "flat"},
-                 radar={"height_m": 8.0})  # fmt: skip
+    made, low = (
+        scene([slab("land", 500.0, 900.0, up, "concrete"), point("t", 0, 100)], radar={"height_m": 8.0},
+              environment={"multipath": True, "earth": "flat"})
+        for up in (6.0, 9.0)
+    )  # fmt: skip
     values = engine_factor(made, np.array([1300.0, 1500.0, 1000.0]), np.array([5.0, 7.0, 6.2]), 1)
-    low = scene([slab("land", 500.0, 900.0, 9.0, "concrete"), point("t", 0, 100)], environment={"multipath": True, "earth": "flat"},
-                radar={"height_m": 8.0})  # fmt: skip
-    assert values.tolist() == [1.0, 1.0, 1.0] and engine_factor(low, np.array([1400.0]), np.array([12.0]), 1).tolist() == [
-        1.0
-    ]
+    assert values.tolist() == [1.0, 1.0, 1.0]
+    assert engine_factor(low, np.array([1400.0]), np.array([12.0]), 1).tolist() == [1.0]

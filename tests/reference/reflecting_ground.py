@@ -59,8 +59,10 @@ def factor(
     d: float, h: float, antenna: float, profile: Sequence[Piece], earth: float = np.inf, polarization: str = "h",
     gain: Callable[[float], float] = lambda elevation: 1.0,
 ) -> complex:  # fmt: skip
-    """F over the direct ray of a target at a distance d along the earth and a height h above the sea [m]. gain: one-way, of power,
-    at an elevation [rad]."""
+    """F over the direct ray of a target at a distance d along the earth and a height h above the sea [m].
+
+    gain: one-way, of power, at an elevation [rad].
+    """
     place = reflection(d, h, antenna, profile, earth)
     if place is None or place[1].permittivity == 0.0:
         return 1.0 + 0.0j

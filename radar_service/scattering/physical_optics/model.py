@@ -16,7 +16,7 @@ from radar_service.kernels.library import kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.land_reflection import LandBefore
+from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
@@ -63,7 +63,6 @@ SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
 SIMPLE = 200  # triangles: a plain hull has 104, and sharing its trace saves a quarter of its time
-ABOVE_GROUND = 2e-3  # m: heights of a mask are rounded, and what reflects must hide nothing of itself
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
@@ -227,7 +226,7 @@ class PhysicalOptics(AspectModel):
         others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
         own = own if own is not None and self._in_reach(b, posed.upright, antenna, instant) else None
-        ground = self._ground(b, optical, posed.upright, antenna, instant) if by_paths and not alone else 0.0
+        ground = self._ground(b, optical, posed.upright, antenna, instant) if by_paths and sea is None and not alone else 0.0
         posed, antenna = posed.lifted(-ground), antenna - [0.0, 0.0, ground]
         onlooker = self._onlooker(optical, posed.upright, antenna, instant, by_paths)
         triangles = scene.posed_triangles(others, antenna, instant.time)
@@ -240,18 +239,12 @@ class PhysicalOptics(AspectModel):
         return _View(optical, tuple(legs), posed.upright, lean, by_paths, ground > 0.0)
 
     def _ground(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
-        """Height of the land that reflects before the middle of body b, half way up; 0 where the sea does or nothing [m]."""
+        """Height of the land that reflects before the middle of body b above water; 0 where the sea does or nothing [m]."""
         if not self._environment.multipath or instant.line_of_sight.land is None:
             return 0.0
-        middle, dry = (
-            map_from_body(self.bodies[b].middle, pose.position, pose.heading),
-            optical.dry_box(float(pose.position[2])),
-        )
-        offset, height = (middle - antenna)[None], np.array([dry[:, 2].mean() + pose.position[2]])
-        land = LandBefore(instant.line_of_sight, antenna, offset, self.key[b : b + 1])
-        distance = np.hypot(offset[:, 0], offset[:, 1])
-        level = radar_two_rays(self._radar, self._environment, distance, height, float(antenna[2]), land=land).level
-        return float(np.max(level)) + ABOVE_GROUND if np.any(level) else 0.0
+        land = LandBefore(instant.line_of_sight, antenna, _box(optical, pose).mean(axis=0)[None] - antenna)
+        level = float(np.max(radar_two_rays(self._radar, self._environment, *land.site, land=land).level))
+        return level + ABOVE_LAND if level else 0.0
 
     @override
     def casters(
