@@ -76,6 +76,8 @@ def over_land(
         other = mask.landmass.take(land.cells(mask, np.ones(1), which)) != mask.landmass.take(cell)
         left = other | ~mask.diffuse[np.broadcast_to(land.body, shape)[which]]
         which, cell = tuple(index[left] for index in which), cell[left]
+    if not len(cell):
+        return rays
     distance, height, antenna, tilt = (np.broadcast_to(each, shape) for each in (*site, tilt_error))
     d, h, a = distance[which], height[which], antenna[which]
     plane = mask.height.take(cell).astype(np.float64)
