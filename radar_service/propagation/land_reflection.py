@@ -52,13 +52,9 @@ class LandBefore(NamedTuple):
 
 
 def over_land(
-    rays: TwoRays,
-    land: LandBefore,
-    site: Site,
-    tilt_error: Floats | float,
-    earth_radius: float,
+    rays: TwoRays, land: LandBefore, site: Site, tilt_error: Floats | float, earth_radius: float,
     rays_at: Callable[..., TwoRays],
-) -> TwoRays:
+) -> TwoRays:  # fmt: skip
     """The two rays to targets whose rays over the sea are given: by land where their point of reflection lies on land.
 
     rays: of any shape, changed in place; site: of the targets, broadcast; tilt_error: of each, or of all [rad]; earth_radius: ae

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from radar_service.world.materials import MATERIALS, is_diffuse_land, is_land
 from radar_service.world.poses import pose_at
 
 CELLS, FINEST = 2**20, 1.0  # of a raster at most (9 MB), and the size of a cell of small land [m]
-ROWS, COVERED = 2**16, 2**20  # of triangles, and cells that they cover, worked on at once: 60 MB
+ROWS, COVERED = 2**16, 2**20  # of triangles (as many at most), and cells that they cover, worked on at once: 60 MB
 ROUNDING = 1e-9  # of a cell, by which triangles are wider: neighbours leave no gap between them
 WATER = 0  # material and landmass of what is no land
 
@@ -54,7 +55,8 @@ class LandMask:
         material, height = np.zeros(rows * columns, dtype=np.uint8), np.zeros(rows * columns, dtype=np.float32)
         for body, (vertices, faces) in zip(land, meshes, strict=True):
             place = np.column_stack([(vertices[:, :2] - low) / cell + 0.5, vertices[:, 2]])
-            for row, column, up in _covered(place, faces):
+            parts = (_covered(place, faces[begin : begin + ROWS]) for begin in range(0, len(faces), ROWS))
+            for row, column, up in chain.from_iterable(parts):
                 index = row * columns + column
                 higher = np.flatnonzero(up > height[index])
                 higher = higher[np.argsort(up[higher], kind="stable")]  # the highest is the last, which stays
