@@ -16,8 +16,10 @@ from radar_service.echo.visibility import Visibility
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map, wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import radar_two_rays, two_way_phase
 from radar_service.scattering.model import DIRECT, BodyEchoes
+from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
 
 CELLS_PER_RANGE = 2.0  # in a range resolution: centres move by a quarter of one at most
@@ -75,12 +77,14 @@ class HeldPassages(BeamPassages):
     def _cells(self, n: int, observed: ObservedEchoes, node: int) -> ObservedEchoes:
         """Echoes of body n as it is at a node, summed in cells."""
         antenna = self._scene.antenna(self._scene.radar.time_of_spokes(float(node)))[0]
-        return in_cells(observed, self._aspects[n].body, antenna, self._scene, self._finer)
+        return in_cells(observed, self._aspects[n].body, antenna, self._scene, self._line_of_sight, self._finer)
 
 
-def in_cells(observed: ObservedEchoes, body: int, antenna: Floats, scene: Scene, finer: float = 1.0) -> ObservedEchoes:
+def in_cells(
+    observed: ObservedEchoes, body: int, antenna: Floats, scene: Scene, line_of_sight: OcclusionScene, finer: float = 1.0
+) -> ObservedEchoes:
     """Echoes of one body, with its index, summed in cells of range and bearing: each at the middle of their power, with the field
-    of all together for the antenna (3,) [m], that by the sea too. finer: as of `HeldPassages`."""
+    of all together for the antenna (3,) [m], by the sea too. finer: as of `HeldPassages`; line_of_sight: past all bodies."""
     echoes, radar, earth_radius = observed.echoes, scene.radar, effective_earth_radius(scene.environment.earth_factor)
     if not len(echoes):
         return replace(observed, echoes=replace(echoes, body=np.full(0, body)))
@@ -104,7 +108,8 @@ def in_cells(observed: ObservedEchoes, body: int, antenna: Floats, scene: Scene,
     by_sea = np.flatnonzero(echoes.path > DIRECT)
     if len(by_sea):
         place, way = observed.position[by_sea, 2], echoes.path[by_sea]
-        rays = radar_two_rays(radar, scene.environment, polar.distance[by_sea], place, float(antenna[2]))
+        land = LandBefore(line_of_sight, antenna, observed.position[by_sea] - antenna)
+        rays = radar_two_rays(radar, scene.environment, polar.distance[by_sea], place, float(antenna[2]), land=land)
         amplitude = amplitude.copy()
         amplitude[by_sea] *= rays.ratio**way
         farther[by_sea] += way / 2.0 * rays.geometry.excess

@@ -19,6 +19,7 @@ from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import Polar, effective_earth_radius
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.fixed_scatterers import cosines
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
@@ -122,7 +123,7 @@ class LandPassages:
         near = self._near(offset, antenna[:, 2], way)
         far = np.flatnonzero(~near)
         levels = None if level is None else level[far]
-        distance, received = self._received(which[far], offset[far], antenna[far, 2], levels)
+        distance, received = self._received(which[far], offset[far], antenna[far], levels)
         distance -= shift[far]
         phase = two_way_phase(distance, self._scene.radar.wavelength)
         observed = self._observed(which[near], amplitude[near])
@@ -174,10 +175,8 @@ class LandPassages:
         radar = self._scene.radar
         return np.asarray(np.pi / radar.wavelength * way * radar.beamwidth * slant)
 
-    def _received(
-        self, which: Indices, offset: Floats, antenna_height: Floats, level: Floats | None
-    ) -> tuple[Floats, Complexes]:
-        """Ranges (N,) [m] of points at offsets (N, 3) [m], and by what their amplitudes are received."""
+    def _received(self, which: Indices, offset: Floats, antenna: Floats, level: Floats | None) -> tuple[Floats, Complexes]:
+        """Ranges (N,) [m] of points at offsets (N, 3) from antennas (N, 3) [m], and by what their amplitudes are received."""
         radar, distance = self._scene.radar, slant_range(offset, self._earth_radius)
         elevation = elevation_above(offset, self._earth_radius)
         tilt_error: Floats | float = 0.0
@@ -185,8 +184,9 @@ class LandPassages:
             tilt_error = elevation_of(apparent_position(offset[:, None], level, self._earth_radius)[:, 0]) - elevation
         polar = Polar(distance, elevation, elevation, np.hypot(offset[:, 0], offset[:, 1]))
         paths = Paths(np.full(len(which), ALL_PATHS), self.points.span[which].astype(np.float64))
-        height = offset[:, 2] + antenna_height
-        _, factor = range_and_factor(radar, self._scene.environment, polar, height, antenna_height, paths, tilt_error)
+        height = offset[:, 2] + antenna[:, 2]
+        land = LandBefore(self._line_of_sight, antenna, offset, self._key[self.points.body[which]])
+        _, factor = range_and_factor(radar, self._scene.environment, polar, height, antenna[:, 2], paths, tilt_error, land)
         return distance, received_amplitude(radar, distance) * factor
 
     def _observed(self, which: Indices, amplitude: Complexes) -> ObservedEchoes:

@@ -27,6 +27,7 @@ from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.multipath import Site
 from radar_service.propagation.radar_equation import (
     attenuation,
@@ -215,7 +216,10 @@ class MovingEchoes:
         tilt_error = 0.0 if block.level is None else part.elevation - part.polar.elevation
         paths = Paths(observed.echoes.path[which], observed.echoes.height_span[which])
         sites = [_site(node, height) for node, height in zip(part.nodes, block.antenna[:3, 2], strict=True)]
-        sea = SeaHistory.interpolated(sea_paths(radar, environment, sites[1], paths, tilt_error), sites, earth, block.over)
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        land = LandBefore(self.visibility.line_of_sight, block.antenna[1], part.nodes[1], body)
+        middle = sea_paths(radar, environment, sites[1], paths, tilt_error, land)
+        sea = SeaHistory.interpolated(middle, sites, earth, block.over)
         if block.level is not None:
             errors = [
                 angle - elevation_above(node, earth) for angle, node in zip(part.elevations(), part.nodes, strict=True)
@@ -244,7 +248,9 @@ class MovingEchoes:
         if sea is not None:
             tilt_error = each.T - elevation_above(positions, earth)
             site = _site(positions, block.antenna[3:, 2, None])
-            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error))
+            body = self.visibility.scatterers.key[observed.echoes.body[which[exact]]]
+            land = LandBefore(self.visibility.line_of_sight, block.antenna[3:, None], positions, body)
+            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error, land))
         middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])
         return relative.astype(np.float32)

@@ -10,6 +10,7 @@ from radar_service.echo.second_time_around import apparent_range, max_apparent_r
 from radar_service.numerics.frames import Polar, polar_from_map
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.model import Instant
 from radar_service.scattering.scatterer_set import ScattererSet
@@ -115,7 +116,8 @@ def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: Occlus
     position, visible, radar = position[order], visible.chosen(order), scene.radar
     polar = polar_from_map(position, antenna, line_of_sight.earth_radius)
     paths = Paths(visible.path, visible.height_span)
-    distance, factor = range_and_factor(radar, scene.environment, polar, position[:, 2], antenna[2], paths)
+    land = LandBefore(line_of_sight, antenna, position - antenna, scatterers.key[visible.body])
+    distance, factor = range_and_factor(radar, scene.environment, polar, position[:, 2], antenna[2], paths, land=land)
     amplitude = (
         visible.amplitude * factor * received_amplitude(radar, polar.range) * two_way_phase(distance, radar.wavelength)
     )

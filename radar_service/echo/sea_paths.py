@@ -12,6 +12,7 @@ import numpy as np
 from radar_service.echo.range_history import Parabola
 from radar_service.numerics.frames import Polar
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.parameters import Radar
@@ -122,8 +123,9 @@ class SeaHistory:
     @classmethod
     def interpolated(cls, middle: SeaPaths, sites: list[Site], earth_radius: float, over: Parabola) -> "SeaHistory":
         """By parabolas through three nodes, at which the targets are at `sites`; earth_radius: effective [m]."""
-        geometry = middle.rays.geometry
-        first, last = (moved_excess(geometry, sites[1], sites[n], earth_radius) - geometry.excess for n in (0, 2))
+        geometry, level = middle.rays.geometry, middle.rays.level
+        above = [(distance, height - level, antenna - level) for distance, height, antenna in sites]
+        first, last = (moved_excess(geometry, above[1], above[n], earth_radius) - geometry.excess for n in (0, 2))
         rays = middle.rays.share == 1.0  # a diffracted field is held over the block (where it does not rise)
         first, last = first * rays, last * rays
         changing = np.maximum(np.abs(first), np.abs(last)) * middle.wavenumber > MAX_PHASE
@@ -181,10 +183,11 @@ class SeaHistory:
 
 
 def sea_paths(
-    radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0
-) -> SeaPaths:
-    """Both rays to the targets at a site; tilt_error: as of `radar_two_rays`."""
-    rays = radar_two_rays(radar, environment, *site, tilt_error)
+    radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0,
+    land: LandBefore | None = None,
+) -> SeaPaths:  # fmt: skip
+    """Both rays to the targets at a site; tilt_error, land: as of `radar_two_rays`."""
+    rays = radar_two_rays(radar, environment, *site, tilt_error, land)
     return SeaPaths(rays, paths, 2.0 * np.pi / radar.wavelength)
 
 
@@ -196,15 +199,16 @@ def range_and_factor(
     antenna_height: Floats,
     paths: Paths,
     tilt_error: Floats | float = 0.0,
+    land: LandBefore | None = None,
 ) -> tuple[Floats, Complexes]:
     """Ranges (E,) [m] of echoes at rest and their factors (E,): elevation gain, gas and rain, and paths.
 
-    tilt_error: as of `radar_two_rays`.
+    tilt_error, land: as of `radar_two_rays`.
     """
     loss = attenuation(radar, environment, polar.range)
     if not environment.multipath:
         return polar.range, (elevation_gain(radar, polar.elevation, tilt_error) * loss).astype(np.complex128)
-    sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths, tilt_error)
+    sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths, tilt_error, land)
     return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
 
 

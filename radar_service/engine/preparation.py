@@ -113,6 +113,7 @@ def prepare(
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
+    _ = line_of_sight.land if scene.environment.multipath else None  # made now, and not under the first beam
     context = _context(scene, fidelity, seed, rays)
     resting_set, land_set, moving_set = _scatterers(scene, fidelity, silent, context)
     max_range = max_echo_range(radar)

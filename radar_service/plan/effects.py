@@ -32,6 +32,7 @@ PLATED_SHARE = 0.02  # rms of 300 walls against elements with real dents (tests/
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/engine/test_land_rows.py)
 SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
+BY_LAND = "; land reflects in place of the sea, as rough as its material"
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
 # Of the power of indirect echoes, abeam of the structure and farther round (tests/radar/test_structure_reflection.py):
@@ -234,6 +235,7 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
     error = multipath_db(scene, fidelity)
     diffracting = diffraction_height(scene.radar, scene.environment)
     how = SERIES.format(diffracting) if scene.radar.height < diffracting else TWO_RAY
+    how += BY_LAND if any(is_land(body) for body in scene.bodies) else ""
     return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 

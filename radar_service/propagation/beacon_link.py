@@ -11,6 +11,7 @@ from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map, turned, wrap_angle
 from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.diffraction import diffraction_height
+from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -69,7 +70,8 @@ class BeaconLink:
         gain = elevation_gain(radar, elevation)
         if scene.environment.multipath:
             tilt_error = elevation - polar.elevation
-            rays = radar_two_rays(radar, scene.environment, polar.distance, position[:, 2], antenna[:, 2], tilt_error)
+            land = LandBefore(self._line_of_sight, antenna, position - antenna)
+            rays = radar_two_rays(radar, scene.environment, polar.distance, position[:, 2], antenna[:, 2], tilt_error, land)
             phase = np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
             gain = np.where(rays.arrives, rays.gain * np.abs(1.0 + rays.ratio * phase) ** 2, 0.0)
         spread = radar.gain * (radar.wavelength / (4.0 * np.pi * np.maximum(polar.range, radar.range_min))) ** 2

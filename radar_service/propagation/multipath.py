@@ -1,4 +1,4 @@
-"""Multipath: the ray that the sea reflects, beside the direct one.
+"""Multipath: the ray that the sea reflects, or a plane in its place, beside the direct one.
 
 Positions are as in `frames`: a distance along the earth and a height above the sea, whose surface is z = -d^2 / (2 ae).
 Phases follow exp(+j w t): a path of length R multiplies the field by exp(-j k R).
@@ -13,7 +13,7 @@ from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Complexes, Flags, Floats, Gain, Profiles, Singles
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
 
-Roughness = Callable[[Floats, float, float], Floats]  # grazing angle, rms wave height, wavelength -> factor
+Roughness = Callable[[Floats, Floats | float, float], Floats]  # grazing angle, rms height of waves, wavelength -> factor
 
 Site = tuple[Floats, Floats, Floats]  # distances along the earth, heights of targets, and the antenna's height [m]
 
@@ -64,12 +64,14 @@ class TwoRays(NamedTuple):
     ratio: Gamma rho_s D R / (R1 + R2) sqrt(G(reflected) / G(direct)), the field by the sea over the direct one without its
         phase exp(-jk (R1 + R2 - R)).
     share: of ray optics in the ratio: 1, or less where diffraction over the sea counts.
+    level: height above the sea of what reflects, above which the geometry has its heights [m].
     """
 
     geometry: SpecularGeometry
     gain: Floats
     ratio: Complexes
     share: Floats
+    level: Floats | float = 0.0
 
     @property
     def arrives(self) -> Flags:
@@ -167,18 +169,20 @@ def two_rays(
     *,
     earth_radius: float = np.inf,
     polarization: str = "h",
-    wave_height: float = 0.0,
+    wave_height: Floats | float = 0.0,
     elevation_gain: Gain | None = None,
     roughness: Roughness = miller_brown,
+    permittivity: Floats | None = None,
 ) -> TwoRays:
     """The direct ray to each target and the ray by the sea, with their fields.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height, wavelength: [m]; earth_radius: ae
     [m]; polarization: "h" or "v"; wave_height: rms of the sea [m]; elevation_gain: one-way power gain at an elevation from
-    horizontal; None: isotropic; its root counts as positive, so the sign of sidelobes is lost.
+    horizontal; None: isotropic; its root counts as positive, so the sign of sidelobes is lost; permittivity: relative, of what
+    reflects in place of the sea; heights are those above it.
     """
     geometry = specular_geometry(distance, height, antenna_height, earth_radius)
-    ratio = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
+    ratio = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness, permittivity)
     if elevation_gain is None:
         return TwoRays(geometry, np.ones_like(geometry.direct), ratio, np.ones_like(geometry.direct))
     gain = np.maximum(elevation_gain(geometry.elevation_direct), MIN_GAIN)
@@ -238,11 +242,12 @@ def printed_two_ray_factor(
 
 
 def reflected_field_ratio(
-    geometry: SpecularGeometry, wavelength: float, polarization: str, wave_height: float, roughness: Roughness
-) -> Complexes:
+    geometry: SpecularGeometry, wavelength: float, polarization: str, wave_height: Floats | float, roughness: Roughness,
+    permittivity: Floats | None = None,
+) -> Complexes:  # fmt: skip
     """The reflected field over the direct one, without antenna gains and phase of the path: Gamma rho_s D R / (R1 + R2)."""
-    permittivity = sea_water_permittivity(SPEED_OF_LIGHT / wavelength)
-    surface = fresnel(geometry.grazing, permittivity, polarization) * roughness(geometry.grazing, wave_height, wavelength)
+    e = sea_water_permittivity(SPEED_OF_LIGHT / wavelength) if permittivity is None else permittivity
+    surface = fresnel(geometry.grazing, e, polarization) * roughness(geometry.grazing, wave_height, wavelength)
     spreading = geometry.direct / (geometry.first + geometry.second)
     return surface * geometry.divergence * spreading
 

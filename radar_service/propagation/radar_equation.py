@@ -1,6 +1,7 @@
 """The radar equation, elevation gain, gas and rain loss, and the two rays of multipath as a radar's antenna weighs them."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.diffraction import with_diffraction
+from radar_service.propagation.land_reflection import LandBefore, over_land
 from radar_service.propagation.multipath import TwoRays, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
@@ -38,26 +40,26 @@ def radar_two_rays(
     height: Floats,
     antenna_height: Floats | float,
     tilt_error: Floats | float = 0.0,
+    land: LandBefore | None = None,
 ) -> TwoRays:
-    """The direct ray and the ray by the sea for a radar over the sea of an environment.
+    """The direct ray and the ray by the sea, or by land, for a radar in an environment.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height: above the sea as it sways, broadcast
-    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad].
+    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad]; land: before the targets.
     """
     earth_radius = effective_earth_radius(environment.earth_factor)
-    rays = two_rays(
-        distance,
-        height,
-        antenna_height,
-        radar.wavelength,
-        earth_radius=earth_radius,
-        polarization=radar.polarization,
-        wave_height=rms_wave_height(environment.sea_state),
-        elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
-    )
+
+    def rays_at(d: Floats, h: Floats, antenna: Floats | float, tilt: Floats | float, **surface: Any) -> TwoRays:
+        gain = partial(elevation_gain, radar, tilt_error=tilt)
+        surface |= {"earth_radius": earth_radius, "polarization": radar.polarization, "elevation_gain": gain}
+        return two_rays(d, h, antenna, radar.wavelength, **surface)
+
+    rays = rays_at(distance, height, antenna_height, tilt_error, wave_height=rms_wave_height(environment.sea_state))
+    site = (np.asarray(distance), np.asarray(height), np.asarray(antenna_height))
+    if land is not None:
+        rays = over_land(rays, land, site, tilt_error, earth_radius, rays_at)
     if not environment.diffraction:
         return rays
-    site = (np.asarray(distance), np.asarray(height), np.asarray(antenna_height))
     return with_diffraction(rays, site, radar.wavelength, earth_radius, radar.polarization)
 
 

@@ -45,7 +45,7 @@ def _conductivity(t: float, s: float) -> float:
     return float(at_35 * at_15_c * (1.0 + (t - 15.0) * alpha0 / (alpha1 + t)))
 
 
-def fresnel(grazing: Floats | float, permittivity: complex, polarization: str) -> Complexes:
+def fresnel(grazing: Floats | float, permittivity: Floats | complex, polarization: str) -> Complexes:
     """Complex reflection coefficient of a smooth plane, exp(+j w t): near -1 at grazing for both polarizations.
 
     grazing: any shape, 0 to pi/2 [rad]; permittivity: e' - j e''; polarization: "h" or "v", else ValueError. V is
@@ -62,7 +62,7 @@ def fresnel(grazing: Floats | float, permittivity: complex, polarization: str) -
     return reflected
 
 
-def ament(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
+def ament(grazing: Floats | float, wave_height: Floats | float, wavelength: float) -> Floats:
     """Specular roughness factor exp(-g^2 / 2), g = 4 pi sigma_h sin(psi) / lambda (W. S. Ament, 1953).
 
     grazing: any shape [rad]; wave_height: rms [m]; wavelength: [m]. From 1 (smooth) to 0; too low for g above about 1.5.
@@ -70,7 +70,7 @@ def ament(grazing: Floats | float, wave_height: float, wavelength: float) -> Flo
     return np.exp(-0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
 
 
-def miller_brown(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
+def miller_brown(grazing: Floats | float, wave_height: Floats | float, wavelength: float) -> Floats:
     """Specular roughness factor exp(-g^2 / 2) I0(g^2 / 2): Ament corrected for real seas (Miller, Brown, Vegh 1984).
 
     Arguments as `ament`. From 1 (smooth) to 0, always at least Ament's.
@@ -78,5 +78,5 @@ def miller_brown(grazing: Floats | float, wave_height: float, wavelength: float)
     return i0e(0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
 
 
-def _rayleigh_roughness(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
+def _rayleigh_roughness(grazing: Floats | float, wave_height: Floats | float, wavelength: float) -> Floats:
     return 4.0 * np.pi * wave_height * np.sin(np.asarray(grazing, dtype=np.float64)) / wavelength

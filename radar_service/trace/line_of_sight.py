@@ -12,6 +12,7 @@ from radar_service.numerics.frames import Polar, distances_from_map, map_from_de
 from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.embree import RayCount
+from radar_service.trace.land_mask import LandMask
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
@@ -65,6 +66,12 @@ class OcclusionScene:
         self._bodies, self._rays, self.revision = tuple(bodies), rays, revision
         self._own_occluders: ResultCache[int, Occluder] = ResultCache(max(1, len(bodies)))
         self._triangles = BodyTriangles(bodies)
+        self._land: ResultCache[None, LandMask | None] = ResultCache(1)
+
+    @property
+    def land(self) -> LandMask | None:
+        """The land that always rests, as a mask that is made when it is first asked for; None without any."""
+        return self._land.get(None, lambda: LandMask.of(self._bodies))
 
     @property
     def presences(self) -> Presences:

@@ -16,7 +16,8 @@ import numpy as np
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
+from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.surface_sampling import R2, normals_and_areas
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -252,9 +253,13 @@ class SurfaceSearch:
         return resting | self._line_of_sight.occluded_by_moving(point, antenna, time)
 
     def _visible_by_sea(self, points: SurfacePoints, antenna: Floats, time: float) -> Flags:
-        """Which points (W,) a ray by the sea reaches."""
-        reflection, arrives = reflection_points(points.position, antenna, self._earth_radius)
-        return arrives & self._line_of_sight.visible_by_sea(points, reflection, antenna, time, np.inf)
+        """Which points (W,) a ray by the sea reaches, or by land."""
+        land = LandBefore(self._line_of_sight, antenna, points.position - antenna)
+        rays = radar_two_rays(self._scene.radar, self._scene.environment, *land.site, land=land)
+        reflection = antenna + land.offset * (rays.geometry.reflection / np.maximum(land.site[0], 1e-9))[:, None]
+        reflection[:, 2] = rays.level + ABOVE_LAND * (rays.level != 0.0)
+        arrives = (rays.geometry.grazing > 0.0) & (rays.ratio != 0.0)
+        return np.asarray(arrives & self._line_of_sight.visible_by_sea(points, reflection, antenna, time, np.inf))
 
 
 def _chosen(points: SurfacePoints, which: Indices) -> SurfacePoints:

@@ -6,6 +6,8 @@ mountains and towns. The spread about these means is about 5 dB. No table covers
 joints): their values assume that the power reflected by a smooth slab at normal incidence is scattered evenly.
 """
 
+import math
+
 from radar_service.world.body import Body, Material
 from radar_service.world.error import SceneError
 
@@ -57,10 +59,24 @@ _REFLECTIVITY_DB: dict[str, float] = {
     "rubber": -11.4,  # 3
 }
 
+# Land as the ground that reflects rays: rms height [m] of its surface about a plane, after the land types of Barton, Radar
+# Equations for Modern Radar (2013): 10 m for towns, 1 m for flat land. Those of rock, sand, ice and concrete are estimates.
+# Vegetation is not here: it absorbs what would reach the ground.
+GROUND_ROUGHNESS = {
+    "building": 10.0, "urban": 10.0, "brick": 10.0, "glass": 10.0, "rock": 3.0, "land": 1.0, "sand": 0.3, "ice": 0.1,
+    "concrete": 0.02,
+}  # fmt: skip
+
 
 def power_reflectivity(material: str) -> float:
     """Returns the power reflectivity (0 to 1) of a smooth surface of a known material at normal incidence."""
     return float(10.0 ** (_REFLECTIVITY_DB[material] / 10.0))
+
+
+def permittivity(material: str) -> float:
+    """Returns the relative permittivity that gives a known material, which is no metal, its power reflectivity."""
+    amplitude = math.sqrt(power_reflectivity(material))
+    return ((1.0 + amplitude) / (1.0 - amplitude)) ** 2
 
 
 def material_from_name(name: str, location: str) -> Material:
@@ -70,6 +86,11 @@ def material_from_name(name: str, location: str) -> Material:
             f'{location}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest'
         )
     return MATERIALS[name]
+
+
+def is_diffuse_land(body: Body) -> bool:
+    """Whether a body is land by its published sigma0, which holds what the ground before it reflects."""
+    return is_land(body) and body.scattering == "diffuse" and body.rcs is None
 
 
 def is_land(body: Body) -> bool:

@@ -14,7 +14,7 @@ from radar_service.echo.held_passages import HeldPassages, in_cells
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.engine.pipeline import tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.numerics.frames import polar_from_map
+from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.numerics.types import Complexes
 from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.radar.structure_shadow import structure_reflectors
@@ -22,6 +22,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.study.chart.indirect_panel import FalseShip, with_funnel
+from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -69,7 +70,8 @@ def test_cells_have_the_field_of_their_centres() -> None:
     amplitude = rng.normal(size=3000) + 1j * rng.normal(size=3000)
     path = rng.integers(0, 3, 3000)
     observed = ObservedEchoes(BodyEchoes(own, amplitude, np.zeros(3000, dtype=np.int64), path, np.zeros(3000)), position)
-    cells = in_cells(observed, 7, antenna, over_sea)
+    sight = OcclusionScene(over_sea.bodies, effective_earth_radius(over_sea.environment.earth_factor))
+    cells = in_cells(observed, 7, antenna, over_sea, sight)
     assert 100 < len(cells.echoes) < 900 and set(cells.echoes.body.tolist()) == {7}
 
     def field(echoes: ObservedEchoes) -> complex:
@@ -86,7 +88,8 @@ def test_cells_have_the_field_of_their_centres() -> None:
     size = np.hypot(over_sea.radar.range_resolution / 2.0, 380.0 * over_sea.radar.wavelength / (2.0 * np.pi * 5.0))
     assert apart.max() < size
     assert (
-        len(in_cells(ObservedEchoes(observed.echoes.chosen(np.arange(0)), position[:0]), 7, antenna, over_sea).echoes) == 0
+        len(in_cells(ObservedEchoes(observed.echoes.chosen(np.arange(0)), position[:0]), 7, antenna, over_sea, sight).echoes)
+        == 0
     )
 
 
@@ -117,7 +120,7 @@ def test_a_held_aspect_is_that_of_the_node_next_to_the_crossing() -> None:
     time = prepared.scene.radar.time_of_spokes(float(crossing))
     observed = direct.node(0, crossing, node, time)
     antenna = prepared.scene.antenna(prepared.scene.radar.time_of_spokes(float(node)))[0]
-    expected = in_cells(observed, 0, antenna, prepared.scene)
+    expected = in_cells(observed, 0, antenna, prepared.scene, prepared.line_of_sight)
     for later in (0.0, 1.0):  # half a scan on, by then the mast is lit
         result = held.held(0, crossing, time + later)
         np.testing.assert_array_equal(result.echoes.amplitude, expected.echoes.amplitude)

@@ -24,6 +24,7 @@ from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.echo.test_moving import EARTH, Floats, observed, reference_echo
 from tests.engine.land_scenes import FEW, FINE, OWN_SHIP, RADAR, SLAB, azimuths_of, coast, fields, on_grid, with_points
 from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
+from tests.reference.reflecting_ground import Piece, factor, water
 from tests.scenes import point, scene
 from tests.test_motion import SWAY
 
@@ -130,6 +131,33 @@ def test_points_of_land_are_those_of_a_loop_over_the_sea(
     rays = two_ray_factor(ground, heights, 15.0, made.radar.wavelength, earth_radius=EARTH, elevation_gain=gain)
     exact, near = compressed(reference, 0, azimuths, rays**2)
     assert 20 * np.log10(np.abs(computed[:, near] - exact).max() / np.abs(exact).max()) < limit_db
+
+
+@pytest.mark.parametrize(
+    ("island", "own_ground"), [(None, False), ("concrete", False), ("concrete", True), ("vegetation", False)]
+)
+def test_points_of_land_have_the_reflection_of_what_lies_before_them(island: str | None, own_ground: bool) -> None:
+    """A point 5 m high, 1500 m off at 8 kn: F^4 is that of the sea or of an island 1 m high between 900 and 1300 m, within
+    0.05 dB (-50 dB of the field); over vegetation, and where the point is on the island too, it has none."""
+    azimuth, ashore = 2 * 2048 + 700, {"course_deg": 40.0, "speed_kn": 8.0}
+    end = 1700.0 if own_ground else 1300.0
+    middle, bearing = (900.0 + end) / 2, azimuth * 2 * np.pi / 2048 % (2 * np.pi)
+    size = {"shape": "box", "length_m": end - 900.0, "width_m": 100, "height_m": 1.0, "heading_deg": np.rad2deg(bearing)}
+    where = {"position_m": [middle * np.sin(bearing), middle * np.cos(bearing), 0.0]}
+    bodies = [SLAB, *([{"name": "island", "material": island, "rcs_dbsm": -90, **size, **where}] if island else [])]
+    peaks = []
+    for multipath in (True, False):
+        made = scene(bodies, radar=FINE, own_ship=ashore, environment={"multipath": multipath})
+        prepared = on_grid(made)
+        assert prepared.land is not None
+        antenna = prepared.land.passages.track.antenna(np.array([float(azimuth)]))[0]
+        position = antenna * [1, 1, 0] + [1500.0 * np.sin(bearing), 1500.0 * np.cos(bearing), 5.0]
+        peaks.append(np.abs(fields(with_points(prepared, position[None], antenna), azimuth // 32 * 32, 1)).max())
+    reflecting = not own_ground and island != "vegetation"
+    ground = [water(900.0), Piece(1300.0, 1.0, 5.24, 0.02), water(1e4)] if island else [water(1e4)]
+    expected = 40 * np.log10(abs(factor(1500.0, 5.0, 15.0, ground, EARTH))) if reflecting else 0.0
+    assert 20 * np.log10(peaks[0] / peaks[1]) == pytest.approx(expected, abs=0.05)
+    assert reflecting == (abs(expected) > 1.0)
 
 
 COURSES: list[dict[str, Any]] = [

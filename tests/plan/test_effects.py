@@ -200,3 +200,27 @@ def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
     assert not result["structures"].modelled and result["structures"].field_db == -70.0
     assert not result["multiple echoes"].modelled and "-25 dB" in result["multiple echoes"].how
     assert not items(made, "documented")["structures"].modelled and not items(made, "documented")["multiple echoes"].modelled
+
+
+def test_multipath_says_that_land_reflects_where_there_is_land() -> None:
+    """A wooden hull is no land; a box of sand is."""
+    hull = {
+        "name": "hull",
+        "shape": "hull",
+        "material": "wood",
+        "length_m": 20,
+        "beam_m": 5,
+        "height_m": 3,
+        "position_m": [0, 500, 0],
+    }
+    sand = {
+        "name": "spit",
+        "shape": "box",
+        "material": "sand",
+        "length_m": 90,
+        "width_m": 40,
+        "height_m": 1,
+        "position_m": [0, 300, 0],
+    }
+    texts = [items(scene(bodies, environment={"multipath": True}))["multipath"].how for bodies in ([hull], [hull, sand])]
+    assert texts[1] == texts[0] + "; land reflects in place of the sea, as rough as its material"

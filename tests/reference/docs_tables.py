@@ -18,7 +18,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.service.radio.transmitter_state import TRANSITIONS, State
-from radar_service.world.materials import MATERIALS, power_reflectivity
+from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 from tests.test_house import BELOW, HOUSE, room, within
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -128,12 +128,19 @@ def presets() -> str:
 
 
 def materials() -> str:
-    """Every material, how it scatters by default, its gamma and the share of power that it reflects."""
+    """Every material, how it scatters by default, its gamma, the power that it reflects, and how rough it is as ground."""
+    ground = {name: f"{height:g} m" for name, height in GROUND_ROUGHNESS.items()} | dict.fromkeys(VESSEL_MATERIALS, "")
     rows = [
-        (f"`{name}`", made.scattering, f"{db(made.gamma)} dB", f"{db(power_reflectivity(name))} dB")
+        (
+            f"`{name}`",
+            made.scattering,
+            f"{db(made.gamma)} dB",
+            f"{db(power_reflectivity(name))} dB",
+            ground.get(name, "none"),
+        )
         for name, made in MATERIALS.items()
     ]
-    return table(("material", "scattering", "gamma", "power reflectivity"), rows)
+    return table(("material", "scattering", "gamma", "power reflectivity", "ground"), rows)
 
 
 def transmitter_states() -> str:

@@ -129,6 +129,19 @@ def test_metal_below_a_deck_shows_by_the_sea(tmp_path: Path, multipath: bool, ex
     assert (power is not None and power > DETECTABLE) == multipath
 
 
+@pytest.mark.parametrize(("ground", "expected"), [("concrete", ""), ("vegetation", "shadowed")])
+def test_metal_below_a_deck_shows_by_land_that_reflects(tmp_path: Path, ground: str, expected: str) -> None:
+    """The same box over an apron of 1.5 m: concrete reflects the rays that pass below the curtain, vegetation none."""
+    curtain = mesh(tmp_path, "curtain", [(-300, 300, 700, 701, 3, 25)])
+    target = mesh(tmp_path, "target", [(-3, 3, 800, 806, 3, 6)], material="steel", scattering="optics")
+    apron = mesh(tmp_path, "apron", [(-300, 300, 300, 690, 0, 1.5)], material=ground)
+    sections: dict[str, Any] = {"environment": {"noise": True, "multipath": True}}
+    assert reason(tmp_path, [curtain, target, apron], **sections) == expected
+    made = rs.load_scene({"name": "sight", "radar": RADAR, "body": [curtain, target, apron], **sections}, folder=tmp_path)
+    power = {c.body: c.snr_db for c in rs.Simulator(made, "fast").crossings(0, radiometric=True)}["target"]
+    assert (power is not None and power > DETECTABLE) == (ground == "concrete")
+
+
 def before(rng: np.random.Generator, middle: float, near: float) -> list[Part]:
     """Two walls with a gap, a row of posts, or a parapet with merlons, at a distance `near` [m] to the north."""
     height, kind = rng.uniform(9, 25), rng.integers(3)

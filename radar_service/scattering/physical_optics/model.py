@@ -17,7 +17,6 @@ from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
-from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
@@ -46,7 +45,7 @@ from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
-from radar_service.scattering.physical_optics.sea_field import SeaField
+from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before, strength_by_sea
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
@@ -68,7 +67,7 @@ FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas 
 class _View(NamedTuple):
     """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
 
-    lean: from its own frame to that one; None: they are the same. by_paths: whether echoes by the sea are apart.
+    lean: from its own frame to that one; None: they are the same. by_paths: echoes by the sea are apart. on_land: land reflects.
     """
 
     optical: OpticalBody
@@ -76,17 +75,18 @@ class _View(NamedTuple):
     pose: BodyPose
     lean: Floats | None
     by_paths: bool
+    on_land: bool
 
     @property
     def water(self) -> float:
-        """Height of the sea [m]."""
+        """Height of the sea, or of the land that reflects in its place [m]."""
         return -float(self.pose.position[2])
 
     @property
     def is_shaded(self) -> bool:
         """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
         pose."""
-        return any(
+        return self.on_land or any(
             leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
         )
 
@@ -160,15 +160,14 @@ class PhysicalOptics(AspectModel):
     def passage_echoes(
         self, b: int, antenna: Floats, times: Floats, instant: Instant
     ) -> tuple[BodyEchoes, Complexes] | None:
-        optical = self._optical[b]
-        plain = optical.is_small_and_convex and instant.movers
+        optical, middle = self._optical[b], len(times) // 2
+        pose = pose_at(self.bodies[b], float(times[middle]))
+        plain = optical.is_small_and_convex and instant.movers and not self._ground(optical, pose, antenna[middle], instant)
         sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
         if sights is None:
             return None
         compiled, centres = kernels(), None
         if compiled:
-            middle = len(times) // 2
-            pose = pose_at(self.bodies[b], float(times[middle]))
             onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
             casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
             centres = optical.centres_at(compiled, sights, casters, most_triangles(len(optical.mesh.faces)))
@@ -212,23 +211,30 @@ class PhysicalOptics(AspectModel):
         return self._view(b, aspect.antenna, instant, aspect.pose, alone=True).traced()
 
     def _view(self, b: int, antenna: Floats, instant: Instant, posed: BodyPose, alone: bool = False) -> _View:
-        """Body b as the antenna has it in a pose at an instant; alone: as if there were no others."""
-        pose, lean = posed.upright, posed.lean
+        """Body b as the antenna has it in a pose at an instant, above what reflects; alone: as if there were no others."""
+        lean, scene = posed.lean, instant.line_of_sight
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
-        sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
+        sea = self._sea_field(b, optical, posed.upright, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
         others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
         own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
-        own = own if own is not None and self._in_reach(b, pose, antenna, instant) else None
+        own = own if own is not None and self._in_reach(b, posed.upright, antenna, instant) else None
+        ground = self._ground(optical, posed.upright, antenna, instant) if by_paths and sea is None and not alone else 0.0
+        posed, antenna = posed.lifted(-ground), antenna - [0.0, 0.0, ground]
+        onlooker = self._onlooker(optical, posed.upright, antenna, instant, by_paths)
+        posed_others = scene.posed_triangles(others, antenna, instant.time)
+        shadows = onlooker.shadows([(triangles, pose.lifted(-ground)) for triangles, pose in posed_others])
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own, ground)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
-        return _View(optical, tuple(legs), pose, lean, by_paths)
+        return _View(optical, tuple(legs), posed.upright, lean, by_paths, ground > 0.0)
+
+    def _ground(self, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
+        """`ground_before` a body in a pose."""
+        return ground_before(self._radar, self._environment, instant.line_of_sight, antenna, _box(optical, pose))
 
     @override
     def casters(
@@ -251,22 +257,23 @@ class PhysicalOptics(AspectModel):
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None, own: Occluder | None,
+        others: list[int], shadows: CastShadows | None, own: Occluder | None, ground: float,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
         optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach.
+        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach. ground: height of what
+        reflects above the sea [m]; pose and antenna are above that.
         """
-        scene, key, pose = instant.line_of_sight, int(self.key[b]), posed.upright
+        scene, key, pose, up = instant.line_of_sight, int(self.key[b]), posed.upright, np.array([0.0, 0.0, ground])
 
         def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
-            surface = SurfacePoints(np.full(len(points), key), triangle, position)
-            seen = (antenna, instant.time, instant.max_range, instant.movers, bodies)
+            surface = SurfacePoints(np.full(len(points), key), triangle, position + up)
+            seen = (antenna + up, instant.time, instant.max_range, instant.movers, bodies)
             if not by_sea:
                 return scene.visible(surface, *seen, over_horizon=self._over_horizon)
-            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
+            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0] + up, *seen)
 
         crowded = shadows is None
         edges: Edges | None = None
@@ -274,7 +281,8 @@ class PhysicalOptics(AspectModel):
         if own is not None and not crowded:
             own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
-        strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
+        place = (*self._reach_and_top(b, optical, pose, antenna), antenna[2])
+        strength = 1.0 if ground or not by_sea else strength_by_sea(self._radar, self._environment, *place)
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
@@ -289,9 +297,8 @@ class PhysicalOptics(AspectModel):
 
     def _sea_field(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> SeaField | None:
         """The field of all paths at body b where diffraction counts, and None elsewhere."""
-        distances, top = self._reach_and_top(b, optical, pose, antenna)
-        ends = float(distances[1]), float(distances[2])
-        return SeaField.at_body(self._radar, self._environment, ends, top, float(antenna[2]))
+        (_, *ends), top = self._reach_and_top(b, optical, pose, antenna)
+        return SeaField.at_body(self._radar, self._environment, (float(ends[0]), float(ends[1])), top, float(antenna[2]))
 
     def _reach_and_top(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> tuple[Floats, float]:
         """Distances along the earth (3,) of the near end, the middle and the far end of body b, and its top over the sea [m]."""
@@ -299,13 +306,6 @@ class PhysicalOptics(AspectModel):
         middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
         top = max(float(pose.position[2]) + float(optical.mesh.vertices[:, 2].max()), 0.0)
         return np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0), top
-
-    def _strength(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> float:
-        """The most that the field by the sea has of the direct one on body b: at the ends and the middle of its range and
-        height."""
-        distance, top = self._reach_and_top(b, optical, pose, antenna)
-        distances, heights = np.meshgrid(distance, top * np.array([0.0, 0.5, 1.0]))
-        return float(np.abs(radar_two_rays(self._radar, self._environment, distances, heights, antenna[2]).ratio).max())
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

@@ -15,8 +15,10 @@ import numpy as np
 
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.diffraction import MAX_HEIGHT, diffraction_height
+from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar
+from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.environment import Environment
 
 HEIGHTS = 40.0  # in a natural height (4.8 m in X band): linear in between, the field errs by 0.1 % of the direct one
@@ -25,6 +27,22 @@ ONE_LEG = 0.5  # m sin(grazing) at the foot of a body below which one leg stands
 FLATTEST_SHARE = 0.3  # is what a cell may have: F^2 turns by 0.6 rad over it at most,
 LONGEST, SHORTEST = 0.1, 0.02  # and the edges of facets: linear over one, F^2 errs by 1 % of the direct ray's; in between,
 EDGES = 12.0  # so many are in the height of a body: linear over one, the square of the height has 1 % too much
+
+
+def strength_by_sea(radar: Radar, environment: Environment, reach: Floats, top: float, antenna_height: float) -> float:
+    """The most that the field by the sea has of the direct one on a body: at three heights up to its top, at distances of its
+    `reach` (3,), all in [m]."""
+    distances, heights = np.meshgrid(reach, top * np.array([0.0, 0.5, 1.0]))
+    return float(np.abs(radar_two_rays(radar, environment, distances, heights, antenna_height).ratio).max())
+
+
+def ground_before(radar: Radar, environment: Environment, scene: OcclusionScene, antenna: Floats, box: Floats) -> float:
+    """Height [m] of the land that reflects to the middle of a box (8, 3) on the map [m]; 0 where the sea does, or nothing."""
+    if not environment.multipath or scene.land is None:
+        return 0.0
+    land = LandBefore(scene, antenna, box.mean(axis=0)[None] - antenna)
+    level = float(np.max(radar_two_rays(radar, environment, *land.site, land=land).level))
+    return level + ABOVE_LAND if level else 0.0
 
 
 @dataclass(frozen=True)

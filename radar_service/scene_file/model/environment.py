@@ -24,7 +24,7 @@ class EnvironmentModel(Section):
         "4/3", description="effective earth radius over the earth's radius"
     )
     noise: Flag = False
-    multipath: Flag = False
+    multipath: Flag = Field(False, description="the sea reflects, and land where it lies before a target")
     diffraction: Flag = Field(False, description="over the horizon of a smooth sea; needs `multipath`")
     gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
     rain_mm_h: Number = Field(0.0, ge=0, le=300)
