@@ -11,7 +11,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
 from radar_service.scattering.reflector_patterns import size_of
 from radar_service.scene_file.beacons import beacon_from_model
-from radar_service.scene_file.checks.mesh_axes import axis_findings
+from radar_service.scene_file.checks.body_size import check_optics_area, size_findings
+from radar_service.scene_file.checks.mesh_axes import axis_findings, is_under_way
 from radar_service.scene_file.checks.mesh_findings import Findings
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
@@ -46,7 +47,10 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class BodyLoader:
-    """Builds the bodies of one scene. Bodies share the mesh of the same file or shape; findings: about the files read so far."""
+    """Builds the bodies of one scene. Bodies share the mesh of the same file or shape.
+
+    findings: about the files read so far; hints: about sizes and axes of bodies, in the order of the bodies.
+    """
 
     def __init__(
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
@@ -55,6 +59,7 @@ class BodyLoader:
         self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
         self._origin, self._radars, self._currents, self._seaway = origin, radars, currents, seaway
         self.findings: list[Findings] = []
+        self.hints: list[Findings] = []
         self._triangles = 0
         self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
         self._placed: dict[tuple[object, ...], Mesh | SceneError] = {}  # meshes of files, turned and moved
@@ -69,14 +74,17 @@ class BodyLoader:
         """Returns body k; of a height map, what is inside the coverage. Raises SceneError."""
         model, location = self._models[k], f"body[{k}]"
         material = material_from_name(model.material, f"{location}.material")
-        mesh, position = self._surface(model, location, _scattering(model, material), coverage)
+        scattering = _scattering(model, material)
+        mesh, position = self._surface(model, location, scattering, coverage)
         self._count(mesh, location)
+        if mesh is not None:
+            self._judge(model, mesh, material, scattering, location)
         motion = self._motion(k) if position is None else constant_motion(position, 0.0, 0.0, 0.0)
         rcs, reflector = _cross_section(model), _reflector(model)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
         presence = presence_from_model(model, self._radars[0].rotation_period)
         return Body(
-            model.name, mesh, motion, material, _scattering(model, material), rcs, model.swerling, model.mmsi, length, beam,
+            model.name, mesh, motion, material, scattering, rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
             plating=_plating(model), reflector=reflector, beacon=beacon_from_model(model, mesh),
         )  # fmt: skip
@@ -149,10 +157,8 @@ class BodyLoader:
         loaded = _cached(self._files, (model.mesh, scale, up), load)
         heading, offset = math.radians(model.mesh_heading_deg), np.array(model.mesh_offset_m)
         key = (model.mesh, scale, up, heading, model.mesh_offset_m)
-        mesh = _cached(self._placed, key, lambda: loaded.mesh.placed(heading, offset))
-        findings = axis_findings(model, mesh, float(self._start(model)[2]))
-        self.findings.append((location, model.mesh, (*loaded.findings, *findings)))
-        return mesh
+        self.findings.append((location, model.mesh, loaded.findings))
+        return _cached(self._placed, key, lambda: loaded.mesh.placed(heading, offset))
 
     def _height_map(self, model: HeightMapBodyModel, location: str, coverage: Coverage) -> tuple[Mesh, Floats | None]:
         key, name = f"{location}.heightmap", model.heightmap
@@ -161,6 +167,20 @@ class BodyLoader:
         (body,) = self._mesh_reader.read(file)
         self.findings.append((key, name, body.findings))
         return body.mesh, body.position
+
+    def _judge(self, model: BodyOfAKind, mesh: Mesh, material: Material, scattering: str, location: str) -> None:
+        """Keeps hints about the size and the axes of a body. Raises SceneError for one that is too large to be computed."""
+        if isinstance(model, HeightMapBodyModel):
+            return
+        size = np.ptp(mesh.vertices, axis=0)
+        hints = [*size_findings(model, size, _is_vessel(model, material) or is_under_way(model))]
+        if isinstance(model, MeshBodyModel):
+            hints += axis_findings(model, mesh, float(self._start(model)[2]))
+            self.hints.append((f"{location}.mesh", model.mesh, hints))
+        else:
+            self.hints.append((location, model.name, hints))
+        if scattering == "optics":
+            check_optics_area(model, mesh, size, location)
 
     def _count(self, mesh: Mesh | None, location: str) -> None:
         self._triangles += 0 if mesh is None else len(mesh.faces)

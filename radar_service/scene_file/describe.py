@@ -11,12 +11,16 @@ from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.reflector_patterns import reflector_text
+from radar_service.scene_file.checks.body_size import metres
+from radar_service.scene_file.checks.placement import nearest_point
 from radar_service.scene_file.model.scene import SceneModel
 from radar_service.world.beacon import DOT_SPACING, SART_CYCLES, Beacon, Racon
 from radar_service.world.body import Body
 from radar_service.world.currents import CurrentArea
+from radar_service.world.materials import is_land
 from radar_service.world.motion import Motion
 from radar_service.world.platform import Platform
+from radar_service.world.poses import pose_at
 from radar_service.world.presence import Presence
 from radar_service.world.scene import Scene
 from radar_service.world.seaway_motion import SeawayMotion
@@ -69,9 +73,14 @@ def overview(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     lines += [f"radars      {', '.join(scene.radar_ids)}; this is {scene.radar_id}"] if len(scene.radar_ids) > 1 else []
     lines += [radar[0], *(line for line in radar if line.startswith(("  range", "  scan", "  beam"))), *environment]
     lines.append(f"own ship    {_motion_text(scene.own_ship)}")
-    bodies = sorted(scene.bodies, key=lambda body: (not _is_out_of_sight(body, scene), _distance(body, scene)))
+    polars = {body.name: _polar(body, scene) for body in scene.bodies}
+    bodies = sorted(scene.bodies, key=lambda body: (not polars[body.name][1], polars[body.name][0].distance[0]))
     room = max(MIN_BODIES, SCREEN - 1 - len(lines))
-    lines += [_short_body_line(body, scene, len(remarks.get(body.name, ()))) for body in bodies[:room]]
+    columns = [(f"{body.name[:30]}:", _size_text(body)) for body in bodies[:room]]
+    name_width, size_width = (max(map(len, column)) for column in zip(*columns, strict=True)) if columns else (0, 0)
+    for body, (name, size) in zip(bodies, columns, strict=False):
+        line = _short_body_line(body, *polars[body.name], len(remarks.get(body.name, ())))
+        lines.append(f"  {name:{name_width}} {size:>{size_width}}  {line}")
     return "\n".join([*lines, _rest(scene, len(bodies) - room, sum(map(len, remarks.values())))])
 
 
@@ -84,31 +93,35 @@ def _rest(scene: Scene, bodies: int, remarks: int) -> str:
     return f"--all       shows {text + ' more, and ' if text else ''}all numbers of the radar and of each body"
 
 
-def _short_body_line(body: Body, scene: Scene, remarks: int) -> str:
-    """One line about a body at t = 0."""
+def _short_body_line(body: Body, polar: Polar, hidden: str, remarks: int) -> str:
+    """What a line says of a body at t = 0, after its name and its size."""
     speed = "at rest" if body.motion.at_rest else f"{body.motion.pose(0.0).speed[0] / KNOT:.1f} kn"
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm"
     more = f"; {remarks} remark{'s' if remarks > 1 else ''}" if remarks else ""
-    polar, hidden = _polar(body, scene)
     return (
-        f"  {body.name[:30]}: {polar.distance[0]:.0f} m off, bearing {_bearing(float(polar.azimuth[0]))}{hidden}, {speed}; "
+        f"{polar.distance[0]:.0f} m off, bearing {_bearing(float(polar.azimuth[0]))}{hidden}, {speed}; "
         f"{body.material.name}, {body.scattering}{section}{more}"
     )
 
 
+def _size_text(body: Body) -> str:
+    """Length x breadth x height of a body [m]; of a point "point"."""
+    if body.mesh is None:
+        return "point"
+    return " x ".join(map(metres, (body.length, body.beam, float(np.ptp(body.mesh.vertices[:, 2]))))) + " m"
+
+
 def _polar(body: Body, scene: Scene) -> tuple[Polar, str]:
-    """Where a body is from the antenna at t = 0, and text that says why it has no echo there; empty otherwise."""
-    start = body.motion.pose(0.0).position
-    polar = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
-    return polar, _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
-
-
-def _is_out_of_sight(body: Body, scene: Scene) -> bool:
-    return bool(_polar(body, scene)[1])
-
-
-def _distance(body: Body, scene: Scene) -> float:
-    return float(_polar(body, scene)[0].distance[0])
+    """Where a body is from the antenna at t = 0, of land its nearest point, and text that says why it has no echo there; empty
+    otherwise."""
+    start, antenna = body.motion.pose(0.0).position, scene.antenna(0.0)
+    radius = effective_earth_radius(scene.environment.earth_factor)
+    polar = polar_from_map(start, antenna, radius)
+    text = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
+    if body.mesh is None or not is_land(body):
+        return polar, text
+    nearest = nearest_point(pose_at(body, 0.0).map_from_frame(body.mesh.vertices), body.mesh.faces, antenna[0])
+    return polar_from_map(nearest[None], antenna, radius), text
 
 
 def json_schema() -> dict[str, Any]:

@@ -71,7 +71,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     ais = ais_from_models(model, bodies)
     first, *_ = radars = loader.installations(ais)
     world = World(model.name, loader.origin, first.environment, tuple(bodies))
-    loader.warnings.extend(mesh_warnings(loader.bodies.findings))
+    loader.warnings[:0] = mesh_warnings(loader.bodies.findings, loader.bodies.hints)
     if loader.origin is not None:
         loader.warnings.extend(distance_warnings(loader.entries, [installation.platform for installation in radars]))
     terrain = [k for k, body in enumerate(model.body) if isinstance(body, HeightMapBodyModel)]
@@ -81,7 +81,9 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
             check_antenna(installation.radar, installation.platform.motion)
         remarks = validity_warnings(world, installation.radar, installation.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
-        loader.warnings.extend(placement_warnings(world, installation.radar, installation.platform, terrain))
+        where = (world, installation.radar, installation.platform, terrain)
+        is_afloat = entry.platform is None or entry.platform.body is not None
+        loader.warnings.extend(placement_warnings(*where, is_afloat=is_afloat))
     loader.warnings.extend(beacon_warnings(bodies, radars))
     loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
     interference = tuple(interferer_from_model(other) for other in model.interference)

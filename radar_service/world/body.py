@@ -78,6 +78,13 @@ class Mesh:
         """Height of the highest vertex that a triangle has [m]."""
         return float(self.used_vertices[:, 2].max())
 
+    def part(self, which: Indices) -> "Mesh":
+        """Returns the triangles `which` of the mesh, with no other vertices than theirs."""
+        faces = self.faces[which]
+        used = np.zeros(len(self.vertices), dtype=np.bool_)
+        used[faces] = True
+        return Mesh(self.vertices[used], (np.cumsum(used) - 1)[faces])
+
     def placed(self, heading: float, offset: Floats) -> "Mesh":
         """Returns the mesh with its bow along y, if that pointed along `heading` [rad], and its origin at `offset` (3,) [m].
 

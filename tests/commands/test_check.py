@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.commands import check
+from radar_service.world import large_mesh
+from radar_service.world.shapes import sphere
 from tests.scenes import TWO_RADARS
 
 
@@ -30,3 +33,37 @@ def test_check_and_plan_are_those_of_a_radar(
     assert main(["plan", str(path), "--json", "--realtime-factor", "0.01", *chosen]) == 0
     planned = {choice["what"] for choice in json.loads(capsys.readouterr().out)["choices"]}
     assert planned & {"body p", "body tug"} == {f"body {name}" for name in bodies}
+
+
+def test_a_large_file_is_announced_before_it_is_read_and_its_remarks_are_of_slices(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A closed ball of 5120 triangles, of which 1600 are judged: convex, no part of it open where slices end."""
+    ball = sphere(4.0, 0.01)
+    lines = ["v {} {} {}".format(*row) for row in ball.vertices.tolist()] + [
+        "f {} {} {}".format(*row + 1) for row in ball.faces
+    ]
+    (tmp_path / "ball.obj").write_text("\n".join(lines))
+    table = {"name": "ball", "mesh": "ball.obj", "scattering": "optics", "position_m": [0, 500, 0]}
+    (tmp_path / "scene.json").write_text(json.dumps({"body": [table]}))
+    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 1600)
+    for limit, said in ((10**9, ""), (0, "reading body[0].mesh: ball.obj, 0 MiB\n")):
+        monkeypatch.setattr(check, "LARGE", limit)
+        assert main(["check", str(tmp_path / "scene.json"), "--all"]) == 0
+        output = capsys.readouterr()
+        assert output.err == said
+    assert f"these are remarks on 1600 of {len(ball.faces)} facets, in slices across the body" in output.out
+    assert "convex: no facet reflects onto another" in output.out and "open or wound" not in output.out
+
+
+def test_an_upright_hull_is_a_warning_on_the_first_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """After the warnings of the scene."""
+    hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 11, "height_m": 10, "position_m": [0, 900, 0]}
+    body = {**hull, "scattering": "optics", "mmsi": 299000001, "ais": {"length_m": 20}}
+    (tmp_path / "scene.json").write_text(json.dumps({"environment": {"multipath": True}, "body": [body]}))
+    assert main(["check", str(tmp_path / "scene.json")]) == 0
+    first, second, third = capsys.readouterr().out.splitlines()[1:4]
+    assert first.startswith(
+        "warning     body[0]: h: 60 m where ais.length_m is 20 m: correct length_m, beam_m, height_m, or"
+    )
+    assert second.startswith("warning     h: metal, upright, over a reflecting sea: ") and third.startswith("radar ")

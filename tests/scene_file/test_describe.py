@@ -70,8 +70,32 @@ def test_an_overview_begins_with_the_warnings() -> None:
     assert (
         lines[1] == "warning     warning 0" and "2 warnings" in lines[-1] and sum("warning " in line for line in lines) == 8
     )
-    assert any(line.startswith("  ferry: 1000 m off, bearing 270.0, 12.0 kn; ") for line in lines)
+    assert any(line.startswith("  ferry: 80 x 14 x 12 m  1000 m off, bearing 270.0, 12.0 kn; ") for line in lines)
+    assert any(line.startswith("  buoy:           point  1000 m off, bearing 030.0") for line in lines)
     assert any(line.startswith("  buoy: ") and "rcs 10 dBsm" in line for line in lines)
+
+
+def test_land_is_as_far_off_as_its_nearest_point() -> None:
+    """A coast 2 km long, 1 km off, turned by 30 degrees: 990 m along its normal, in plan. A ship is where its origin is."""
+    coast = {
+        "shape": "box",
+        "length_m": 20,
+        "width_m": 2000,
+        "height_m": 8,
+        "position_m": [500, 866.0254, 0],
+        "heading_deg": 30,
+    }
+    made = load_scene(
+        {"body": [{**coast, "name": "coast", "material": "rock"}, {**coast, "name": "ship", "material": "steel"}]}
+    )
+    near, own = (next(line for line in overview(made).splitlines() if f"  {name}:" in line) for name in ("coast", "ship"))
+    assert "20 x 2000 x 8 m  990 m off, bearing 030.0, at rest" in near and "1000 m off" in own
+    assert "\n    990.0 m off, bearing 030.0" in describe(made)
+
+
+def test_land_below_the_antenna_is_no_distance_off() -> None:
+    land = {"name": "land", "shape": "box", "length_m": 200, "width_m": 200, "height_m": 8, "material": "land"}
+    assert "  land: 200 x 200 x 8 m  0 m off" in overview(load_scene({"body": [land]}))
 
 
 def test_horizon_and_two_way_beam() -> None:

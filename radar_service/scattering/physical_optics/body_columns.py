@@ -32,8 +32,9 @@ def body_columns(mesh: Mesh) -> tuple[BodyColumn, ...]:
         return (_column(corners, np.arange(len(corners))),)
     corners, triangle = cut_triangles(corners, WIDTH)
     column = np.floor((corners.mean(axis=1) - mesh.vertices[mesh.faces].min(axis=(0, 1)))[:, :2] / WIDTH)
-    _, number = np.unique(column, axis=0, return_inverse=True)
-    members = [np.flatnonzero(number.reshape(-1) == n) for n in range(int(number.max()) + 1)]
+    number = column[:, 0] * (column[:, 1].max() + 1.0) + column[:, 1]
+    order = np.argsort(number, kind="stable")
+    members = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
     return tuple(_column(corners[which], triangle[which]) for which in members)
 
 

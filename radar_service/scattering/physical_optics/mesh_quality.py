@@ -17,6 +17,7 @@ from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import TOLERANCE
 from radar_service.world.body import Body, Mesh
+from radar_service.world.large_mesh import mesh_sample, outward_winding
 
 PARALLEL = 0.999  # cosine between normals: 2.6 degrees
 APART = 2e-4  # m, at most, by which layers in one place are told apart: a tenth of TOLERANCE
@@ -60,15 +61,18 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
 
 def mesh_quality(body: Body, radar: Radar, bounces: int, distance: float) -> list[str]:
     """Sentences about a body by physical optics at its least distance over the run [m]."""
-    mesh = body.mesh
-    assert mesh is not None
-    limit = edge_limits(radar, mesh).longest_edge(distance)
-    corners, outside = mesh.vertices[mesh.faces], outward_side(mesh)
-    facing = concave(mesh, outside)
+    assert body.mesh is not None
+    limit, mesh = edge_limits(radar, body.mesh).longest_edge(distance), mesh_sample(body.mesh)
+    if mesh is body.mesh:
+        outside, large = outward_side(mesh), _enlargement(body, radar, distance)
+    else:
+        outside = np.full(len(mesh.faces), outward_winding(body.mesh), dtype=np.int8)
+        large = [f"these are remarks on {len(mesh.faces)} of {len(body.mesh.faces)} facets, in slices across the body"]
+    corners, facing = mesh.vertices[mesh.faces], concave(mesh, outside)
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""
     sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(facing, len(mesh.faces), bounces)}"]
-    return sentences + _sides(outside) + _layers(mesh, outside) + _curves(mesh, radar) + _enlargement(body, radar, distance)
+    return sentences + _sides(outside) + _layers(mesh, outside) + _curves(mesh, radar) + large
 
 
 def _concavity(facing: int, count: int, bounces: int) -> str:

@@ -376,8 +376,7 @@ class PhysicalOptics(AspectModel):
     @override
     def mesh_remarks(body: Body, conditions: Conditions, nearest: float) -> list[str]:
         """Returns the remarks of `mesh_quality` and `vessel_remarks`."""
-        quality = mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest)
-        return quality + vessel_remarks(body, conditions.environment)
+        return mesh_quality(body, conditions.radar, conditions.fidelity.bounces, nearest) + vessel_remarks(body)
 
 
 def _box(optical: OpticalBody, pose: BodyPose) -> Floats:

@@ -1,11 +1,14 @@
 """Walls of vessels that echo as no ship does, as `check` reports them: upright over a reflecting sea, or facing few aspects."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from radar_service.numerics.types import Floats
 from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.world.body import Body
 from radar_service.world.environment import Environment
+from radar_service.world.large_mesh import mesh_sample
 from radar_service.world.materials import power_reflectivity
 
 STEEPEST = 0.5  # of a wall's normal, its rise: flatter surfaces are decks and roofs, which waves graze
@@ -15,39 +18,52 @@ FACING = np.deg2rad(5.0)  # off a wall's normal: farther off the echo of a flat 
 MOST_DARK = 0.5  # of all aspects: plain hulls have 0.55 to 0.71, shipped meshes 0.04 to 0.36, other hull types 0.01 to 0.2
 METAL = 0.5  # power reflectivity above which a wall is metal
 ASPECTS = 720
+NAMED = 2  # bodies that a common sentence names
 
 
-def vessel_remarks(body: Body, environment: Environment) -> list[str]:
+def vessel_remarks(body: Body) -> list[str]:
     """Sentences about the walls of a vessel; none about other bodies."""
-    if not body.is_vessel or body.mesh is None:
-        return []
-    normal, area = normals_and_areas(body.mesh)
-    dry = body.mesh.vertices[body.mesh.faces][:, :, 2].max(axis=1) + float(body.motion.position[0, 2]) > 0.0
-    walls = dry & (np.abs(normal[:, 2]) < STEEPEST)
-    if not walls.any():
-        return []
-    return _upright(body, environment, normal[walls], area[walls]) + _dark(normal[walls])
-
-
-def _upright(body: Body, environment: Environment, normal: Floats, area: Floats) -> list[str]:
-    share = upright_share(normal, area)
-    metal = power_reflectivity(body.material.name) > METAL
-    if not (environment.multipath and metal and body.motion.sway is None and share > MOST_UPRIGHT):
-        return []
-    return [
-        f"{body.material.name}, upright, over a reflecting sea: {100.0 * share:.0f} % of its walls make right corners with the "
-        "sea, which lifts its echo by some 10 dB at all aspects; add seaway = true to [environment], or list_deg and trim_deg"
-    ]
-
-
-def _dark(normal: Floats) -> list[str]:
-    share = dark_share(normal)
+    walls = _walls(body)
+    share = 0.0 if walls is None else dark_share(walls[0])
     if share <= MOST_DARK:
         return []
     return [
         f"flat plates: echo at broadside alone; no wall faces {100.0 * share:.0f} % of the aspects within "
         f"{np.rad2deg(FACING):.0f} degrees: take a hull_type, model masts and rails, or declare rcs_dbsm"
     ]
+
+
+def upright_warnings(bodies: Sequence[Body], environment: Environment) -> list[str]:
+    """A sentence about those of bodies by physical optics that are metal vessels and stand upright over a reflecting sea."""
+    if not environment.multipath:
+        return []
+    shares = {
+        body.name: share
+        for body in bodies
+        if power_reflectivity(body.material.name) > METAL and body.motion.sway is None
+        if (walls := _walls(body)) is not None and (share := upright_share(*walls)) > MOST_UPRIGHT
+    }
+    if not shares:
+        return []
+    names, low, high = list(shares), *(f"{100.0 * end(shares.values()):.0f}" for end in (min, max))
+    portion = low if low == high else f"{low} to {high}"
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return [
+        f"{', '.join(names[:NAMED])}{more}: metal, upright, over a reflecting sea: {portion} % of walls "
+        "make right corners with the sea, which lifts echoes by some 10 dB at all aspects; add seaway = true to "
+        "[environment], or list_deg and trim_deg"
+    ]
+
+
+def _walls(body: Body) -> tuple[Floats, Floats] | None:
+    """Unit normals (F, 3) and areas (F,) [m^2] of the walls of a vessel above the sea; None where there are none."""
+    if not body.is_vessel or body.mesh is None:
+        return None
+    mesh = mesh_sample(body.mesh)
+    normal, area = normals_and_areas(mesh)
+    dry = mesh.vertices[:, 2][mesh.faces].max(axis=1) + float(body.motion.position[0, 2]) > 0.0
+    walls = dry & (np.abs(normal[:, 2]) < STEEPEST)
+    return (normal[walls], area[walls]) if walls.any() else None
 
 
 def upright_share(normal: Floats, area: Floats) -> float:

@@ -12,8 +12,9 @@ NAMED = 2  # meshes that a common sentence names
 Findings = tuple[str, str, Sequence[str]]  # key path of a body's mesh, name of its file, findings in words without a subject
 
 
-def mesh_warnings(meshes: Sequence[Findings]) -> Iterator[str]:
-    """Yields a warning for each height map of which a part is missing."""
+def mesh_warnings(meshes: Sequence[Findings], hints: Sequence[Findings] = ()) -> Iterator[str]:
+    """Yields a warning for all hints about the same file or shape, and for each height map of which a part is missing."""
+    yield from _sentences(hints, lambda hint: True)
     yield from _sentences(meshes, lambda finding: finding.endswith(MISSING))
 
 

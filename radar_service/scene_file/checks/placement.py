@@ -7,19 +7,23 @@ import numpy as np
 from radar_service.numerics.types import Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.world.body import Body
+from radar_service.world.materials import is_land
 from radar_service.world.platform import Platform
 from radar_service.world.poses import pose_at
 from radar_service.world.scene import World
 
 TEST_POINTS = 16  # of a body, besides its highest: a body is under the ground if all of them are
 PLUMB_LINE_OFFSET = np.array([1.7e-6, 2.3e-6])  # m: a line through a shared corner counts each of its triangles
+TRIANGLES = 2**18  # at a time
 ALL_SIDES = 15  # bits of a triangle with corners on either side of the plumb line both ways
 
 
-def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: Sequence[int] = ()) -> tuple[str, ...]:
+def placement_warnings(
+    world: World, radar: Radar, platform: Platform, terrain: Sequence[int] = (), *, is_afloat: bool = True
+) -> tuple[str, ...]:
     """Returns a warning for each body in an unusual position at the start, with the effect on its echo.
 
-    terrain: indices of the bodies that are height maps.
+    terrain: indices of the bodies that are height maps. is_afloat: whether the platform is a ship, below which no land may be.
     """
     antenna = platform.antenna(0.0, radar.height)[0]
     ground = [Ground(world.bodies[i]) for i in terrain if len(world.bodies) > len(terrain)]
@@ -27,7 +31,22 @@ def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: 
         warning
         for i, body in enumerate(world.bodies)
         if body.name != platform.body
-        and (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
+        and (
+            warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground)
+            or (_ground_below(body, f"body[{i}]", antenna, platform) if is_afloat and is_land(body) else "")
+        )
+    )
+
+
+def _ground_below(body: Body, location: str, antenna: Floats, platform: Platform) -> str:
+    """A warning where land rises from the sea below the antenna."""
+    assert body.mesh is not None
+    corners, sea = _corners_on_map(body), np.array([*antenna[:2], 0.0])
+    if surfaces_above(corners, body.mesh.faces, sea) == surfaces_above(corners, body.mesh.faces, antenna):
+        return ""
+    return (
+        f"{location}: {platform.body or 'own ship'} is on land, which {body.name} has below its antenna; move it to the water, "
+        "or give the radar a platform of its own ashore"
     )
 
 
@@ -101,3 +120,21 @@ def surfaces_above(vertices: Floats, faces: Indices, point: Floats) -> int:
     inside = (share > 0).all(axis=1) | (share < 0).all(axis=1)
     height = np.einsum("ij,ij->i", share[inside], up[inside]) / share[inside].sum(axis=1)
     return int(np.count_nonzero(height > point[2]))
+
+
+def nearest_point(vertices: Floats, faces: Indices, point: Floats) -> Floats:
+    """Returns the point (3,) [m] of triangles, faces (F, 3) of vertices (V, 3) [m], that is nearest to `point` (3,) in plan.
+
+    Its height is that of `point`.
+    """
+    if surfaces_above(vertices, faces, np.array([*point[:2], -np.inf])):
+        return point
+    feet = []
+    for first in range(0, len(faces), TRIANGLES):
+        corners = vertices[faces[first : first + TRIANGLES], :2] - point[:2]
+        along = np.roll(corners, -1, axis=1) - corners
+        share = -(corners * along).sum(axis=2) / np.maximum((along**2).sum(axis=2), 1e-300)
+        foot = (corners + np.clip(share, 0.0, 1.0)[..., None] * along).reshape(-1, 2)
+        feet.append(foot[np.argmin((foot**2).sum(axis=1))])
+    nearest = min(feet, key=lambda foot: float(np.hypot(*foot)))
+    return np.array([*point[:2] + nearest, point[2]])

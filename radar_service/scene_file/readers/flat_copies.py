@@ -37,9 +37,10 @@ class Edges(NamedTuple):
 def numbered_edges(faces: Faces) -> Edges:
     """Returns the edges of faces (F, 3)."""
     begin, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    key = np.minimum(begin, end) * (int(faces.max()) + 1) + np.maximum(begin, end)
+    forward, key = begin < end, np.minimum(begin, end) * (int(faces.max()) + 1) + np.maximum(begin, end)
+    del begin, end  # of millions of triangles they take as much memory as the sort
     _, number, uses = np.unique(key, return_inverse=True, return_counts=True)
-    return Edges(number.ravel(), begin < end, uses)
+    return Edges(number.ravel(), forward, uses)
 
 
 def flat_copies(points: Floats, faces: Faces, edges: Edges) -> Indices:

@@ -4,6 +4,7 @@ Those of height maps are in `raster`.
 """
 
 import re
+import shlex
 from importlib import import_module
 from pathlib import PurePosixPath
 
@@ -21,7 +22,12 @@ FORMATS: tuple[Format[Triangles], ...] = tuple(
     each for name in MODULES for each in import_module(f"radar_service.scene_file.readers.{name}").FORMATS
 )
 ENDINGS = tuple(dict.fromkeys(ending for each in reversed(FORMATS) for ending in each.endings))
-PACKED = (".gltf", ".dae", ".3ds", ".fbx", ".x", ".zip")
+ASSIMP = "assimp export {} {} -tri makes an .obj of it"
+OTHER_ENDINGS = {  # that are not read: why, and what to do; {} are the file and the one that is made of it
+    **dict.fromkeys((".x", ".3ds", ".dae", ".fbx"), f"no reader of it is built in: {ASSIMP}"),
+    ".gltf": "it keeps its data in other files: export it as .glb, which holds all, or " + ASSIMP,
+    ".zip": "it packs other files: unpack it, and name the mesh inside",
+}
 OTHERS = (
     (b"\x89PNG", "PNG"), (b"\xff\xd8\xff", "JPEG"), (b"PK\x03\x04", "ZIP"), (b"\x1f\x8b", "gzip"), (b"%PDF", "PDF"),
     (b"\x7fELF", "a program"),
@@ -33,12 +39,12 @@ def format_of(content: bytes, name: str, location: str) -> Format[Triangles]:
 
     Raises SceneError if the ending is unknown or the content has another format.
     """
-    ending = PurePosixPath(name).suffix.lower()
-    if ending in PACKED:
-        raise SceneError(
-            f"{location}: {ending} is not supported, because it refers to other files or packs them; export it as .glb "
-            "or .obj"
-        )
+    path = PurePosixPath(name)
+    ending = path.suffix.lower()
+    if ending in OTHER_ENDINGS:
+        file, converted = (shlex.quote(f"{path.stem[:80]}{suffix}") for suffix in (path.suffix, ".obj"))
+        reason = OTHER_ENDINGS[ending].format(file, converted)
+        raise SceneError(f"{location}: {ending} is not read; {reason}")
     if ending not in ENDINGS:
         raise SceneError(
             f'{location}: the ending "{ending[:20]}" is not one of {", ".join(ENDINGS)}; convert the file to one of them'

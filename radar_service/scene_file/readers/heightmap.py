@@ -153,16 +153,20 @@ def _placement(
     if body.south_west_deg is not None and body.north_east_deg is not None:
         corners = (body.south_west_deg, body.north_east_deg)
     if corners is None:
-        raise SceneError(
-            f"{location}.extent_m: missing; the file has no coordinates: give extent_m, or south_west_deg and north_east_deg"
-        )
+        raise SceneError(f"{location}.extent_m: missing; {raster.unplaced} extent_m, or south_west_deg and north_east_deg")
     if origin is None:
         raise SceneError(f"{location}.heightmap: a map in latitude and longitude needs an [origin] in the scene; add one")
     (south, west), (north, east) = corners
     if not (south < north and west < east):
+        remedy = "exchange them"
+        if south < north and west - east > 180.0:
+            remedy = (
+                f"the map crosses 180 degrees, where these keys end: gdal_translate -a_srs EPSG:4326 -a_ullr {west:g} {north:g} "
+                f"{east + 360.0:g} {south:g} IN OUT.tif makes a file that needs none of them"
+            )
         raise SceneError(
             f"{location}.south_west_deg: [{south:g}, {west:g}] is not south and west of north_east_deg "
-            f"[{north:g}, {east:g}]; exchange them"
+            f"[{north:g}, {east:g}]; {remedy}"
         )
     map_origin = origin
 

@@ -6,7 +6,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.readers.file_format import (
     Faces,
     Format,
@@ -19,8 +19,10 @@ from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, num
 from radar_service.scene_file.readers.formats import FORMATS, format_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
+from radar_service.world.large_mesh import row_marks
 
 MAX_FILE_BYTES = 200 * 2**20
+TRIANGLES = 2**18  # at a time
 
 
 class LoadedBody(NamedTuple):
@@ -79,7 +81,8 @@ def mesh_from_bytes(
     if not np.isfinite(vertices).all():
         count = int((~np.isfinite(vertices).all(axis=1)).sum())
         raise SceneError(f"{location}: {count} vertices are not finite numbers; correct the file")
-    vertices = vertices * (kind.unit if scale is None else scale)
+    unit = kind.unit if scale is None else scale
+    vertices = vertices if unit == 1.0 else vertices * unit
     if (up or kind.up) == "y":
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
     if len(vertices) and np.abs(vertices).max() > MAX_COORDINATE:
@@ -87,7 +90,11 @@ def mesh_from_bytes(
             f"{location}: a vertex is {np.abs(vertices).max():g} m from the mesh's origin; at most "
             f"{MAX_COORDINATE:g} m are allowed: correct scale"
         )
-    return _cleaned(vertices, faces, location)
+    check_face_count(len(faces), location)
+    points, index = _unique_rows(vertices)
+    welded = index[faces]
+    del vertices, faces, index  # of an STL, six times as large as what is left
+    return _cleaned(points, welded, location)
 
 
 def _parsed(kind: Format[Triangles], content: bytes, location: str) -> Triangles:
@@ -101,44 +108,54 @@ def _parsed(kind: Format[Triangles], content: bytes, location: str) -> Triangles
         raise unreadable(kind.name, error, location) from None
 
 
-def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedBody:
-    """Returns the mesh without duplicate or empty faces and unused vertices. Raises SceneError if no face is left."""
-    check_face_count(len(faces), location)
-    points, index = _unique_rows(vertices)
-    welded = index[faces]
-    a, b, c = points[welded].transpose(1, 0, 2)
-    doubled_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    longest = np.sqrt(np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
-    # rounding of float64 coordinates moves a cross product by about longest x 1e-16 x distance from the origin
-    valid = doubled_area > 4e-16 * longest * (np.abs(points).max() + longest)
+def _cleaned(points: Floats, faces: Faces, location: str) -> LoadedBody:
+    """Returns the mesh without duplicate or empty faces and unused vertices. Raises SceneError if no face is left.
+
+    points: (V, 3) [m], each position once.
+    """
+    valid = _have_area(points, faces)
     if not valid.any():
         raise SceneError(f"{location}: none of the {len(faces)} triangles has an area; export the file again")
     kept = np.flatnonzero(valid)
-    first = _unique_faces(welded[kept])
+    first = _unique_faces(faces[kept])
     findings = []
     if len(kept) < len(faces):
         findings.append(f"{len(faces) - len(kept)} triangles without area dropped")
     if len(first) < len(kept):
         findings.append(f"{len(kept) - len(first)} duplicate triangles dropped")
     kept = kept[first]
-    edges = numbered_edges(welded[kept])
-    copies = flat_copies(points, welded[kept], edges)
+    edges = numbered_edges(faces[kept])
+    copies = flat_copies(points, faces[kept], edges)
     if len(copies):
         findings.append(f"{len(copies)} triangles of faces dropped that repeat others, cut differently")
         kept = np.delete(kept, copies)
-        edges = numbered_edges(welded[kept])
+        edges = numbered_edges(faces[kept])
     findings.extend(_surface_defects(edges))
-    used = np.zeros(len(vertices), dtype=np.bool_)
-    used[faces[kept]] = True
-    return LoadedBody(Mesh(vertices[used], (np.cumsum(used) - 1)[faces[kept]]), tuple(findings))
+    return LoadedBody(Mesh(points, faces).part(kept), tuple(findings))
+
+
+def _have_area(points: Floats, faces: Faces) -> Flags:
+    """Which triangles (F,) have an area beyond rounding."""
+    valid, farthest = np.empty(len(faces), dtype=np.bool_), float(np.abs(points).max())
+    for first in range(0, len(faces), TRIANGLES):
+        part = slice(first, first + TRIANGLES)
+        a, b, c = points[faces[part]].transpose(1, 0, 2)
+        doubled_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        longest = np.sqrt(np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
+        # rounding of float64 coordinates moves a cross product by about longest x 1e-16 x distance from the origin
+        valid[part] = doubled_area > 4e-16 * longest * (farthest + longest)
+    return valid
 
 
 def _unique_rows(rows: Floats) -> tuple[Floats, Indices]:
-    """Returns the distinct rows, and for each row its index in them. Sorting compares bytes, so one fast key is enough."""
-    plain = np.ascontiguousarray(rows + 0.0)  # + 0.0: -0.0 and 0.0 are the same coordinate
-    key = plain.view(np.dtype((np.void, plain.dtype.itemsize * plain.shape[1]))).ravel()
-    _, first, index = np.unique(key, return_index=True, return_inverse=True)
-    return plain[first], index.reshape(-1).astype(np.int64)
+    """Returns the distinct rows in the order in which they first occur, and for each row its index in them."""
+    _, first, index = np.unique(row_marks(rows), return_index=True, return_inverse=True)
+    if any((column[first][index] != column).any() for column in rows.T):  # two rows share a mark
+        _, first, index = np.unique(rows + 0.0, axis=0, return_index=True, return_inverse=True)  # -0.0 and 0.0 are one place
+    order = np.argsort(first)
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    return rows[first[order]], number[index.reshape(-1)]
 
 
 def _unique_faces(faces: Faces) -> Indices:

@@ -19,6 +19,9 @@ class BodyFile(Protocol):
     def location(self) -> str: ...
 
     @property
+    def content(self) -> bytes: ...
+
+    @property
     def max_bodies(self) -> int: ...
 
     @property

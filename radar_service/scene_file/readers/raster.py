@@ -19,9 +19,10 @@ Corners = tuple[tuple[float, float], tuple[float, float]]
 
 GREY_TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I": np.int32, "F": np.float32}
 # TIFF tags of GeoTIFF 1.1 (OGC 19-008r4, 2019)
-PIXEL_SCALE, TIEPOINT, GEO_KEYS, NO_DATA = 33550, 33922, 34735, 42113
-GT_MODEL_TYPE, GT_RASTER_TYPE, GEODETIC_CRS = 1024, 1025, 2048
-WGS84 = 4326
+PIXEL_SCALE, TIEPOINT, TRANSFORMATION, GEO_KEYS, NO_DATA = 33550, 33922, 34264, 34735, 42113
+GT_MODEL_TYPE, GT_RASTER_TYPE, GEODETIC_CRS, PROJECTED_CRS = 1024, 1025, 2048, 3072
+PROJECTED, GEOGRAPHIC, WGS84, USER_DEFINED = 1, 2, 4326, 32767
+NO_COORDINATES = "the file has no coordinates: give"
 EXAMPLE_SIDE = 140  # samples: above heightmap.MAX_GEODESIC_SAMPLES, so that examples use all that maps may
 
 
@@ -33,6 +34,7 @@ class Raster(NamedTuple):
     corners: (latitude, longitude) [degrees, WGS 84] of the south-west and north-east samples, None if not in the file.
     findings: defects of the file in words without a subject, for warnings.
     empty: (rows, columns) which samples have no data; None: none of them.
+    unplaced: why the file has no corners, in words before the keys that may give them.
     """
 
     samples: NDArray[Any]
@@ -40,6 +42,7 @@ class Raster(NamedTuple):
     corners: Corners | None = None
     findings: tuple[str, ...] = ()
     empty: Flags | None = None
+    unplaced: str = NO_COORDINATES
 
 
 def _check_size(shape: tuple[int, ...], location: str) -> None:
@@ -80,22 +83,42 @@ def _image(kind: str, content: bytes, location: str) -> Raster:
 
 def _georeferenced(samples: NDArray[Any], tags: dict[int, Any], location: str) -> Raster:
     """Returns the samples of a TIFF, which are metres, with its corners if its keys declare geographic WGS 84."""
-    corners = _corners(samples.shape, tags, location)
+    keys = _geo_keys(tags)
+    unplaced = _other_system(keys, {PIXEL_SCALE, TIEPOINT} <= tags.keys(), TRANSFORMATION in tags)
+    corners = None if unplaced else _corners(samples.shape, tags, keys, location)
     if NO_DATA not in tags:
-        return Raster(samples, False, corners)
+        return Raster(samples, False, corners, unplaced=unplaced)
     mark = float(str(tags[NO_DATA]).strip("\0 "))
     empty = np.isnan(samples) if np.isnan(mark) else samples == mark
     findings = (f"{int(empty.sum())} samples without data become sea",) if empty.any() else ()
-    return Raster(samples, False, corners, findings, empty)
+    return Raster(samples, False, corners, findings, empty, unplaced)
 
 
-def _corners(shape: tuple[int, ...], tags: dict[int, Any], location: str) -> Corners | None:
-    if not {PIXEL_SCALE, TIEPOINT, GEO_KEYS} <= tags.keys():
-        return None
-    entries = np.array(tags[GEO_KEYS], dtype=np.int64)
-    keys = {int(key): int(value) for key, tag, _, value in entries[4 : 4 * (len(entries) // 4)].reshape(-1, 4) if tag == 0}
-    if keys.get(GT_MODEL_TYPE) != 2 or keys.get(GEODETIC_CRS) != WGS84:
-        return None
+def _geo_keys(tags: dict[int, Any]) -> dict[int, int]:
+    """Returns the whole-number keys of a GeoTIFF; none of another TIFF."""
+    entries = np.array(tags.get(GEO_KEYS, ()), dtype=np.int64)
+    return {int(key): int(value) for key, tag, _, value in entries[4 : 4 * (len(entries) // 4)].reshape(-1, 4) if tag == 0}
+
+
+def _other_system(keys: dict[int, int], tied: bool, turned: bool) -> str:
+    """Returns why a file has no corners in WGS 84, with the command that makes one that does; empty where it has them.
+
+    tied: whether its tags tie a pixel to a place; turned: whether they turn or shear the grid.
+    """
+    if not keys or not (tied or turned):
+        return NO_COORDINATES
+    model, code = keys.get(GT_MODEL_TYPE, 0), keys.get(PROJECTED_CRS, keys.get(GEODETIC_CRS, 0))
+    if tied and model == GEOGRAPHIC and keys.get(GEODETIC_CRS) == WGS84:
+        return ""
+    kind = {PROJECTED: "projected coordinates", GEOGRAPHIC: "latitude and longitude"}.get(model, "unknown coordinates")
+    system = f"{kind} of " + ("a system of its own" if code in (0, USER_DEFINED) else f"EPSG:{code}")
+    return (
+        f"the file has {system}{'' if tied else ' on a turned grid'}, which are not read: gdalwarp -t_srs EPSG:4326 "
+        "-dstnodata -9999 IN.tif OUT.tif makes a file that is; or give"
+    )
+
+
+def _corners(shape: tuple[int, ...], tags: dict[int, Any], keys: dict[int, int], location: str) -> Corners:
     column, row, _, longitude, latitude = (float(v) for v in tags[TIEPOINT][:5])
     across, down = float(tags[PIXEL_SCALE][0]), float(tags[PIXEL_SCALE][1])
     half = 0.0 if keys.get(GT_RASTER_TYPE) == 2 else 0.5  # PixelIsPoint; PixelIsArea ties the pixel's corner

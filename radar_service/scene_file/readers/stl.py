@@ -1,8 +1,10 @@
-"""STL files, binary and ASCII. trimesh parses them."""
+"""STL files, binary and ASCII. trimesh parses the latter."""
 
 import re
 import struct
 from functools import partial
+
+import numpy as np
 
 from radar_service.scene_file.readers.file_format import Format, Triangles, check_face_count
 from radar_service.scene_file.readers.trimesh_parser import exported_box, trimesh_triangles
@@ -32,12 +34,19 @@ def _check_binary(content: bytes, location: str) -> None:
     check_face_count((len(content) - 84) // 50, location)
 
 
+def _binary_triangles(content: bytes, location: str) -> Triangles:
+    """Returns the corners of all facets, three to each."""
+    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+    corners = np.frombuffer(content, facet, offset=84)["corners"].reshape(-1, 3)
+    return corners.astype(np.float64), np.arange(len(corners)).reshape(-1, 3)
+
+
 BINARY = Format[Triangles](
     name="stl",
     endings=(".stl",),
     detect=_is_binary,
     check=_check_binary,
-    parse=partial(trimesh_triangles, "stl"),
+    parse=_binary_triangles,
     examples=lambda: (exported_box("stl"),),
 )
 ASCII = Format[Triangles](

@@ -34,6 +34,8 @@ def trimesh_triangles(kind: str, content: bytes, location: str) -> Triangles:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     for points, triangles in zip(vertices, faces, strict=True):
         check_range(points, triangles, location)
+    if len(faces) == 1:
+        return vertices[0], faces[0]
     starts = np.cumsum([0, *map(len, vertices)])
     joined = np.concatenate([triangles + start for triangles, start in zip(faces, starts[:-1], strict=True)])
     return np.concatenate(vertices), joined

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.vessel_walls import dark_share, upright_share
+from radar_service.scattering.physical_optics.vessel_walls import dark_share, upright_share, upright_warnings
 from tests.scattering.physical_optics.test_mesh_quality import judged
 
 UPRIGHT, DARK = "upright, over a reflecting sea", "flat plates: echo at broadside alone"
@@ -18,7 +18,7 @@ def remarks(*, sea: bool = True, folder: Path | None = None, environment: dict[s
     """Of one body by physical optics."""
     table = {"name": "b", "position_m": [0, 1500, 0], "scattering": "optics", **body}
     scene = rs.load_scene({"environment": {"multipath": sea, **(environment or {})}, "body": [table]}, folder=folder)
-    return "\n".join(judged(scene)["b"])
+    return "\n".join([*judged(scene)["b"], *upright_warnings(scene.bodies, scene.environment)])
 
 
 def test_plain_hulls_are_upright_and_dark_and_other_types_neither() -> None:
@@ -41,6 +41,13 @@ def test_the_corner_with_the_sea_is_gone(change: dict[str, Any]) -> None:
 def test_a_shipped_mesh_is_upright_but_not_dark() -> None:
     text = remarks(folder=Path(rs.__file__).parents[1] / "scenes", mesh="coaster.obj")
     assert UPRIGHT in text and DARK not in text
+
+
+def test_many_upright_vessels_are_one_sentence() -> None:
+    hulls = [{**HULL, "name": f"h{k}", "position_m": [300 * k, 1500, 0], "scattering": "optics"} for k in range(4)]
+    scene = rs.load_scene({"environment": {"multipath": True}, "body": hulls})
+    (text,) = upright_warnings(scene.bodies, scene.environment)
+    assert text.startswith("h0, h1 and 2 more: metal, upright, over a reflecting sea: ")
 
 
 def test_bodies_that_are_no_vessels_are_left_alone() -> None:

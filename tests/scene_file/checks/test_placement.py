@@ -7,20 +7,21 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.checks.placement import surfaces_above
+from radar_service.scene_file.checks.placement import nearest_point, surfaces_above
 from tests.scenes import point, scene
 
 BOX = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 8, "rcs_dbsm": 40}
 
 
-def plateau(folder: Path, *bodies: dict[str, Any]) -> rs.Scene:
+def plateau(folder: Path, *bodies: dict[str, Any], radar: Any = None, **sections: Any) -> rs.Scene:
     """Land 30 m high, 400 m square, 700 m to the north, rising from the sea within 50 m."""
     heights = np.full((9, 9), 30.0)
     heights[[0, -1]] = heights[:, [0, -1]] = -1.0
     np.save(folder / "land.npy", heights)
     land = {"name": "land", "heightmap": "land.npy", "extent_m": [400, 400], "position_m": [0, 700, 0], "material": "land"}
-    radar = {"range_max_m": 1200, "azimuths": 90, "beamwidth_deg": 8}
-    return rs.load_scene({"radar": radar, "body": [land, *bodies]}, folder=folder)
+    small = {"range_max_m": 1200, "azimuths": 90, "beamwidth_deg": 8}
+    radars = [small | each for each in radar] if isinstance(radar, list) else small | (radar or {})
+    return rs.load_scene({"radar": radars, "body": [land, *bodies], **sections}, folder=folder)
 
 
 def test_bodies_under_the_ground_give_a_warning(tmp_path: Path) -> None:
@@ -80,3 +81,37 @@ def test_plumb_lines_count_surfaces_once() -> None:
     faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     assert [surfaces_above(vertices, faces, np.array([0.0, 0.0, up])) for up in (-1.0, 2.0, 6.0)] == [2, 1, 0]
     assert surfaces_above(vertices, faces, np.array([3.0, 0.0, -1.0])) == 0
+
+
+@pytest.mark.parametrize(
+    ("east_north", "height", "words"),
+    [
+        ((0, 700), 40.0, "own ship is on land, which land has below its antenna; move it to the water, or give the radar a"),
+        ((0, 700), 15.0, "the antenna is inside or under land"), ((190, 700), 15.0, "own ship is on land"), ((0, 400), 15.0, ""),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("speed_kn", [0.0, 5.0])
+def test_own_ship_on_land_gives_a_warning(
+    tmp_path: Path, east_north: tuple[float, float], height: float, words: str, speed_kn: float
+) -> None:
+    """The land is 30 m high, and at its border some 5 m."""
+    own_ship = {"position_m": east_north, "speed_kn": speed_kn}
+    made = plateau(tmp_path, radar={"height_m": height}, own_ship=own_ship)
+    assert [words in warning for warning in made.warnings] == [True] * bool(words)
+
+
+def test_a_shore_station_may_stand_on_land_and_a_ship_below_a_bridge_on_water(tmp_path: Path) -> None:
+    station = [{"id": "vts", "height_m": 40.0, "platform": {"position_m": [0, 700]}}]
+    assert plateau(tmp_path, radar=station).warnings == ()
+    deck = {"name": "bridge", "shape": "box", "length_m": 9, "width_m": 900, "height_m": 2, "material": "concrete"}
+    assert not any("on land" in warning for warning in plateau(tmp_path, {**deck, "position_m": [0, 0, 50]}).warnings)
+    assert any("own ship is on land" in warning for warning in plateau(tmp_path, deck, radar={"height_m": 9.0}).warnings)
+
+
+def test_the_nearest_point_lies_on_an_edge_at_a_corner_or_below() -> None:
+    vertices = np.array([[0.0, 0.0, 5.0], [10.0, 0.0, 5.0], [0.0, 10.0, 5.0]])
+    faces = np.array([[0, 1, 2]])
+    for place, nearest in (
+        ((5.0, -3.0), (5.0, 0.0)), ((-3.0, -4.0), (0.0, 0.0)), ((10.0, 10.0), (5.0, 5.0)), ((2.0, 3.0), (2.0, 3.0)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(nearest_point(vertices, faces, np.array([*place, 7.0])), [*nearest, 7.0], atol=1e-12)

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import TiffImagePlugin
 
+from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.raster import MAX_SIDE, raster_from_bytes
 from radar_service.world.error import SceneError
 from radar_service.world.geo import map_from_geographic
@@ -60,10 +61,57 @@ def test_geotiff_without_data_is_sea(tmp_path: Path, kind: type, mark: str) -> N
     assert np.unique(world_vertices(scene.bodies[0])[:, 2]).tolist() == [-1.0, 37.0]
 
 
-def test_projected_geotiff_needs_placing(tmp_path: Path) -> None:
-    content = geotiff(np.ones((3, 3), dtype=np.float32), [1, 1, 0, 1, 1024, 0, 1, 1])
-    with pytest.raises(SceneError, match=r"body\[0\].extent_m: missing; the file has no coordinates"):
+@pytest.mark.parametrize(
+    ("keys", "system"),
+    [
+        ([1024, 0, 1, 1, 3072, 0, 1, 32610], "projected coordinates of EPSG:32610"),  # UTM 10 north
+        ([1024, 0, 1, 1, 2048, 0, 1, 4326, 3072, 0, 1, 3857], "projected coordinates of EPSG:3857"),  # Mercator of web maps
+        ([1024, 0, 1, 1, 3072, 0, 1, 32767], "projected coordinates of a system of its own"),
+        ([1024, 0, 1, 1], "projected coordinates of a system of its own"),
+        ([1024, 0, 1, 2, 2048, 0, 1, 4269], "latitude and longitude of EPSG:4269"),  # NAD 83
+        ([1024, 0, 1, 3, 2048, 0, 1, 4978], "unknown coordinates of EPSG:4978"),  # earth-centred
+    ],
+)
+def test_a_geotiff_in_another_system_is_told_which_command_converts_it(tmp_path: Path, keys: list[int], system: str) -> None:
+    """With the keys of the scene file it needs no system."""
+    content = geotiff(np.ones((3, 3), dtype=np.float32), [1, 1, 0, len(keys) // 4, *keys])
+    told = (
+        f"body[0].extent_m: missing; the file has {system}, which are not read: gdalwarp -t_srs EPSG:4326 -dstnodata -9999 "
+        "IN.tif OUT.tif makes a file that is; or give extent_m, or south_west_deg and north_east_deg"
+    )
+    with pytest.raises(SceneError) as refusal:
         load(tmp_path, "h.tif", content)
+    assert refusal.value.problems == (told,)
+    assert load(tmp_path, "h.tif", content, extent_m=[300, 300]).bodies
+
+
+def test_a_turned_grid_and_a_file_without_coordinates_are_told_apart(tmp_path: Path) -> None:
+    samples = np.ones((3, 3), dtype=np.float32)
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags.tagtype.update({34264: 12, 34735: 3})
+    tags[34264], tags[34735] = (0.01, 0.001, 0, 1, 0.001, -0.01, 0, 51, 0, 0, 0, 0, 0, 0, 0, 1), tuple(GEOGRAPHIC)
+    with pytest.raises(
+        SceneError, match="latitude and longitude of EPSG:4326 on a turned grid, which are not read: gdalwarp"
+    ):
+        load(tmp_path, "h.tif", picture(samples, "TIFF", tiffinfo=tags))
+    with pytest.raises(SceneError, match="extent_m: missing; the file has no coordinates: give extent_m, or south_west_deg"):
+        load(tmp_path, "h.tif", picture(samples, "TIFF"))
+
+
+def test_a_map_over_180_degrees_is_told_how_it_gets_its_place(tmp_path: Path) -> None:
+    """The tags of the file that the command makes are read. Corners that are really exchanged are told so."""
+    corners = {"south_west_deg": [-17.0, 179.5], "north_east_deg": [-16.0, -179.5], "low_m": 0.0, "high_m": 9.0}
+    content = picture(np.full((3, 3), 255, dtype=np.uint8))
+    with pytest.raises(SceneError, match="crosses 180 degrees, .*-a_srs EPSG:4326 -a_ullr 179.5 -16 180.5 -17 IN OUT.tif"):
+        load(tmp_path, "h.png", content, **corners)
+    exchanged = corners | {"south_west_deg": [-16.0, 179.0], "north_east_deg": [-17.0, 178.0]}
+    with pytest.raises(SceneError, match="; exchange them"):
+        load(tmp_path, "h.png", content, **exchanged)
+    made = geotiff(np.ones((3, 3), dtype=np.float32), GEOGRAPHIC, tag33922=(0.0, 0.0, 0.0, 179.99, -15.97, 0.0))
+    (tmp_path / "h.tif").write_bytes(made)
+    body = {"name": "island", "heightmap": "h.tif", "material": "land"}
+    scene = load_scene({"origin": {"latitude_deg": -16, "longitude_deg": 179.999}, "body": [body]}, folder=tmp_path)
+    assert 2000.0 < np.ptp(world_vertices(scene.bodies[0])[:, 0]) < 2200.0  # 0.02 degrees at 16 south
 
 
 def test_claimed_sizes_are_checked_before_memory_is_taken() -> None:
