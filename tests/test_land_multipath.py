@@ -150,3 +150,27 @@ def test_a_mover_has_the_reflection_of_where_its_point_is(material: str) -> None
     lobes = [40.0 * np.log10(abs(factor(d, 5.0, 15.0, [at], EARTH))) for d, at in zip(distances, reflects, strict=True)]
     np.testing.assert_allclose(10.0 * np.log10(np.divide(*power)), lobes, atol=0.02)
     assert abs(lobes[1] - lobes[2]) > 3.0
+
+
+def test_each_azimuth_has_the_reflection_where_own_ship_turns_short() -> None:
+    """At a corner of own ship's course echoes are exact at each azimuth: a mark over concrete 1 km north of the corner has the
+    lobe of the ground there, one over vegetation none, within 0.02 dB."""
+    corner = {"waypoints": [{"position_m": [15.9, 0], "speed_kn": 30}, {"position_m": [15.9, -300], "speed_kn": 30}]}
+    size = {"shape": "box", "length_m": 900.0, "width_m": 200.0, "height_m": 0.5, "rcs_dbsm": -90}
+    measured = []
+    for material in ("concrete", "vegetation"):
+        shore = {"name": "shore", "material": material, "position_m": [0.0, 550.0, 0.0], **size}
+        fields = []
+        for multipath in (True, False):
+            made = scene(
+                [shore, point("mark", 15.9, 1000.0, 4.5, 20.0)],
+                radar={**WIDE, "azimuths": 128, "rpm": 60, "range_max_m": 1200},
+                own_ship=corner, environment={"multipath": multipath},
+            )  # fmt: skip
+            sim = rs.Simulator(made, FEW)
+            sim.skip_to(1)
+            fields.append(np.abs(sim.scan().field[4].astype(complex)).max())  # 1.031 s: she turned at 1.030 s
+        measured.append(20.0 * np.log10(fields[0] / fields[1]))
+    lobe = 40.0 * np.log10(abs(factor(1000.0, 4.5, 15.0, [Piece(1e4, 0.5, *CONCRETE)], EARTH)))
+    np.testing.assert_allclose(measured, [lobe, 0.0], atol=0.02)
+    assert abs(lobe) > 1.0

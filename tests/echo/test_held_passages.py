@@ -82,6 +82,10 @@ def test_cells_have_the_field_of_their_centres() -> None:
         return complex(np.sum(echoes.echoes.amplitude * factor * two_way_phase(length, over_sea.radar.wavelength)))
 
     assert set(cells.echoes.path.tolist()) == {0}
+    wood = {"name": "wood", "shape": "box", "length_m": 900, "width_m": 900, "height_m": 0.1, "material": "vegetation"}
+    ashore = in_cells(observed, 7, antenna, over_sea, OcclusionScene(scene([wood]).bodies, np.inf))
+    direct = ObservedEchoes(observed.echoes.chosen(np.flatnonzero(path == 0)), position[path == 0])  # all that land leaves
+    assert abs(field(ashore) - field(direct)) < 0.01 * abs(field(direct))
     assert abs(field(cells) - field(observed)) < 0.01 * abs(field(observed))
     np.testing.assert_allclose(cells.position - cells.echoes.position, np.tile([300.0, 200.0, 0.0], (len(cells.echoes), 1)))
     apart = np.linalg.norm((position[:, None] - cells.position)[..., :2], axis=2).min(axis=1)

@@ -148,3 +148,8 @@ def test_no_reflection_below_the_ground_nor_beside_the_land() -> None:
     values = engine_factor(made, np.array([1300.0, 1500.0, 1000.0]), np.array([5.0, 7.0, 6.2]), 1)
     assert values.tolist() == [1.0, 1.0, 1.0]
     assert engine_factor(low, np.array([1400.0]), np.array([12.0]), 1).tolist() == [1.0]
+    wall = scene([slab("wall", 500.0, 560.0, 9.0, "concrete"), slab("land", 560.0, 900.0, 1.0, "concrete"), point("t", 0, 100)],
+                 radar={"height_m": 8.0}, environment={"multipath": True, "earth": "flat"})  # fmt: skip
+    assert engine_factor(wall, np.array([1275.0]), np.array([10.0]), 2).tolist() == [
+        1.0
+    ]  # by the land it would be on the wall
