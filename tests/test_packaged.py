@@ -8,10 +8,12 @@ import sysconfig
 import tarfile
 import tomllib
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from radar_service.kernels import build_backend
 from radar_service.scene_file.document import packaged_folder
 
 ROOT = Path(__file__).parents[1]
@@ -50,6 +52,8 @@ def built(folder: Path, hook: str) -> None:
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A wheel that the installed setuptools builds from a copy of the sources; an old build folder cannot leak into it."""
     pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build a wheel offline")
+    if not build_backend.compiler() and not find_spec("ziglang"):
+        pytest.skip("no C compiler works here, and ziglang is not installed")
     copy, out = tmp_path_factory.mktemp("copy") / "source", tmp_path_factory.mktemp("wheel")
     copied(copy)
     stale = copy / "build" / f"lib.{sysconfig.get_platform()}-{sys.implementation.cache_tag}" / "radar_service" / "kernels"
@@ -100,6 +104,7 @@ import sys
 import radar_service as rs
 from radar_service.clients.ppi import FeedError, spokes
 from radar_service.clients.ppi.client import FeedError as raised
+from radar_service.kernels import build_backend
 from radar_service.scene_file.document import packaged_folder
 assert FeedError is raised and "clients" not in sys.modules
 assert rs.load_scene("harbour").name

@@ -66,6 +66,12 @@ def _compiles(command: Sequence[str]) -> bool:
             return False
 
 
+def digest() -> str:
+    """The digest of the sources, as library.py has it."""
+    sources = sorted([*KERNELS.glob("*.c"), *KERNELS.glob("*.h")], key=lambda file: file.name)
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()[:15]
+
+
 class KernelBuild(build_ext):  # type: ignore[misc]  # setuptools has no types
     """Compiles the kernels in one command, always anew. Ends the build in a sentence where that fails."""
 
@@ -76,13 +82,11 @@ class KernelBuild(build_ext):  # type: ignore[misc]  # setuptools has no types
             raise SystemExit(NONE)
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
-        sources = sorted([*KERNELS.glob("*.c"), *KERNELS.glob("*.h")], key=lambda file: file.name)
-        digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()[:15]  # as library.py has it
-        files = [str(file) for file in sources if file.suffix == ".c"]
+        files = sorted(str(file) for file in KERNELS.glob("*.c"))
         with tempfile.TemporaryDirectory() as cache:  # of ziglang; of another build it is of no use
             environment = {"ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache, **os.environ}
             code = subprocess.run(
-                [*command, *FLAGS, f"-DSOURCES=0x{digest}", *files, "-o", str(target), "-lm"], env=environment
+                [*command, *FLAGS, f"-DSOURCES=0x{digest()}", *files, "-o", str(target), "-lm"], env=environment
             ).returncode
         if code:
             raise SystemExit(f"{shlex.join(command)} could not compile the kernels of radar-service: its words are above")

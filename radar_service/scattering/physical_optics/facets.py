@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.predictions import NEAREST
@@ -109,18 +109,12 @@ def cut_facets(mesh: Mesh, longest: float, max_facets: int = MAX_FACETS) -> Face
 def cut_triangles(corners: Floats, longest: Floats | float) -> tuple[Floats, Indices]:
     """Triangles (F, 3, 3) halved until no edge exceeds `longest` (F,) [m], and the one that each comes from, rising."""
     limits = np.ascontiguousarray(np.broadcast_to(longest, len(corners)), dtype=np.float64)
-    if compiled := kernels():
-        taken = (np.ascontiguousarray(corners), limits)
-        room = 2 * len(corners)
-        while True:
-            parts, origin = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64)
-            count = compiled.run("cut_triangles", len(corners), room, *taken, parts, origin)
-            if count <= room:
-                return parts[:count], origin[:count]
-            room = count
-    cut = _cut(corners, limits, np.iinfo(np.int64).max)
-    assert cut is not None
-    return cut
+    taken, room = (np.ascontiguousarray(corners), limits), 2 * len(corners)
+    while True:
+        parts, origin = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64)
+        if (count := KERNELS.cut_triangles(len(corners), room, *taken, parts, origin)) <= room:
+            return parts[:count], origin[:count]
+        room = count
 
 
 def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices] | None:
