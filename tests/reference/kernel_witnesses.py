@@ -10,15 +10,11 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.legs import direct_leg, leg_length, sea_divergence, sea_leg
-from radar_service.scattering.physical_optics.facet_integral import (
-    CURRENT,
-    corner_phasors,
-    scattering_amplitude,
-    specular_reflection,
-)
+from radar_service.scattering.physical_optics.facet_integral import CURRENT, specular_reflection
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.ray_tubes import dot
+from tests.reference.facet_integral import corner_phasors, scattering_amplitude
+from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
 from tests.reference.shadow_witnesses import (
     cast_cuts,
     cast_dark,

@@ -8,16 +8,16 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.multipath import reflection_distance
 from radar_service.scattering.physical_optics import shadow_edges
 from radar_service.scattering.physical_optics.cast_shadows import NEAR, NEAR_SHARE
-from radar_service.scattering.physical_optics.facets import centroids, halves
+from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.physical_optics.own_shadows import MARGIN
 from radar_service.scattering.physical_optics.picture import Picture, Windows
-from radar_service.scattering.physical_optics.silhouettes import SAME_POINT
 from radar_service.scattering.physical_optics.triangle_cuts import cut
 from radar_service.trace.occluder import NO_TRIANGLE, RELATIVE_TOLERANCE, TOLERANCE
-from tests.reference.tube_witness import line_through
+from tests.reference.tube_witness import first_largest, line_through
 
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
 ON_PLANE, BESIDE, ALONG = 1e-6, 1e-9, 1e-5  # m from a plane; rad outside a triangle, and off its side
+SAME_POINT = 1e-5  # m within which corners of triangles are one
 OUTSIDE = 2.1  # radii before a point where its ray begins
 
 
@@ -266,3 +266,12 @@ def is_covered(silhouette: Floats, shadows: Floats) -> bool:
             return False
         reached = max(reached, high)
     return bool(reached >= 1.0)
+
+
+def halves(corners: Floats) -> Floats:
+    """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut across their longest edge, edge i from corner i to i + 1."""
+    edge = first_largest(((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).T)
+    turn = (edge[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    middle = (a + b) / 2.0
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.physical_optics.facets import ALIKE, areas, first_largest
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.ray_tubes import cross, dot
 
 OFFSET, OFFSET_RELATIVE, STEEP = 1e-3, 1e-6, 0.1  # of the starts of rays off the surface
 INSET, ASIDE, SECTIONS, SAMPLED, CARRIED_HALVINGS = 0.02, 0.05, 4, 4, 1
-GRAZING, TINY = 0.01, 1e-30
+GRAZING, TINY, ALIKE = 0.01, 1e-30, 1e-6  # the last of lengths and areas: those that differ by less may be equal
 _kept: dict[int, "Tubes"] = {}  # tubes that wait for `take_tubes`, by what stands for their address
 
 
@@ -243,3 +243,9 @@ def line_through(crossing: Floats, inset: float) -> Floats:
     x, y = third + (1.0 - inset) * crossing  # the line passes through (x, third) and (third, y)
     along = x * y - third * third
     return np.clip(np.stack([along / np.maximum(y - third, 1e-9), along / np.maximum(x - third, 1e-9)]), 1e-9, 1.0)
+
+
+def first_largest(values: Floats) -> Indices:
+    """Of rows (R, M) the first one (M,) whose value is the largest. Values that differ by less than ALIKE of it count as equal,
+    so that the rounding of a rotated body decides nothing."""
+    return np.asarray((values >= (1.0 - ALIKE) * values.max(axis=0, initial=0.0)).argmax(axis=0))

@@ -62,12 +62,6 @@ class LegRays(NamedTuple):
         """Components (..., M) of vectors (3, ..., M) along the rays."""
         return np.asarray((vector[0] * self.east + vector[1] * self.north) * self.flat + vector[2] * self.rise)
 
-    def along_field(self, vector: Floats, name: str) -> Floats:
-        """Components (..., M) of vectors (3, ..., M) along the field of a polarization."""
-        if name == "h":
-            return np.asarray(vector[0] * self.north - vector[1] * self.east)
-        return np.asarray(vector[2] * self.flat - (vector[0] * self.east + vector[1] * self.north) * self.rise)
-
     def sags(self, edge: Floats) -> Floats:
         """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""

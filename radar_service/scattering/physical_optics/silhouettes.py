@@ -5,8 +5,6 @@ import numpy as np
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Floats
 
-SAME_POINT = 1e-5  # m within which corners of triangles are one
-
 
 def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
     """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those

@@ -1,0 +1,83 @@
+"""Legs: how a wave travels between the antenna and points of a body, directly or by a reflection at the sea: what kernels do.
+
+Lengths are those of `polar_from_map` and of `specular_geometry`, so a field that is summed with them is consistent with the
+ranges of its echoes. By Fermat's principle the direction at the body is the gradient of the length.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.numerics.types import Flags, Floats
+from radar_service.propagation.multipath import reflected_ray
+
+_TINY = 1e-12  # m; keeps directions finite at the antenna's own plan position
+
+
+class Leg(NamedTuple):
+    """One way between the antenna and points (M,).
+
+    length: of the way [m].
+    level: (M, 2) east and north components of the horizontal unit vector away from the antenna.
+    rise: (M,) sine of the elevation of travel at the points, positive upward.
+    curvature: (M,) of the wavefront in the vertical plane [1/m]; in the horizontal plane it is 1 / length.
+    tilt: (M,) of the earth's surface there against the antenna's [rad]; rays rise there by that much more.
+    arrives: (M,) whether a ray reaches the point at all over the curved earth.
+    """
+
+    length: Floats
+    level: Floats
+    rise: Floats
+    curvature: Floats
+    tilt: Floats
+    arrives: Flags
+
+
+def direct_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
+    """The straight way to positions (M, 3) on the map [m] from the antenna (3,); earth_radius: effective, inf for flat [m]."""
+    distance, level = _plan(position, antenna)
+    z = position[:, 2] - antenna[2] - distance**2 / (2.0 * earth_radius)
+    length = np.maximum(np.sqrt(distance * distance + z * z), _TINY)
+    return Leg(length, level, z / length, 1.0 / length, distance / earth_radius, np.ones(len(length), dtype=np.bool_))
+
+
+def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
+    """The way by the sea to positions (M, 3), arguments as `direct_leg`.
+
+    The sea is convex, so beyond the reflection point the rays of a vertical plane diverge faster: 1 / D^2 times the plain
+    spreading, D the factor of `divergence` (Kerr 1951, ch. 5).
+    """
+    distance, level = _plan(position, antenna)
+    ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
+    spreading = 1.0 + 2.0 * ray.first / (earth_radius * np.maximum(ray.grazing_sine, _TINY))
+    curvature = spreading / np.maximum(ray.first + ray.second * spreading, _TINY)
+    rise = ray.rise / np.maximum(ray.second, _TINY)
+    return Leg(ray.first + ray.second, level, rise, curvature, distance / earth_radius, ray.grazing_sine > 0.0)
+
+
+def sea_divergence(position: Floats, antenna: Floats, earth_radius: float) -> Floats:
+    """By what the curved sea lowers the fields (M,) that it reflects to positions (M, 3), arguments as `direct_leg`.
+
+    From 1 at the sea itself to 0 at the horizon: the factor of `divergence` (Kerr 1951, ch. 5).
+    """
+    distance, _ = _plan(position, antenna)
+    ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
+    fall = earth_radius * (ray.first + ray.second) * np.maximum(ray.grazing_sine, _TINY)
+    return np.asarray(np.where(ray.grazing_sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * ray.first * ray.second / fall), 0.0))
+
+
+def leg_length(position: Floats, antenna: Floats, earth_radius: float, by_sea: bool) -> Floats:
+    """Lengths (M,) [m] of the direct ways or of those by the sea, arguments as `direct_leg`."""
+    east, north = position[:, 0] - antenna[0], position[:, 1] - antenna[1]
+    distance2 = east * east + north * north
+    if not by_sea:
+        return np.asarray(np.sqrt(distance2 + (position[:, 2] - antenna[2] - distance2 / (2.0 * earth_radius)) ** 2))
+    ray = reflected_ray(np.sqrt(distance2), position[:, 2], float(antenna[2]), earth_radius)
+    return ray.first + ray.second
+
+
+def _plan(position: Floats, antenna: Floats) -> tuple[Floats, Floats]:
+    """Distances along the earth (M,) [m] and horizontal unit vectors (M, 2) from the antenna."""
+    offset = position[:, :2] - antenna[:2]
+    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
+    return distance, offset / np.maximum(distance, _TINY)[:, None]
