@@ -5,8 +5,8 @@
 
 #include "geometry.h"
 
-static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-5; /* m, and rad, of silhouettes.py */
-static const double WIDER = 1e-8, NEEDLE = 1e-6; /* margin of extents, of silhouettes.py; rad between sides without a sure corner */
+static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-5; /* m, and rad,  */
+static const double WIDER = 1e-8, NEEDLE = 1e-6; /* margin of extents, ; rad between sides without a sure corner */
 /* AXES: corners in the body's frame, then at virtual positions. TOGETHER: neighbouring triangles that are tested at once first. */
 enum { AXES = 6, TOGETHER = 16 };
 enum { UNKNOWN, COVERED, BARE };

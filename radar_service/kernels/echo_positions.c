@@ -7,22 +7,13 @@
  * one. pose (N, B, 3): positions; cosine, sine (N, B): of headings; lean (N, R, 3, 3), R = matrices: map_from_body. antenna (N, 3)
  * on the map. */
 typedef struct {
-    int64_t count;
-    int64_t instants;
-    int64_t observed;
-    int64_t bodies;
-    int64_t matrices;
+    int64_t count, instants, observed, bodies, matrices;
     const int64_t *which;
-    const double *place;
-    const double *own;
+    const double *place, *own;
     const int64_t *body;
     const uint8_t *moves;
     const int64_t *leans;
-    const double *pose;
-    const double *cosine;
-    const double *sine;
-    const double *lean;
-    const double *antenna;
+    const double *pose, *cosine, *sine, *lean, *antenna;
     double *result;
 } Echoes;
 

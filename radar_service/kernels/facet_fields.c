@@ -1,4 +1,4 @@
-/* Fields of facets, as scattering/physical_optics/path_fields.py and illumination.py have them in numpy. */
+/* Fields of facets, for scattering/physical_optics/path_fields.py and illumination.py. */
 
 #include "geometry.h"
 #include "triangle_means.h"

@@ -104,19 +104,9 @@ static void add_series(int64_t terms, int64_t n, const float *weight, int64_t ap
  * (E, all) from column (E). table (steps + 1, terms, width): of the kernel and its derivatives, 1 to 3 terms; middle: of a row about
  * whose positions the series stands, -1: about column. */
 typedef struct {
-    int64_t count;
-    int64_t all;
-    int64_t size;
-    int64_t begin;
-    int64_t end;
-    int64_t middle;
-    int64_t terms;
-    int64_t width;
-    int64_t steps;
+    int64_t count, all, size, begin, end, middle, terms, width, steps;
     const double *column;
-    const float *migration;
-    const float *amplitude;
-    const float *table;
+    const float *migration, *amplitude, *table;
     float *rows;
 } Series;
 

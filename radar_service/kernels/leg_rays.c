@@ -1,8 +1,8 @@
-/* Legs at points of a body, direct or by the sea: propagation/legs.py and scattering/physical_optics/body_legs.py in one pass. */
+/* Legs at points of a body, direct or by the sea: as scattering/physical_optics/body_legs.py asks for them; in numpy tests/reference/legs.py. */
 
 #include "called.h"
 
-static const double TINY = 1e-12; /* of propagation/legs.py */
+static const double TINY = 1e-12; /* m */
 
 /* Of one point: distance along the earth [m], horizontal unit vector on the map, height above the sea [m]. */
 typedef struct {
@@ -59,7 +59,7 @@ KERNEL int64_t leg_rays(const PointRays *rays) {
     return to.count;
 }
 
-/* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of propagation/legs.py; arguments as of `leg_rays`. */
+/* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of tests/reference/legs.py; arguments as of `leg_rays`. */
 /* Arrays: points (count, 3); position, antenna (3); weight (count) */
 KERNEL int64_t leg_weights(int64_t count, const double *points, const double *position, double cosine, double sine,
                            const double *antenna, double earth_radius, double *weight) {

@@ -73,11 +73,11 @@ class Prototype(NamedTuple):
 def prototypes(text: str) -> dict[str, Prototype]:
     """The kernels that a text in C declares, by name."""
     structs = {name: fields for fields, name in STRUCT.findall(text)}
-    found = {}
+    declared_kernels = {}
     for entries, name, declared in PROTOTYPE.findall(text):
-        one = FIELD.fullmatch(declared)
-        is_struct = one is not None and one[2] in structs
-        parts = structs[one[2]].split(";")[:-1] if one and is_struct else declared.split(",")
+        record = FIELD.fullmatch(declared)
+        is_struct = record is not None and record[2] in structs
+        parts = _fields(structs[record[2]]) if record and is_struct else declared.split(",")
         ranges = dict(_entries(entries))
         arguments = tuple(_argument(part.strip(), ranges) for part in parts)
         sizes = {argument.name for argument in arguments}
@@ -86,8 +86,15 @@ def prototypes(text: str) -> dict[str, Prototype]:
             for axis, size in enumerate(argument.shape or ()):
                 if size.isidentifier() and size not in sizes:
                     free.setdefault(size, (argument.name, axis))
-        found[name] = Prototype(name, arguments, is_struct, free)
-    return found
+        declared_kernels[name] = Prototype(name, arguments, is_struct, free)
+    return declared_kernels
+
+
+def _fields(text: str) -> Iterator[str]:
+    """The fields of a struct, each with its type."""
+    for line in filter(str.strip, text.split(";")):
+        kind, names = re.fullmatch(r"\s*((?:const )?\w+) (.*)", line).groups()  # type: ignore[union-attr]
+        yield from (f"{kind} {name.strip()}" for name in names.split(","))
 
 
 def _entries(text: str) -> Iterator[tuple[str, tuple[tuple[str, ...] | None, str | None, str | None]]]:
@@ -123,9 +130,9 @@ class Kernels:
         prototype, function = self._prototypes[name], getattr(self._library, name)
         kinds = [ctypes.c_void_p if of.shape else SCALARS[of.kind] for of in prototype.arguments]
         function.argtypes, function.restype = [ctypes.c_void_p] if prototype.is_struct else kinds, ctypes.c_int64
-        made = _made(prototype, function, self._inside if any(map(_is_index, prototype.arguments)) else None)
-        setattr(self, name, made)
-        return made
+        checked = _made(prototype, function, self._inside if any(map(_is_index, prototype.arguments)) else None)
+        setattr(self, name, checked)
+        return checked
 
     @property
     def names(self) -> list[str]:
@@ -180,8 +187,8 @@ def _made(prototype: Prototype, function: Any, inside: Function | None) -> Funct
         "Unpacked": struct.error, "pack": struct.Struct(f"@{letters}").pack, "prototype": prototype, "stopped": _stopped,
     }  # fmt: skip
     exec("\n".join(lines), scope)
-    made: Function = scope[prototype.name]
-    return made
+    checked: Function = scope[prototype.name]
+    return checked
 
 
 def _checked(prototype: Prototype, values: tuple[Any, ...], inside: Function | None) -> list[Any]:

@@ -28,27 +28,14 @@ static inline double share(double part) { return smaller(larger(part, 0.0), 1.0)
  * spheres, the latter with all tolerance. Of those kept (K), in front: which (K) of the points; first (K, 3): where a line begins;
  * begin (K, 3): where it reaches the sphere; line (K, 3): from first to the point; skipped (K): the share of it left out. */
 typedef struct {
-    int64_t count;
-    int64_t origins;
-    int64_t bodies;
-    int64_t matrices;
-    int64_t passing;
+    int64_t count, origins, bodies, matrices, passing;
     double earth_radius;
     const int64_t *body;
-    const double *origin;
-    const double *point;
-    const double *position;
-    const double *cosine;
-    const double *sine;
+    const double *origin, *point, *position, *cosine, *sine;
     const int64_t *leans;
-    const double *lean;
-    const double *centre;
-    const double *radius;
+    const double *lean, *centre, *radius;
     int64_t *which;
-    double *first;
-    double *begin;
-    double *line;
-    double *skipped;
+    double *first, *begin, *line, *skipped;
 } Lines;
 
 /* Lines of sight from where they come near those bodies. Returns how many there are. */

@@ -1,5 +1,4 @@
-/* Shadows that a body casts on itself: all but the rays, as scattering/physical_optics/own_shadows.py and trace/occluder.py have
- * it in numpy. Lengths are in metres, vectors are rows; `lean` (3, 3) turns vectors of the upright body into its own frame. */
+/* Shadows that a body casts on itself: all but the rays, for scattering/physical_optics/own_shadows.py. Lengths are in metres, vectors are rows; `lean` (3, 3) turns vectors of the upright body into its own frame. */
 
 #include "geometry.h"
 

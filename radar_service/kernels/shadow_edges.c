@@ -1,4 +1,4 @@
-/* Facets cut along the edges of shadows: `_cut_along_edges` of scattering/physical_optics/shadow_edges.py but for the search for the
+/* Facets cut along the edges of shadows: what `visible_parts` of scattering/physical_optics/shadow_edges.py does but for the search for the
  * edges. Triangles are (M, 3, 3), by corner and axis [m]. */
 
 #include "geometry.h"
@@ -51,7 +51,7 @@ static int explains(int64_t samples, const double *lattice, const uint8_t *flags
     return 1;
 }
 
-/* `line_through` of facets.py. */
+/* `line_through` of tests/reference/tube_witness.py. */
 static void line_through(const double *crossing, double *line) {
     double third = INSET / 3.0, x = third + (1.0 - INSET) * crossing[0], y = third + (1.0 - INSET) * crossing[1];
     double along = x * y - third * third;

@@ -1,4 +1,4 @@
-/* Ray tubes cut where they hit different planes: `_cut_at_edges` and `_crossings` of scattering/physical_optics/tube_tracing.py. */
+/* Ray tubes cut where they hit different planes: `cut_at_edges` and `crossings` of tests/reference/tube_witness.py. */
 
 #ifndef TUBE_CUTS_H
 #define TUBE_CUTS_H
@@ -44,7 +44,7 @@ static double crossing(const Trace *trace, const Tube *tube, const Cut *cut, int
     return nearest < 0.6 / SECTIONS ? best : middle;
 }
 
-/* `line_through` of facets.py: shares of two edges of the whole triangle, from those of the smaller one. */
+/* `line_through` of tests/reference/tube_witness.py: shares of two edges of the whole triangle, from those of the smaller one. */
 static void line_through(double *first, double *second) {
     double third = INSET / 3.0, x = third + (1.0 - INSET) * *first, y = third + (1.0 - INSET) * *second;
     double along = x * y - third * third;

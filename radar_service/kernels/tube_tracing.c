@@ -1,4 +1,4 @@
-/* Where ray tubes hit a body after reflection: `_reflected` of scattering/physical_optics/tube_tracing.py as a whole, with its
+/* Where ray tubes hit a body after reflection: what tests/reference/tube_witness.py does in numpy, with its
  * halvings and cuts. Rays are traced by a function of Python's. Vectors of arrays stand by axis, (3, M); those of triangles are rows. */
 
 #include "tube_cuts.h"

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, silhouettes
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
-from radar_service.scattering.physical_optics.silhouettes import silhouettes
 from radar_service.trace.triangle_clusters import Test, TriangleClusters
 from radar_service.world.poses import BodyPose
 from tests.kernels.both import both

@@ -132,7 +132,6 @@ PYTHON = {  # modules whose constants C has too
     "kept_tubes.c": (OPTICS + "tube_tracing",),
     "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
     "triangle_means.h": (OPTICS + "facet_integral",),
-    "leg_rays.c": ("radar_service.propagation.legs",),
 }
 
 

@@ -17,9 +17,6 @@ from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import box_around
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
-from radar_service.scattering.physical_optics.silhouettes import (
-    silhouettes,
-)
 from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import MAP_POSE, BodyPose
@@ -123,6 +120,18 @@ class CastShadows:
         lit = np.empty(len(virtual), dtype=np.bool_)
         KERNELS.cast_lit(len(virtual), len(self), *map(np.ascontiguousarray, (virtual, self.plane, self.offset)), lit)
         return lit
+
+
+def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
+    """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
+    from which all triangles lie on one side.
+
+    The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
+    first one at both ends, and across the rays; their normals point to it.
+    """
+    planes, offsets = np.empty((3 * len(corners), 4, 3)), np.empty((3 * len(corners), 4))
+    count = KERNELS.silhouettes(len(corners), np.ascontiguousarray(corners), planes, offsets)
+    return planes[:count], offsets[:count]
 
 
 _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))

@@ -15,7 +15,7 @@ from typing_extensions import override
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.multipath import reflection_points
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext

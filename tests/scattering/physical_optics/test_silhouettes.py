@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.cast_shadows import CastShadows
-from radar_service.scattering.physical_optics.silhouettes import silhouettes
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, silhouettes
 from tests.reference.shadow_witnesses import is_covered
 from tests.scattering.physical_optics.test_cast_shadows import ANTENNA, FLAT, box
 

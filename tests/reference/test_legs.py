@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import polar_from_map
-from radar_service.propagation.legs import reflection_points
-from radar_service.propagation.multipath import specular_geometry
+from radar_service.propagation.multipath import reflection_points, specular_geometry
 from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
 
 ANTENNA = np.array([10.0, -20.0, 15.0])
