@@ -14,7 +14,7 @@ static inline double spherical(const double *offset, const double *direction, do
     return along + (dot(offset, offset) - along * along) / (2.0 * length);
 }
 
-/* The mean of the phasors of a tube and of its ray back over its footprint, 1 at its centre: `_mean_phasors`.
+/* The mean of the phasors of a tube and of its ray back over its footprint, 1 at its centre: as of `tube_fields` in tests/reference/kernel_witnesses.py.
  * frame: direction, then of the ray back direction, level, upright. */
 static inline Complex mean_phasor(double corners[3][3], const double *centre, double frame[4][3], double length,
                                   double back_length, double curvature, double wavenumber) {

@@ -4,7 +4,7 @@
 #include "tube_cuts.h"
 #include "tubes.h"
 
-/* What rays from the centres hit, and of the largest tubes those from near the corners: `_hits_of_samples`. */
+/* What rays from the centres hit, and of the largest tubes those from near the corners: `samples` of tests/reference/tube_witness.py. */
 static int sample(Trace *trace, Tubes *list, int64_t most) {
     unsigned char *large = malloc((size_t)list->count + 1);
     if (!large) return NO_MEMORY;
