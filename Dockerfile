@@ -4,9 +4,7 @@
 # For a build that can be repeated, give the base by its digest, as `docker buildx imagetools inspect python:3.11-slim` shows it:
 #   docker build --build-arg BASE=python:3.11-slim@sha256:... -t radar-service .
 ARG BASE=python:3.11-slim
-# The build stage has a C compiler, for the kernels; the image that runs has none.
-FROM ${BASE} AS build
-RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
+FROM ${BASE}
 RUN useradd --create-home radar && install -d -o radar -g radar /home/radar/radar-service
 WORKDIR /home/radar/radar-service
 USER radar
@@ -16,13 +14,8 @@ COPY --chown=radar pyproject.toml constraints.txt ./
 RUN python3 -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > needed.txt \
   && .venv/bin/pip install --no-cache-dir -r needed.txt -c constraints.txt
 COPY --chown=radar . .
-RUN .venv/bin/pip install --no-cache-dir --no-deps .
-
-FROM ${BASE}
-RUN useradd --create-home radar && install -d -o radar -g radar /home/radar/radar-service
-WORKDIR /home/radar/radar-service
-USER radar
-COPY --from=build --chown=radar /home/radar/radar-service ./
+# The base has no C compiler: pip fetches one for the build alone, by the first name, and from 25.3 on by the second.
+RUN PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt .venv/bin/pip install --no-cache-dir --no-deps .
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
   CMD [".venv/bin/python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/api/health/ready', timeout=2)"]

@@ -7,6 +7,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 from radar_service.commands.command_line import COMMANDS, module_of, parser
@@ -39,29 +40,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     chosen = next((word for word in words if not word.startswith("-")), None)
-    options = parser(chosen if chosen in COMMANDS else "").parse_args(words)
-    _tell_what_is_slow(options.command)
     try:
+        options = parser(chosen if chosen in COMMANDS else "").parse_args(words)
+        if options.command not in ("replay", "schema"):
+            import_module("radar_service.kernels.library")  # where they are absent, a program says so at once
         with _blas_limit(options.command):
             return module_of(options.command).run(options)
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
+        return 2
+    except ImportError as error:
+        if not (error.name or "").startswith("radar_service.kernels."):
+            raise
+        print(error, file=sys.stderr)
         return 2
     except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
-
-
-def _tell_what_is_slow(command: str) -> None:
-    """Says once, where the command simulates, that it does so without compiled kernels."""
-    if command in ("replay", "schema"):
-        return
-    from radar_service.kernels.library import complaint
-
-    if text := complaint():
-        print(text, file=sys.stderr)
 
 
 def _blas_limit(command: str) -> contextlib.AbstractContextManager[Any]:

@@ -1,8 +1,7 @@
 """Runs the tests that compare bytes under other arithmetics than that of the suite: `python -m tests.arithmetics [NAME ...]`.
 
 Names: kernels of OpenBLAS (Haswell, Nehalem, Sandybridge, SkylakeX); `baseline`, numpy without the vector instructions that it
-chooses for the processor; and `no-kernels`, numpy in place of the compiled kernels. Without a name all run that this processor
-has and that differ from the suite's.
+chooses for the processor. Without a name all run that this processor has and that differ from the suite's.
 """
 
 import os
@@ -10,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Mapping
 
-from radar_service.kernels.library import SWITCH
 from radar_service.numerics.arithmetic import CPU_FEATURES, arithmetic, dispatched
 from tests.conftest import SAME_BYTES
 
@@ -23,7 +21,6 @@ def arithmetics() -> dict[str, dict[str, str]]:
     made = {core: {"OPENBLAS_CORETYPE": core} for core, needed in KERNELS.items() if CPU_FEATURES.get(needed)}
     if groups := dispatched():
         made["baseline"] = {"NPY_DISABLE_CPU_FEATURES": " ".join(groups)}
-    made["no-kernels"] = {SWITCH: "off"}
     return made
 
 

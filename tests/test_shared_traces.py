@@ -13,9 +13,9 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.passage_traces import TraceRun
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
-from radar_service.propagation.legs import leg_length
 from radar_service.records.fidelity import fidelity_from_name
 from radar_service.scattering.physical_optics import optical_body, tube_tracing
+from tests.reference.legs import leg_length
 
 BALANCED = fidelity_from_name("balanced")
 SCENES = Path(__file__).parents[1] / "scenes"

@@ -1,6 +1,6 @@
 """Geometry of a block of azimuths: poses and antenna at its nodes and azimuths, and positions of echoes there."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import Polar, polar_from_map
 from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BodyEchoes
@@ -54,25 +54,8 @@ class BlockGeometry(NamedTuple):
         """Whether there are poses at each azimuth."""
         return len(self.poses.position) == len(self.antenna)
 
-    def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
+    def positions(self, observed: ObservedEchoes, which: Indices, instants: Sequence[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
-        if compiled := kernels():
-            return self._compiled_positions(compiled, observed, which, list(instants))
-        position, body = observed.position.T.take(which, axis=1), observed.echoes.body[which]  # coordinates are contiguous
-        moving = np.flatnonzero(self.moves[body])
-        points, mover = observed.echoes.position.take(which[moving], axis=0), body[moving]
-        positions = []
-        for n in instants:
-            positions.append((position - self.antenna[n, :, None]).T)
-            if len(moving):
-                moved = self.poses.map_from_bodies(n, points, mover)
-                positions[-1][moving] = moved - self.antenna[n]
-        return positions
-
-    def _compiled_positions(
-        self, compiled: Kernels, observed: ObservedEchoes, which: Indices, instants: list[int]
-    ) -> list[Floats]:
-        """Runs the kernel that does what `positions` does."""
         poses, count, body = self.poses, len(self.moves), observed.echoes.body
         some = np.flatnonzero(np.bincount(body[which], minlength=count))  # headings of others are undefined
         turn = np.zeros((2, len(instants), count))
@@ -83,8 +66,8 @@ class BlockGeometry(NamedTuple):
         result = np.empty((len(instants), 3, len(which)))
         taken = which, observed.position, observed.echoes.position, body, self.moves, poses.rotation_numbers
         taken += (poses.position[instants], *turn, lean, self.antenna[instants])
-        sizes = len(which), len(instants), count, len(matrices)
-        compiled.run("echo_positions", *sizes, *map(np.ascontiguousarray, taken), result)
+        sizes = len(which), len(instants), len(body), count, len(matrices)
+        KERNELS.echo_positions(*sizes, *map(np.ascontiguousarray, taken), result)
         return [position.T for position in result]
 
 

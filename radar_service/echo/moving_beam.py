@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Complexes, Floats, Gain, Profiles, Singles
 
@@ -38,18 +38,10 @@ class BeamTable:
         boresight: (K,) since the middle; azimuth: (E,) by which the middle boresight is beyond the echoes, and azimuth_change:
         (E, K) of these since then [rad]; nearness: (E,) 1 / range [1/m]; range_migration: (E, K) change of range [m].
         """
-        if compiled := kernels():
-            weight = np.empty(azimuth_change.shape, dtype=np.float32)
-            taken = boresight, azimuth_change, azimuth, range_migration, nearness, self._gain
-            sizes = (*weight.shape, len(self._gain), float(self._per_radian))
-            compiled.run("beam_weights", *sizes, *map(np.ascontiguousarray, taken), weight)
-            return weight
-        offset = boresight - azimuth_change
-        offset += azimuth[:, None]
-        weight = self(offset)
-        relative = range_migration * nearness[:, None]
-        relative += np.float32(1.0)
-        weight /= np.square(relative, out=relative)
+        weight = np.empty(azimuth_change.shape, dtype=np.float32)
+        taken = boresight, azimuth_change, azimuth, range_migration, nearness, self._gain
+        sizes = (*weight.shape, len(self._gain), float(self._per_radian))
+        KERNELS.beam_weights(*sizes, *map(np.ascontiguousarray, taken), weight)
         return weight
 
 

@@ -1,1 +1,1 @@
-"""Kernels in C for the innermost loops of the engine. Each stands beside numpy code that does the same where there are none."""
+"""Kernels in C for the innermost loops of the engine, who compiles them in every build, and the checked functions of them."""

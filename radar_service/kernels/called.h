@@ -6,9 +6,17 @@
 #include "geometry.h"
 #include "phasors.h"
 
-KERNEL int64_t leg_rays(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
-                        const double *antenna, double earth_radius, double *length, double *east, double *north, double *rise,
-                        double *flat, double *curvature, double *tilt, uint8_t *arrives);
+/* Points (M, 3), M = count, in a body's frame, the leg to it as of `leg_lengths`, and the results (M), as of `LegRays`. */
+typedef struct {
+    int64_t count, by_sea;
+    const double *points, *position;
+    double cosine, sine;
+    const double *antenna;
+    double earth_radius, *length, *east, *north, *rise, *flat, *curvature, *tilt;
+    uint8_t *arrives;
+} PointRays;
+
+KERNEL int64_t leg_rays(const PointRays *rays);
 
 KERNEL int64_t leg_weights(int64_t count, const double *points, const double *position, double cosine, double sine,
                            const double *antenna, double earth_radius, double *weight);

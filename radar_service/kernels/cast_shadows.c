@@ -5,10 +5,10 @@
 
 #include "geometry.h"
 
-static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-5; /* m, and rad, of silhouettes.py */
-static const double WIDER = 1e-8, NEEDLE = 1e-6; /* margin of extents, of silhouettes.py; rad between sides without a sure corner */
+static const double ON_PLANE = 1e-6, GRAZING = 1e-9, ALONG = 1e-5; /* m, and rad,  */
+static const double WIDER = 1e-8, NEEDLE = 1e-6; /* margin of extents, ; rad between sides without a sure corner */
 /* AXES: corners in the body's frame, then at virtual positions. TOGETHER: neighbouring triangles that are tested at once first. */
-enum { NO_MEMORY = -1, AXES = 6, TOGETHER = 16 };
+enum { AXES = 6, TOGETHER = 16 };
 enum { UNKNOWN, COVERED, BARE };
 
 typedef struct {
@@ -264,6 +264,7 @@ static int in_shadow(const View *view, const double *point, const Near *near) {
 
 /* Which points (M, 3), M = count, at virtual positions lie in no shadow: planes (T, 4, 3) and offsets (T, 4), T = triangles. Returns
  * how many there are, NO_MEMORY without memory. */
+/* Arrays: virtual (count, 3); plane (triangles, 4, 3); offset (triangles, 4); lit (count) */
 KERNEL int64_t cast_lit(int64_t count, int64_t triangles, const double *virtual, const double *plane, const double *offset,
                         uint8_t *lit) {
     Shadows all = {.triangles = triangles, .plane = plane, .offset = offset};
@@ -368,6 +369,7 @@ static int64_t light(Pieces *all, const View *view, const Near *near) {
 
 /* Which triangles (M, 3, 3), M = count, at virtual positions lie in the shadow of one triangle (T) as a whole: dark (M). Planes and
  * offsets as of `in_shadow`. Returns how many, NO_MEMORY without memory. */
+/* Arrays: virtual (count, 3, 3); plane (triangles, 4, 3); offset (triangles, 4); dark (count) */
 KERNEL int64_t cast_dark(int64_t count, int64_t triangles, const double *virtual, const double *plane, const double *offset,
                          uint8_t *dark) {
     Shadows all = {.triangles = triangles, .plane = plane, .offset = offset};
@@ -388,6 +390,8 @@ KERNEL int64_t cast_dark(int64_t count, int64_t triangles, const double *virtual
  *
  * corners, virtual: in the body's frame and at virtual positions. edge_plane (E, 4, 3), edge_offset (E, 4), E = edges: where shadows
  * may end, silhouettes and then the triangles' own planes. plane (T, 4, 3), offset (T, 4), T = triangles: of the shadows. */
+/* Arrays: edges from triangles; corners, virtual (count, 3, 3); edge_plane (edges, 4, 3); edge_offset (edges, 4);
+ * plane (triangles, 4, 3); offset (triangles, 4); parts (room, 3, 3); origin, bright (room) */
 KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_t room, const double *corners,
                          const double *virtual, const double *edge_plane, const double *edge_offset, const double *plane,
                          const double *offset, double *parts, int64_t *origin, uint8_t *bright) {

@@ -9,7 +9,7 @@
 
 static const double DIVERGING = 0.99, NO_FIELD = 1e-9, AT_LEVEL = 1e-6; /* of optical_body.py and triangle_cuts.py */
 /* PIECES: of memory that one instant takes, no more than 90. */
-enum { NO_MEMORY = -1, LEGS = 2, PATHS = 3, CORNERS = 8, PIECES = 128 };
+enum { LEGS = 2, PATHS = 3, CORNERS = 8, PIECES = 128 };
 static const int OUT[PATHS] = {0, 0, 1}, BACK[PATHS] = {0, 1, 1};
 
 /* Memory for one instant: taken piece by piece, and again from its start for the next instant. */
@@ -179,8 +179,8 @@ static int64_t lit_sides(const Body *body, const Waves *waves, const Pose *pose,
     double *east = rays + count, *north = rays + 2 * count, *rise = rays + 3 * count, *flat = rays + 4 * count;
     double *tilt = rays + 6 * count;
     for (int leg = 0; leg < waves->legs; leg++) {
-        leg_rays(count, leg, body->face_point, pose->position, pose->cosine, pose->sine, pose->antenna, waves->earth_radius, rays,
-                 east, north, rise, flat, rays + 5 * count, tilt, arrives);
+        leg_rays(&(PointRays){count, leg, body->face_point, pose->position, pose->cosine, pose->sine, pose->antenna,
+                              waves->earth_radius, rays, east, north, rise, flat, rays + 5 * count, tilt, arrives});
         for (int64_t f = 0; f < count; f++) {
             const double *normal = body->face_normal + 3 * f;
             double direction[3] = {east[f] * flat[f], north[f] * flat[f], rise[f]};
@@ -283,6 +283,7 @@ static int64_t fine_facets(const Body *body, const Surface *surface, Memory *mem
         origin = taken(memory, room, sizeof(int64_t));
         if (!cut || !origin) return NO_MEMORY;
         cuts = cut_triangles(parts, room, corners, longest, cut, origin);
+        if (cuts < 0) return cuts;
         if (cuts <= room) break;
     }
     fine->corner = taken(memory, 3 * (whole + cuts), sizeof(int64_t));
@@ -335,8 +336,9 @@ static int64_t leg_fields(int leg, const Fine *fine, const double *edges, const 
     of->at = taken(memory, points, sizeof(Complex));
     if (!arrives || !of->rays || !of->bend || !of->phase || !of->length || !of->at) return NO_MEMORY;
     double *rays = of->rays;
-    leg_rays(count, leg, centre, pose->position, pose->cosine, pose->sine, pose->antenna, waves->earth_radius, rays, rays + count,
-             rays + 2 * count, rays + 3 * count, rays + 4 * count, rays + 5 * count, rays + 6 * count, arrives);
+    leg_rays(&(PointRays){count, leg, centre, pose->position, pose->cosine, pose->sine, pose->antenna, waves->earth_radius, rays,
+                          rays + count, rays + 2 * count, rays + 3 * count, rays + 4 * count, rays + 5 * count, rays + 6 * count,
+                          arrives});
     sags(count, 3, edges, rays + count, rays + 2 * count, rays + 3 * count, rays + 4 * count, rays, rays + 5 * count, of->bend);
     for (int64_t i = 0; i < 3 * count; i++) of->bend[i] *= -waves->wavenumber / 4.0;
     leg_lengths(points, leg, fine->place, pose->position, pose->cosine, pose->sine, pose->antenna, waves->earth_radius, of->length);
@@ -355,7 +357,7 @@ typedef struct {
 } Grid;
 
 /* Which nodes points (V, 3) have shares in, and these (8, V): as of `Lattice`, by numbers in the grid. */
-static void shares(const Grid *grid, int64_t count, const double *points, int64_t *corner, double *share) {
+static int shares(const Grid *grid, int64_t count, const double *points, int64_t *corner, double *share) {
     for (int64_t i = 0; i < count; i++) {
         int64_t at = 0;
         double inside[3];
@@ -363,7 +365,9 @@ static void shares(const Grid *grid, int64_t count, const double *points, int64_
             double place = (points[3 * i + axis] - grid->base[axis]) / grid->steps[axis], below = floor(place);
             if (grid->from_zero && axis == 2) below = larger(below, 0.0);
             inside[axis] = place - below;
-            at = at * grid->extent[axis] + ((int64_t)below - grid->first[axis]);
+            double within = below - (double)grid->first[axis];
+            if (!(within >= 0.0 && within <= (double)(grid->extent[axis] - 2))) return REFUSED;
+            at = at * grid->extent[axis] + (int64_t)within;
         }
         double aside[4] = {(1.0 - inside[0]) * (1.0 - inside[1]), (1.0 - inside[0]) * inside[1],
                            inside[0] * (1.0 - inside[1]), inside[0] * inside[1]};
@@ -375,6 +379,7 @@ static void shares(const Grid *grid, int64_t count, const double *points, int64_
             share[8 * i + 2 * n] = aside[n] - share[8 * i + 2 * n + 1];
         }
     }
+    return 0;
 }
 
 static int by_size(const void *left, const void *right) {
@@ -413,7 +418,7 @@ static int64_t summed(const Grid *grid, const Fine *fine, const Complex *const *
     double *share = taken(memory, 8 * fine->points, sizeof(double)), *nodes = taken(memory, 3 * size, sizeof(double));
     double *length = taken(memory, LEGS * size, sizeof(double)), *weight = taken(memory, size + fine->points, sizeof(double));
     if (!corner || !number || !grid_of || !share || !nodes || !length || !weight) return NO_MEMORY;
-    shares(grid, fine->points, fine->place, corner, share);
+    if (shares(grid, fine->points, fine->place, corner, share)) return REFUSED;
     for (int64_t g = 0; g < size; g++) number[g] = -1;
     for (int64_t i = 0; i < 8 * fine->points; i++) number[corner[i]] = 0;
     for (int64_t g = 0; g < size; g++) {
@@ -510,7 +515,8 @@ static int64_t instant_fields(const Body *body, const Waves *waves, const Pose *
     }
     surface.count = kept;
     if (!kept) return 0;
-    if (fine_facets(body, &surface, memory, &fine)) return NO_MEMORY;
+    int64_t failed = fine_facets(body, &surface, memory, &fine);
+    if (failed) return failed;
     int64_t count = fine.count;
     double *edges = taken(memory, 9 * count, sizeof(double)), *centre = taken(memory, 3 * count, sizeof(double));
     double *area = taken(memory, count, sizeof(double)), *normal = taken(memory, 3 * count, sizeof(double));
@@ -554,8 +560,12 @@ static int64_t instant_fields(const Body *body, const Waves *waves, const Pose *
  * nothing lights; fine facets, corner (3, K) in points (V, 3), the first of each coarse one; box (8, 3) around what is dry. position
  * (S, 3), cosine, sine (S) of the heading, antenna (S, 3). Of others (O): begin (O + 1) of each among triangles (T, 3, 3) in its own
  * frame; turn (S, O, 3, 3) and place (S, O, 3) from there to the map. first, extent (3), steps, base (3), from_zero: of the grid. */
-KERNEL int64_t convex_fields(int64_t count, int64_t legs, int64_t level, int64_t coarse, int64_t faces, int64_t fine,
-                             int64_t points, int64_t others, int64_t most, int64_t from_zero, double wavenumber,
+/* Arrays: legs from 1 < 3; corners (coarse, 3, 3); triangle (coarse) < faces; facet (coarse) from -1 < whole; face_point, face_normal (faces, 3);
+ * outside (faces); fine_corner (3, fine) < points; fine_points (points, 3); first_fine (whole + 1) < fine + 1; box (8, 3);
+ * position, antenna (count, 3); cosine, sine, state (count); begin (others + 1) < T + 1; others_corners (T, 3, 3);
+ * turn (count, others, 3, 3); place (count, others, 3); first, extent, steps, base (3); amplitude (count, 2 * legs - 1, nodes) */
+KERNEL int64_t convex_fields(int64_t count, int64_t legs, int64_t level, int64_t coarse, int64_t faces, int64_t whole, int64_t fine,
+                             int64_t points, int64_t others, int64_t most, int64_t from_zero, int64_t nodes, double wavenumber,
                              double earth_radius, double dropped, double longest, const double *corners,
                              const int64_t *triangle, const int64_t *facet, const double *face_point, const double *face_normal, const int8_t *outside,
                              const int64_t *fine_corner, const double *fine_points, const int64_t *first_fine, const double *box,
@@ -568,12 +578,17 @@ KERNEL int64_t convex_fields(int64_t count, int64_t legs, int64_t level, int64_t
     Waves waves = {legs, level, wavenumber, earth_radius, dropped};
     Grid grid = {first, extent, steps, base, from_zero != 0};
     Memory memory = {{NULL}, {0}, 0};
-    int64_t size = (legs > 1 ? PATHS : 1) * extent[0] * extent[1] * extent[2], casting = begin[others], failed = 0;
+    int64_t size = (legs > 1 ? PATHS : 1) * nodes, casting = begin[others], failed = begin[0];
+    double cells = 1.0;
+    for (int axis = 0; axis < 3; axis++) cells *= larger((double)extent[axis], 0.0);
+    for (int64_t o = 0; o < others; o++) failed |= begin[o] > begin[o + 1];
+    for (int64_t facet = 0; facet < whole; facet++) failed |= first_fine[facet] > first_fine[facet + 1];
+    if (failed || cells != (double)nodes) return REFUSED;
     double *triangles = malloc(((size_t)casting + 1) * 9 * sizeof *triangles);
     for (int64_t s = 0; s < count && !failed; s++) {
         Pose pose = {position + 3 * s, antenna + 3 * s, cosine[s], sine[s]};
         if (!triangles) {
-            failed = 1;
+            failed = NO_MEMORY;
             break;
         }
         for (int64_t o = 0; o < others; o++)
@@ -582,9 +597,9 @@ KERNEL int64_t convex_fields(int64_t count, int64_t legs, int64_t level, int64_t
                     triangles[3 * c + axis] = dot(turn + 9 * (others * s + o) + 3 * axis, others_corners + 3 * c) +
                                               place[3 * (others * s + o) + axis];
         state[s] = instant_fields(&body, &waves, &pose, &grid, casting, triangles, most, &memory, amplitude + size * s);
-        failed = state[s] < 0;
+        failed = state[s] < 0 ? state[s] : 0;
     }
     free(triangles);
     freed(&memory);
-    return failed ? NO_MEMORY : count;
+    return failed ? failed : count;
 }

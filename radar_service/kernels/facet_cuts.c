@@ -6,7 +6,8 @@
 
 #include "geometry.h"
 
-enum { DEEPEST = 128, NO_MEMORY = -1 }; /* halvings in a row: each shortens the longest edge by 0.87 or more in the end */
+static const double FINEST = 32768.0; /* times shorter than a triangle's edge: a thousand million parts */
+enum { DEEPEST = 128 }; /* halvings in a row: each shortens the longest edge by 0.87 or more in the end */
 
 /* The longest edge of a triangle, from corner i to i + 1, the first one of equal ones; `length`: its length. */
 static int longest_edge(double corners[3][3], double *length) {
@@ -26,6 +27,7 @@ static int longest_edge(double corners[3][3], double *length) {
 
 /* Halves triangles (F, 3, 3), F = count, across their longest edge until none exceeds `longest` (F). Returns how many parts there
  * are; the first `room` of them, and the triangle that each comes from, rising, go to parts (room, 3, 3) and origin (room). */
+/* Arrays: corners (count, 3, 3); longest (count); parts (room, 3, 3); origin (room) */
 KERNEL int64_t cut_triangles(int64_t count, int64_t room, const double *corners, const double *longest, double *parts,
                              int64_t *origin) {
     double stack[DEEPEST + 2][3][3];
@@ -36,6 +38,7 @@ KERNEL int64_t cut_triangles(int64_t count, int64_t room, const double *corners,
         while (depth) {
             double(*top)[3] = stack[depth - 1], (*next)[3] = stack[depth], length, middle[3], turned[3][3];
             int edge = longest_edge(top, &length);
+            if (depth == 1 && !(length <= FINEST * longest[i])) return REFUSED;
             if (length <= longest[i] || depth > DEEPEST) {
                 if (total < room) {
                     memcpy(parts + 9 * total, top, sizeof stack[0]);
@@ -73,6 +76,7 @@ static uint64_t mixed_bits(const double *point) {
 
 /* Points that corners of triangles (M, 3, 3), M = count, share, each once: points (up to 3 M, 3) in the order in which they occur,
  * and the number of each corner (3, M). Corners are the same where all their bits are. Returns how many points there are. */
+/* Arrays: corners (count, 3, 3); number (3, count); points (3 * count + 1, 3) */
 KERNEL int64_t welded(int64_t count, const double *corners, int64_t *number, double *points) {
     uint64_t size = 16;
     int64_t used = 0;
@@ -96,6 +100,7 @@ KERNEL int64_t welded(int64_t count, const double *corners, int64_t *number, dou
 /* Which facets (M), M = count, have no corner in the water: dry (M), and which the waterline crosses: crossed (M). corner (3, M):
  * of each in points (V, 3) [m]; level: height below which points are wet [m]. Returns how many are dry; how many are crossed goes
  * to crossings (1). */
+/* Arrays: points (V, 3); corner (3, count) < V; dry, crossed (count); crossings (1) */
 KERNEL int64_t dry_facets(int64_t count, const double *points, const int64_t *corner, double level, int64_t *dry,
                           int64_t *crossed, int64_t *crossings) {
     int64_t total = 0, cut = 0;
@@ -111,6 +116,7 @@ KERNEL int64_t dry_facets(int64_t count, const double *points, const int64_t *co
 
 /* Numbers those below `size` that occur among indices (count): used (size), rising, of which as many count as are returned, and which
  * of them each index is (count). place (size): room to work in. */
+/* Arrays: index (count) < size; number (count); place, used (size) */
 KERNEL int64_t renumbered(int64_t count, int64_t size, const int64_t *index, int64_t *place, int64_t *used, int64_t *number) {
     int64_t total = 0;
     memset(place, 0, (size_t)size * sizeof *place);

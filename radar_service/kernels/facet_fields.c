@@ -1,9 +1,10 @@
-/* Fields of facets, as scattering/physical_optics/path_fields.py and illumination.py have them in numpy. */
+/* Fields of facets, for scattering/physical_optics/path_fields.py and illumination.py. */
 
 #include "geometry.h"
 #include "triangle_means.h"
 
 /* exp(j phase) of phases (M) [rad], M = count. */
+/* Arrays: phase, result (count) */
 KERNEL int64_t phasors(int64_t count, const double *phase, Complex *result) {
     for (int64_t i = 0; i < count; i++) result[i] = phasor(phase[i]);
     return count;
@@ -11,6 +12,7 @@ KERNEL int64_t phasors(int64_t count, const double *phase, Complex *result) {
 
 /* The shapes of facets (M), M = count: corner (3, M) index of each corner in points (V, 3) [m]. Results: edges (3, 3, M), by axis
  * and opposite corner, centre (M, 3) [m], area (M) [m^2]. */
+/* Arrays: points (V, 3); corner (3, count) < V; edges (3, 3, count); centre (count, 3); area (count) */
 KERNEL int64_t facet_shapes(int64_t count, const double *points, const int64_t *corner, double *edges, double *centre,
                             double *area) {
     for (int64_t i = 0; i < count; i++) {
@@ -29,6 +31,7 @@ KERNEL int64_t facet_shapes(int64_t count, const double *points, const int64_t *
 }
 
 /* `LegRays.sags` of edges (3, N, M), M = count, N = vectors: result (N, M). */
+/* Arrays: edge (3, vectors, count); east, north, rise, flat, length, curvature (count); result (vectors, count) */
 KERNEL int64_t sags(int64_t count, int64_t vectors, const double *edge, const double *east, const double *north, const double *rise,
                     const double *flat, const double *length, const double *curvature, double *result) {
     int64_t axis = vectors * count;
@@ -58,6 +61,9 @@ static inline double current(const double out[4], const double back[4], const do
  * legs: L; level: whether the polarization is "h". corner, normal (3, M), area (M) [m^2], side, share (M, L): as of `LitFacets`.
  * Of either leg: east, north, rise, flat, length (M) at the centroids; bend (3, M) [rad]; phase [rad], at (exp(j phase)), way [m]
  * (V) at the points. */
+/* Arrays: out, back < legs; corner (3, count) < V; normal, bend, back_bend (3, count); area (count); side, share (count, legs);
+ * east, north, rise, flat, length, back_east, back_north, back_rise, back_flat, back_length (count);
+ * phase, at, way, back_phase, back_at, back_way, total (V) */
 KERNEL int64_t facet_fields(int64_t count, int64_t legs, int64_t out, int64_t back, int64_t level, const int64_t *corner,
                             const double *normal, const double *area, const int8_t *side, const double *share, const double *east,
                             const double *north, const double *rise, const double *flat, const double *length,

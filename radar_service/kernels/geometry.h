@@ -12,6 +12,9 @@
 #define KERNEL
 #endif
 
+/* What a kernel returns that stops: no memory, rays that were not traced, numbers that are not finite or out of range. */
+enum { NO_MEMORY = -1, NO_RAYS = -2, REFUSED = -3 };
+
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
 static inline double smaller(double a, double b) { return a < b ? a : b; }

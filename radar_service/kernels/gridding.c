@@ -7,7 +7,7 @@
 #include "geometry.h"
 #include "phasors.h"
 
-enum { NO_MEMORY = -1 };
+static const double FARTHEST = 1e15; /* columns from the first one, and rows */
 
 /* Some rows of a grid, row r as row r mod `width` of sums (width, size): those from `start` on. touched (width, 2): which columns of
  * each are not 0, from one to another. */
@@ -53,10 +53,13 @@ static void add_point(Band *band, int64_t r, int64_t width, int64_t first, const
 
 /* Spreads points (E), E = count, in order of rising first_row (E), on a grid `total` (rows, size, 2), both axes circular: weights
  * weight_row (E, width_row) from rows first_row on times weight_column (E, width_column) from columns first_column (E) on. */
+/* Arrays: first_row, first_column, amplitude (count); weight_row (count, width_row); weight_column (count, width_column); total (rows, 2 * size) */
 KERNEL int64_t spread_points(int64_t count, int64_t rows, int64_t size, int64_t width_row, int64_t width_column,
                              const int64_t *first_row, const double *weight_row, const int64_t *first_column,
                              const double *weight_column, const Complex *amplitude, float *total) {
-    if (!count) return 0;
+    if (!count || !rows || !size) return 0;
+    for (int64_t e = 0; e < count; e++)
+        if (!(fabs((double)first_row[e]) < FARTHEST && fabs((double)first_column[e]) < FARTHEST)) return REFUSED;
     Band band = {width_row, size, first_row[0], calloc((size_t)(width_row * size), sizeof(Complex)),
                  malloc((size_t)(2 * width_row) * sizeof(int64_t))};
     if (band.sums && band.touched) {
@@ -97,36 +100,49 @@ static void add_series(int64_t terms, int64_t n, const float *weight, int64_t ap
             cell[j] = ((cell[j] + weight[0] * series[j]) + weight[apart] * series[n + j]) + weight[2 * apart] * series[2 * n + j];
 }
 
-/* Spreads points (E), E = count, on the rows from `begin` to `end` of `rows` (all, size, 2), circular: amplitude (E, all, 2) by a
- * Taylor series, of 1 to 3 terms, of the kernel table (steps + 1, terms, width) about column (E), or where middle >= 0 about column
- * + migration[middle]; migration (E, all) from column. In single precision, by rising point and term. */
-KERNEL int64_t spread_series(int64_t count, int64_t all, int64_t size, int64_t begin, int64_t end, int64_t middle, int64_t terms,
-                             int64_t width, int64_t steps, const double *column, const float *migration, const float *amplitude,
-                             const float *table, float *rows) {
-    int64_t n = 2 * (end - begin);
+/* Points (E), E = count, for the rows from `begin` to `end` of `rows` (all, size, 2), circular: amplitude (E, all, 2); migration
+ * (E, all) from column (E). table (steps + 1, terms, width): of the kernel and its derivatives, 1 to 3 terms; middle: of a row about
+ * whose positions the series stands, -1: about column. */
+typedef struct {
+    int64_t count, all, size, begin, end, middle, terms, width, steps;
+    const double *column;
+    const float *migration, *amplitude, *table;
+    float *rows;
+} Series;
+
+/* Spreads points by a Taylor series. In single precision, by rising point and term. */
+/* Arrays: size from 1; begin < end + 1; end < all + 1; middle from -1 < all; terms from 1 < 4; column (count); migration (count, all);
+ * amplitude (count, 2 * all); table (steps + 1, terms, width); rows (all, 2 * size) */
+KERNEL int64_t spread_series(const Series *points) {
+    int64_t all = points->all, size = points->size, begin = points->begin, end = points->end, middle = points->middle;
+    int64_t terms = points->terms, width = points->width, n = 2 * (end - begin), failed = 0;
     float *grid = calloc((size_t)(size * n), sizeof(float)), *series = malloc((size_t)((terms + 1) * n) * sizeof(float));
     if (grid && series) {
         float *shift = series + terms * n;
-        for (int64_t e = 0; e < count; e++) {
-            const float *moved = migration + e * all, about = middle < 0 ? 0.0f : moved[middle];
-            double position = middle < 0 ? column[e] : column[e] + about, below = floor(position);
-            const float *weight = table + (int64_t)((position - below) * (double)steps + 0.5) * terms * width;
+        for (int64_t e = 0; e < points->count; e++) {
+            const float *moved = points->migration + e * all, about = middle < 0 ? 0.0f : moved[middle];
+            double position = middle < 0 ? points->column[e] : points->column[e] + about, below = floor(position);
+            if (!(fabs(position) < FARTHEST)) {
+                failed = REFUSED;
+                break;
+            }
+            const float *weight = points->table + (int64_t)((position - below) * (double)points->steps + 0.5) * terms * width;
             int64_t first = (int64_t)below - (width / 2 - 1);
             int inside = first >= 0 && first + width <= size;
             for (int64_t k = begin; k < end; k++)
                 shift[2 * (k - begin)] = shift[2 * (k - begin) + 1] = middle < 0 ? moved[k] : moved[k] - about;
-            series_of(terms, n, amplitude + 2 * (e * all + begin), shift, series);
+            series_of(terms, n, points->amplitude + 2 * (e * all + begin), shift, series);
             for (int64_t i = 0; i < width; i++)
                 add_series(terms, n, weight + i, width, series, grid + n * (inside ? first + i : wrapped(first + i, size)));
         }
         for (int64_t k = begin; k < end; k++)
             for (int64_t i = 0; i < size; i++) {
-                rows[2 * (k * size + i)] = grid[n * i + 2 * (k - begin)];
-                rows[2 * (k * size + i) + 1] = grid[n * i + 2 * (k - begin) + 1];
+                points->rows[2 * (k * size + i)] = grid[n * i + 2 * (k - begin)];
+                points->rows[2 * (k * size + i) + 1] = grid[n * i + 2 * (k - begin) + 1];
             }
     } else
-        count = NO_MEMORY;
+        failed = NO_MEMORY;
     free(grid);
     free(series);
-    return count;
+    return failed ? failed : points->count;
 }

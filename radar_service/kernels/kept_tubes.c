@@ -6,6 +6,7 @@
 static const double GRAZING = 0.01; /* of tube_tracing.py */
 
 /* Corners (M = count) turned by a matrix (3, 3), and the middles (M, 3) between them. */
+/* Arrays: corners, turned (3, 3, count); matrix (3, 3); centre (count, 3) */
 KERNEL int64_t turned_corners(int64_t count, const double *corners, const double *matrix, double *turned, double *centre) {
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
@@ -51,6 +52,9 @@ static double project(double corners[3][3], double *centre, const double *direct
  * level: whether the polarization is "h". water: height of the sea [m]. point, plane_normal (F, 3): as of `Planes`. east to
  * first_length (M): of the rays at the first surface. begin (M, 3): their middles there. corners, share (M): changed. Results: of
  * `Launch` outward and polarized (3, M); of `RayTubes` the others. */
+/* Arrays: surfaces from 1; chain (surfaces, count) from -1 < F; point, plane_normal (F, 3);
+ * east, north, rise, flat, first_length, share, length, bounces, last (count); begin (count, 3); corners (3, 3, count);
+ * outward, polarized, centre, normal, direction, field (3, count) */
 KERNEL int64_t kept_tubes(int64_t count, int64_t surfaces, int64_t level, double water, const int64_t *chain, const double *point,
                           const double *plane_normal, const double *east, const double *north, const double *rise,
                           const double *flat, const double *first_length, const double *begin, double *corners, double *share,
@@ -66,6 +70,7 @@ KERNEL int64_t kept_tubes(int64_t count, int64_t surfaces, int64_t level, double
             for (int c = 0; c < 3; c++) at[c][axis] = corners[(3 * c + axis) * count + i];
         }
         int64_t triangle = chain[i], number = 1;
+        if (triangle < 0) return REFUSED;
         facing(plane_normal + 3 * triangle, way, side);
         for (; number < surfaces && chain[number * count + i] >= 0; number++) {
             double along = dot(side, way), across = dot(side, electric);

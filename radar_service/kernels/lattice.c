@@ -6,33 +6,37 @@
 #include "geometry.h"
 #include "phasors.h"
 
-enum { NO_MEMORY = -1 };
+static const int64_t FARTHEST = 1 << 30; /* cells from the base */
+static const double LARGEST = 1e9;        /* cells: 8 GB */
 
 /* The cell of a coordinate along one axis, and where inside it that lies, 0 to 1. */
 static int64_t cell(const double *point, int axis, int from_zero, const double *steps, const double *base, double *inside) {
     double place = (point[axis] - base[axis]) / steps[axis], below = floor(place);
     if (from_zero && axis == 2) below = larger(below, 0.0);
     *inside = place - below;
-    return (int64_t)below;
+    return fabs(below) <= (double)FARTHEST ? (int64_t)below : INT64_MAX;
 }
 
 /* The nodes of a lattice about points (M, 3), M = count > 0, that a point has a share in, by x, then y, then z: `_lattice`.
  *
  * from_zero: whether no cell is below `base` in height. steps, base (3): sizes of cells and a node [m]. Returns how many there
  * are; the first `room` of them go to nodes (room, 3). corner, share (8, M): as of `Lattice`. */
+/* Arrays: points (count, 3); steps, base (3); nodes (room, 3); corner, share (8, count) */
 KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, const double *points, const double *steps,
                              const double *base, double *nodes, int64_t *corner, double *share) {
     int64_t first[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, last[3] = {INT64_MIN, INT64_MIN, INT64_MIN}, extent[3], total = 0;
-    double inside[3];
+    double inside[3], size = 1.0;
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
             int64_t at = cell(points + 3 * i, axis, from_zero != 0, steps, base, inside);
+            if (at < -FARTHEST || at > FARTHEST) return REFUSED;
             if (at < first[axis]) first[axis] = at;
             if (at > last[axis]) last[axis] = at;
         }
-    for (int axis = 0; axis < 3; axis++) extent[axis] = last[axis] - first[axis] + 2;
-    size_t size = (size_t)(extent[0] * extent[1] * extent[2]);
-    int64_t *number = calloc(size, sizeof *number);
+    for (int axis = 0; axis < 3 && count; axis++) size *= (double)(extent[axis] = last[axis] - first[axis] + 2);
+    if (!count) return 0;
+    if (size > LARGEST) return NO_MEMORY;
+    int64_t *number = calloc((size_t)size, sizeof *number);
     if (!number) return NO_MEMORY;
     for (int64_t i = 0; i < count; i++) {
         int64_t at = 0;
@@ -49,10 +53,10 @@ KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, con
             share[place] = aside[n] - share[place + count];
         }
     }
-    for (size_t at = 0; at < size; at++) {
+    for (int64_t at = 0; at < (int64_t)size; at++) {
         if (!number[at]) continue;
         if (total < room) {
-            int64_t rest = (int64_t)at, index[3];
+            int64_t rest = at, index[3];
             for (int axis = 2; axis >= 0; axis--) {
                 index[axis] = rest % extent[axis];
                 rest /= extent[axis];
@@ -68,6 +72,7 @@ KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, con
 }
 
 /* Values (M), M = count, at points, of those at the nodes by their shares; corner, share (8, M): as of `Lattice`. */
+/* Arrays: corner (8, count) < N; share (8, count); values (N); result (count) */
 KERNEL int64_t lattice_between(int64_t count, const int64_t *corner, const double *share, const double *values, double *result) {
     for (int64_t i = 0; i < count; i++) result[i] = 0.0;
     for (int64_t c = 0; c < 8; c++)
@@ -77,6 +82,7 @@ KERNEL int64_t lattice_between(int64_t count, const int64_t *corner, const doubl
 
 /* Adds to `total` (N) the shares of amplitudes (W), W = count, of the points from `begin` on. corner, share (8, M): as of
  * `Lattice`, M = points. */
+/* Arrays: begin < points - count + 1; corner (8, points) < N; share (8, points); amplitude (count); total (N) */
 KERNEL int64_t lattice_sums(int64_t count, int64_t begin, int64_t points, const int64_t *corner, const double *share,
                             const Complex *amplitude, Complex *total) {
     for (int64_t i = 0; i < count; i++)

@@ -1,8 +1,8 @@
-/* Legs at points of a body, direct or by the sea: propagation/legs.py and scattering/physical_optics/body_legs.py in one pass. */
+/* Legs at points of a body, direct or by the sea: as scattering/physical_optics/body_legs.py asks for them; in numpy tests/reference/legs.py. */
 
-#include "geometry.h"
+#include "called.h"
 
-static const double TINY = 1e-12; /* of propagation/legs.py */
+static const double TINY = 1e-12; /* m */
 
 /* Of one point: distance along the earth [m], horizontal unit vector on the map, height above the sea [m]. */
 typedef struct {
@@ -30,36 +30,37 @@ static inline SeaRay sea_ray(Plan plan, double antenna_height, double earth_radi
     return ray;
 }
 
-/* Rays at points (M, 3) in the body's frame [m], M = count. position, antenna (3) on the map [m]; cosine, sine: of the heading.
- * Results, each (M): as of `LegRays`. */
-KERNEL int64_t leg_rays(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
-                        const double *antenna, double earth_radius, double *length, double *east, double *north, double *rise,
-                        double *flat, double *curvature, double *tilt, uint8_t *arrives) {
-    for (int64_t i = 0; i < count; i++) {
-        Plan plan = plan_of(points + 3 * i, position, cosine, sine, antenna);
-        if (by_sea) {
+/* Rays at points (M, 3) in the body's frame [m], M = count. position, antenna (3) on the map [m]; cosine, sine: of the heading. */
+/* Arrays: points (count, 3); position, antenna (3); length, east, north, rise, flat, curvature, tilt, arrives (count) */
+KERNEL int64_t leg_rays(const PointRays *rays) {
+    PointRays to = *rays;
+    const double *antenna = to.antenna, cosine = to.cosine, sine = to.sine, earth_radius = to.earth_radius;
+    for (int64_t i = 0; i < to.count; i++) {
+        Plan plan = plan_of(to.points + 3 * i, to.position, cosine, sine, antenna);
+        if (to.by_sea) {
             SeaRay ray = sea_ray(plan, antenna[2], earth_radius);
             double spreading = 1.0 + 2.0 * ray.first / (earth_radius * larger(ray.grazing_sine, TINY));
-            length[i] = ray.first + ray.second;
-            curvature[i] = spreading / larger(ray.first + ray.second * spreading, TINY);
-            rise[i] = ray.rise / larger(ray.second, TINY);
-            arrives[i] = ray.grazing_sine > 0.0;
+            to.length[i] = ray.first + ray.second;
+            to.curvature[i] = spreading / larger(ray.first + ray.second * spreading, TINY);
+            to.rise[i] = ray.rise / larger(ray.second, TINY);
+            to.arrives[i] = ray.grazing_sine > 0.0;
         } else {
             double z = plan.height - antenna[2] - plan.distance * plan.distance / (2.0 * earth_radius);
-            length[i] = larger(sqrt(plan.distance * plan.distance + z * z), TINY);
-            curvature[i] = 1.0 / length[i];
-            rise[i] = z / length[i];
-            arrives[i] = 1;
+            to.length[i] = larger(sqrt(plan.distance * plan.distance + z * z), TINY);
+            to.curvature[i] = 1.0 / to.length[i];
+            to.rise[i] = z / to.length[i];
+            to.arrives[i] = 1;
         }
-        east[i] = plan.east * cosine - plan.north * sine;
-        north[i] = plan.east * sine + plan.north * cosine;
-        flat[i] = sqrt(larger(1.0 - rise[i] * rise[i], 0.0));
-        tilt[i] = plan.distance / earth_radius;
+        to.east[i] = plan.east * cosine - plan.north * sine;
+        to.north[i] = plan.east * sine + plan.north * cosine;
+        to.flat[i] = sqrt(larger(1.0 - to.rise[i] * to.rise[i], 0.0));
+        to.tilt[i] = plan.distance / earth_radius;
     }
-    return count;
+    return to.count;
 }
 
-/* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of propagation/legs.py; arguments as of `leg_rays`. */
+/* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of tests/reference/legs.py; arguments as of `leg_rays`. */
+/* Arrays: points (count, 3); position, antenna (3); weight (count) */
 KERNEL int64_t leg_weights(int64_t count, const double *points, const double *position, double cosine, double sine,
                            const double *antenna, double earth_radius, double *weight) {
     for (int64_t i = 0; i < count; i++) {
@@ -71,6 +72,7 @@ KERNEL int64_t leg_weights(int64_t count, const double *points, const double *po
 }
 
 /* Lengths (M) of the legs alone [m]; arguments as of `leg_rays`. */
+/* Arrays: points (count, 3); position, antenna (3); length (count) */
 KERNEL int64_t leg_lengths(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
                            const double *antenna, double earth_radius, double *length) {
     for (int64_t i = 0; i < count; i++) {

@@ -6,10 +6,12 @@
 #define SOURCES 0
 #endif
 
-/* The digest of the sources that it was built from, as setup.py and library.py compute it. */
-KERNEL int64_t sources(void) { return SOURCES; }
+/* The digest of the sources that it was built from, as build_backend.py and library.py compute it. */
+KERNEL uint64_t sources(void) { return SOURCES; }
 
-/* There for linkers that setuptools tells to export it. */
-void *PyInit_compiled(void);
-
-void *PyInit_compiled(void) { return 0; }
+/* Whether indices (N), N = count, are all at least `low` and less than `limit`. */
+KERNEL int inside(int64_t count, const int64_t *index, int64_t low, int64_t limit) {
+    int all = 1;
+    for (int64_t i = 0; i < count; i++) all &= (index[i] >= low) & (index[i] < limit);
+    return all;
+}

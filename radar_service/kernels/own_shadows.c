@@ -1,5 +1,4 @@
-/* Shadows that a body casts on itself: all but the rays, as scattering/physical_optics/own_shadows.py and trace/occluder.py have
- * it in numpy. Lengths are in metres, vectors are rows; `lean` (3, 3) turns vectors of the upright body into its own frame. */
+/* Shadows that a body casts on itself: all but the rays, for scattering/physical_optics/own_shadows.py. Lengths are in metres, vectors are rows; `lean` (3, 3) turns vectors of the upright body into its own frame. */
 
 #include "geometry.h"
 
@@ -14,6 +13,7 @@ static const int64_t NO_TRIANGLE = -1;
  * origin (M, 3): where the rays seem to come from.
  * begin, direction (M, 3): of the rays, about the sphere's centre.
  * reflection (M, 3), beyond (M): where the sea reflects them, and how far before the points in plan; written by sea alone. */
+/* Arrays: points, end, line, origin, begin, direction, reflection (count, 3); centre (3); lean (3, 3); beyond (count) */
 KERNEL int64_t own_shadow_rays(int64_t count, int64_t by_sea, const double *points, double at_x, double at_y, double height,
                         double water, double earth_radius, const double *centre, double radius, const double *lean, double *end,
                         double *line, double *origin, float *begin, float *direction, double *reflection, double *beyond) {
@@ -50,6 +50,7 @@ KERNEL int64_t own_shadow_rays(int64_t count, int64_t by_sea, const double *poin
  *
  * hit, triangle (M): what the rays meet, and what the points lie on; end, line (M, 3): as above; normal (F, 3), offset (F): of the
  * triangles' planes. */
+/* Arrays: hit (count) from -1 < F; triangle, occluding (count); end, line (count, 3); normal (F, 3); offset (F) */
 KERNEL int64_t own_shadow_hits(int64_t count, const int64_t *hit, const int64_t *triangle, const double *end, const double *line,
                         const double *normal, const double *offset, int64_t *occluding) {
     for (int64_t i = 0; i < count; i++) {
@@ -86,7 +87,9 @@ static double way_out(const double *corners[3], const double *begin, const doubl
  * they begin; triangle (M): on which. onward (M): how far beyond an edge the next ray ends, a share. vertices (V, 3), faces (F, 3).
  * share, edge, result (M): where each way is, the last edge, and where it ends; changed. points (count, 3), on (count): of the
  * ways that go on, the next points and the triangles they lie on. */
-KERNEL int64_t shadow_edge_step(int64_t count, double growth, int64_t *left, const int64_t *occluding, const double *end,
+/* Arrays: count < M + 1; left (M) < M; occluding (count) from -2 < F; end, origin, points (count, 3); on (count);
+ * way, curved_way, hidden (M, 3); triangle, onward, share, edge, result (M); vertices (vertex_count, 3); faces (F, 3) */
+KERNEL int64_t shadow_edge_step(int64_t count, int64_t vertex_count, double growth, int64_t *left, const int64_t *occluding, const double *end,
                          const double *origin, const double *way, const double *curved_way, const double *hidden,
                          const int64_t *triangle, const double *onward, const double *vertices, const int64_t *faces,
                          double *share, double *edge, double *result, double *points, int64_t *on) {
@@ -96,7 +99,11 @@ KERNEL int64_t shadow_edge_step(int64_t count, double growth, int64_t *left, con
         if (occluding[i] == NO_TRIANGLE) result[which] = edge[which];
         if (occluding[i] < 0) continue;
         const double *corners[3];
-        for (int corner = 0; corner < 3; corner++) corners[corner] = vertices + 3 * faces[3 * occluding[i] + corner];
+        for (int corner = 0; corner < 3; corner++) {
+            int64_t vertex = faces[3 * occluding[i] + corner];
+            if (vertex < 0 || vertex >= vertex_count) return REFUSED;
+            corners[corner] = vertices + 3 * vertex;
+        }
         double further = way_out(corners, end + 3 * i, origin + 3 * i, curved_way + 3 * which);
         edge[which] = smaller(share[which] + further, 1.0);
         share[which] = smaller(edge[which] + growth * onward[which], 1.0);

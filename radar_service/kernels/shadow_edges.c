@@ -1,4 +1,4 @@
-/* Facets cut along the edges of shadows: `_cut_along_edges` of scattering/physical_optics/shadow_edges.py but for the search for the
+/* Facets cut along the edges of shadows: what `visible_parts` of scattering/physical_optics/shadow_edges.py does but for the search for the
  * edges. Triangles are (M, 3, 3), by corner and axis [m]. */
 
 #include "geometry.h"
@@ -15,6 +15,7 @@ static int alone(const uint8_t *flags) {
 /* The facets (K), K = count, of whose corners two differ from the third. corners (K, 3, 3); flags (K, S), S = samples: which samples
  * are visible, those at the corners first. Returns their number N; the first N rows are of them: which (K), tip (K): whether the
  * third corner is visible; begin, end (2 K, 3): of the two edges from there, a little inside. */
+/* Arrays: samples from 3; corners (count, 3, 3); flags (count, samples); which, tip (count); begin, end (2 * count, 3) */
 KERNEL int64_t shadow_tips(int64_t count, int64_t samples, const double *corners, const uint8_t *flags, int64_t *which,
                            uint8_t *tip, double *begin, double *end) {
     int64_t odd = 0;
@@ -50,7 +51,7 @@ static int explains(int64_t samples, const double *lattice, const uint8_t *flags
     return 1;
 }
 
-/* `line_through` of facets.py. */
+/* `line_through` of tests/reference/tube_witness.py. */
 static void line_through(const double *crossing, double *line) {
     double third = INSET / 3.0, x = third + (1.0 - INSET) * crossing[0], y = third + (1.0 - INSET) * crossing[1];
     double along = x * y - third * third;
@@ -72,6 +73,8 @@ static void put(double *parts, int64_t row, const double *a, const double *b, co
  *
  * Returns how many facets E a line explains. The first 3 E rows of parts (3 N, 3, 3), origin and share (3 N) are theirs: the facet
  * that each part comes from, and whether it is visible. Of the others (R = K - E): halves (2 R, 3, 3) and rest (R), which they are. */
+/* Arrays: samples from 3; corners (count, 3, 3); flags (count, samples); lattice (samples, 3); which (odd) < count; tip (odd);
+ * crossing (odd, 2); parts (3 * odd, 3, 3); origin, share (3 * odd); halves (2 * count, 3, 3); rest (count) */
 KERNEL int64_t shadow_cuts(int64_t count, int64_t samples, int64_t odd, const double *corners, const uint8_t *flags,
                            const double *lattice, int64_t *which, uint8_t *tip, double *crossing, double *parts,
                            int64_t *origin, double *share, double *halves, int64_t *rest) {
@@ -80,6 +83,7 @@ KERNEL int64_t shadow_cuts(int64_t count, int64_t samples, int64_t odd, const do
         const uint8_t *of_facet = flags + which[i] * samples;
         double line[2];
         line_through(crossing + 2 * i, line);
+        if (alone(of_facet) < 0) return REFUSED;
         if (!explains(samples, lattice, of_facet, alone(of_facet), tip[i], line)) continue;
         which[explained] = which[i];
         tip[explained] = tip[i];

@@ -7,7 +7,6 @@
 #include "shadows.h"
 
 static const double NEAR = 2e-3, NEAR_SHARE = 2e-6, EDGE_ON = 1e-9, ON_PLANE = 1e-6, SAME_POINT = 1e-5; /* of both */
-enum { NO_MEMORY = -1 };
 
 static void divide(double *vector, double by) {
     for (int axis = 0; axis < 3; axis++) vector[axis] /= by;
@@ -15,6 +14,7 @@ static void divide(double *vector, double by) {
 
 /* The shadows of triangles (T, 3, 3), T = count, at virtual positions: `CastShadows`. Returns how many cast one: these go to kept
  * (T, 3, 3), plane (T, 4, 3), offset (T, 4), distance (T). */
+/* Arrays: corners, kept (count, 3, 3); plane (count, 4, 3); offset (count, 4); distance (count) */
 KERNEL int64_t shadow_planes(int64_t count, const double *corners, double *kept, double *plane, double *offset, double *distance) {
     int64_t total = 0;
     for (int64_t i = 0; i < count; i++) {
@@ -81,6 +81,7 @@ static void bounds(const double *a, const double *b, const double *normal, doubl
 }
 
 /* `silhouettes` of triangles (T, 3, 3), T = count: planes (3 T, 4, 3) and offsets (3 T, 4). Returns how many there are. */
+/* Arrays: corners (count, 3, 3); plane (3 * count, 4, 3); offset (3 * count, 4) */
 KERNEL int64_t silhouettes(int64_t count, const double *corners, double *plane, double *offset) {
     size_t every = 3 * (size_t)count + 1;
     Corner *places = malloc(every * sizeof *places);

@@ -12,18 +12,20 @@
 #define BLOCK 128
 #define LIMIT 2e9 /* of a whole number in a key: a body of 2 km over its rms radius, in steps */
 
-enum { NO_MEMORY = -1 };
 static const double NORMAL_WEIGHT = 1.5; /* these three of scattering/surface_sampling.py */
 static const double FEATURE_STEPS = 1e6;
 static const double ALIKE = 0.8;
 
 /* Points on a mesh: triangle (N) and position (N, 3), N = count, where steps (N), rising, lie in the cumulated expectation (F),
  * F = faces, and at uv (2, N) within the triangles. vertices (V, 3) [m], corner (F, 3). */
-KERNEL int64_t surface_points(int64_t count, int64_t faces, const double *vertices, const int64_t *corner, const double *cumulated,
+/* Arrays: faces from 1; vertices (points, 3); corner (faces, 3); cumulated (faces); steps, triangle (count); uv (2, count); position (count, 3) */
+KERNEL int64_t surface_points(int64_t count, int64_t faces, int64_t points, const double *vertices, const int64_t *corner, const double *cumulated,
                               const double *steps, const double *uv, double *position, int64_t *triangle) {
     int64_t at = 0;
     for (int64_t i = 0; i < count; i++) {
         while (at < faces - 1 && cumulated[at] <= steps[i]) at++;
+        for (int c = 0; c < 3; c++)
+            if (corner[3 * at + c] < 0 || corner[3 * at + c] >= points) return REFUSED;
         const double *a = vertices + 3 * corner[3 * at], *b = vertices + 3 * corner[3 * at + 1];
         const double *c = vertices + 3 * corner[3 * at + 2];
         double u = uv[i], v = uv[count + i];
@@ -156,9 +158,12 @@ static void patch_heights(int64_t count, const int64_t *group, int64_t one, cons
 /* Groups points (N), N = count, into parts 2^halvings strata of equal size, cut where each group is longest, and draws point `pick`
  * (S) of each. position, direction (N, 3): of points and of normals; area (N). Results (S): the points chosen, the area that each
  * stands for, middle height over `sea` and vertical extent. */
-KERNEL int64_t strata(int64_t count, int64_t parts, int64_t halvings, const double *position, const double *direction,
+/* Arrays: groups from 1; halvings < 40; position, direction (count, 3); area (count); pick (groups) < count // groups;
+ * chosen, carried, middle, span (groups) */
+KERNEL int64_t strata(int64_t count, int64_t parts, int64_t halvings, int64_t groups, const double *position, const double *direction,
                       const double *area, double sea, const int64_t *pick, int64_t *chosen, double *carried, double *middle,
                       double *span) {
+    if (parts < 1 || parts > groups || parts << halvings != groups || count < groups) return REFUSED;
     int64_t *group = calloc((size_t)count + 1, 3 * sizeof(int64_t) + 2 * sizeof(uint32_t) + DIMENSIONS * sizeof(double));
     if (!group) return NO_MEMORY;
     double *feature = (double *)(group + 3 * count);
@@ -166,14 +171,12 @@ KERNEL int64_t strata(int64_t count, int64_t parts, int64_t halvings, const doub
     Keyed from = {group + count, keys}, to = {group + 2 * count, keys + count};
     features_of(count, position, direction, feature);
     for (int64_t i = 0; i < count; i++) group[i] = i;
-    int64_t groups = 1;
-    for (int64_t level = 0; level <= halvings; level++) {
-        int64_t size = count / groups;
-        for (int64_t g = 0; g < groups; g++) {
+    for (int64_t level = 0, made = 1; level <= halvings; made *= level++ ? 2 : parts) {
+        int64_t size = count / made;
+        for (int64_t g = 0; g < made; g++) {
             int64_t *own = group + g * size;
             sort_group(size, own, feature, longest_dimension(size, own, feature), from, to);
         }
-        groups *= level ? 2 : parts;
     }
     int64_t size = count / groups;
     for (int64_t g = 0; g < groups; g++) {

@@ -1,4 +1,4 @@
-/* Means over triangles of phasors times barycentric coordinates, as scattering/physical_optics/facet_integral.py has them. */
+/* Means over triangles of phasors times barycentric coordinates, as tests/reference/facet_integral.py has them in numpy. */
 
 #ifndef TRIANGLE_MEANS_H
 #define TRIANGLE_MEANS_H

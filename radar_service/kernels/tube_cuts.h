@@ -1,4 +1,4 @@
-/* Ray tubes cut where they hit different planes: `_cut_at_edges` and `_crossings` of scattering/physical_optics/tube_tracing.py. */
+/* Ray tubes cut where they hit different planes: `cut_at_edges` and `crossings` of tests/reference/tube_witness.py. */
 
 #ifndef TUBE_CUTS_H
 #define TUBE_CUTS_H
@@ -44,7 +44,7 @@ static double crossing(const Trace *trace, const Tube *tube, const Cut *cut, int
     return nearest < 0.6 / SECTIONS ? best : middle;
 }
 
-/* `line_through` of facets.py: shares of two edges of the whole triangle, from those of the smaller one. */
+/* `line_through` of tests/reference/tube_witness.py: shares of two edges of the whole triangle, from those of the smaller one. */
 static void line_through(double *first, double *second) {
     double third = INSET / 3.0, x = third + (1.0 - INSET) * *first, y = third + (1.0 - INSET) * *second;
     double along = x * y - third * third;
@@ -52,7 +52,7 @@ static void line_through(double *first, double *second) {
     *second = smaller(larger(along / larger(x - third, 1e-9), 1e-9), 1.0);
 }
 
-/* Whether one corner of a tube differs, so that a line may divide it: of `_cut_at_edges`. */
+/* Whether one corner of a tube differs, so that a line may divide it: of `cut_at_edges`. */
 static int is_odd(const Trace *trace, const Tube *tube, Cut *cut) {
     int64_t at[3], centre = plane_of(trace, tube, tube->hit[0]);
     for (int corner = 0; corner < 3; corner++) at[corner] = plane_of(trace, tube, tube->hit[1 + corner]);
@@ -131,7 +131,7 @@ static int64_t explained(Trace *trace, const Tubes *list, Cut *cuts, int64_t cou
 }
 
 /* Adds to `done` the parts that land of the flagged tubes that a line divides, and clears these tubes' flags in `mixed` and `kept`:
- * `_cut_at_edges`; final: whether a tube that is not cut now is not divided either. */
+ * `cut_at_edges`; final: whether a tube that is not cut now is not divided either. */
 static int cut_at_edges(Trace *trace, const Tubes *list, unsigned char *mixed, unsigned char *kept, int final, Tubes *done) {
     Cut *cuts = malloc(((size_t)list->count + 1) * sizeof *cuts);
     if (!cuts) return NO_MEMORY;

@@ -14,7 +14,7 @@ static inline double spherical(const double *offset, const double *direction, do
     return along + (dot(offset, offset) - along * along) / (2.0 * length);
 }
 
-/* The mean of the phasors of a tube and of its ray back over its footprint, 1 at its centre: `_mean_phasors`.
+/* The mean of the phasors of a tube and of its ray back over its footprint, 1 at its centre: as of `tube_fields` in tests/reference/kernel_witnesses.py.
  * frame: direction, then of the ray back direction, level, upright. */
 static inline Complex mean_phasor(double corners[3][3], const double *centre, double frame[4][3], double length,
                                   double back_length, double curvature, double wavenumber) {
@@ -50,6 +50,9 @@ static inline Complex mean_phasor(double corners[3][3], const double *centre, do
 /* Fields of tubes (M), M = count, of S that start: `level`: whether the polarization is "h"; wavenumber [rad/m]. corners (3, 3, M),
  * centre, direction, field, normal, begin (3, M), length, first_length (M), launched (M): as of `RayTubes`; out (3, S), share (S):
  * as of `Launch`. east to curvature (M): of the rays back. Results: amplitude (M) over the factor of the current, position (M, 3). */
+/* Arrays: corners (3, 3, count); centre, direction, field, normal, begin (3, count); length, first_length (count);
+ * launched (count) < starts; out (3, starts); share (starts); east, north, rise, flat, back_length, curvature, amplitude (count);
+ * position (count, 3) */
 KERNEL int64_t tube_fields(int64_t count, int64_t starts, int64_t level, double wavenumber, const double *corners,
                            const double *centre, const double *direction, const double *field, const double *normal,
                            const double *begin, const double *length, const double *first_length, const int64_t *launched,

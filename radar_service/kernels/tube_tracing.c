@@ -1,10 +1,10 @@
-/* Where ray tubes hit a body after reflection: `_reflected` of scattering/physical_optics/tube_tracing.py as a whole, with its
+/* Where ray tubes hit a body after reflection: what tests/reference/tube_witness.py does in numpy, with its
  * halvings and cuts. Rays are traced by a function of Python's. Vectors of arrays stand by axis, (3, M); those of triangles are rows. */
 
 #include "tube_cuts.h"
 #include "tubes.h"
 
-/* What rays from the centres hit, and of the largest tubes those from near the corners: `_hits_of_samples`. */
+/* What rays from the centres hit, and of the largest tubes those from near the corners: `samples` of tests/reference/tube_witness.py. */
 static int sample(Trace *trace, Tubes *list, int64_t most) {
     unsigned char *large = malloc((size_t)list->count + 1);
     if (!large) return NO_MEMORY;
@@ -157,6 +157,10 @@ static int all_levels(Trace *trace, Tubes *list, const double *smallest, int64_t
  * out, out_field (3, S), least, longest (S): as of `Launch`. vertices (V, 3), faces (F, 3), rank (F + 1), the last one of nothing,
  * smallest (F): as of `Ends`; plane (F), point, plane_normal (F, 3): as of `Planes`. centre_of_body (3), radius, rotation (3, 3):
  * of the scene of rays. Returns how many tubes there are, or what failed; `result` holds their address for `take_tubes`. */
+/* Arrays: halvings < 31; corners (3, 3, count); centre, normal, direction, field, begin (3, count); length, bounces (count);
+ * launched (count) < starts; triangle (count) < triangles; out, out_field (3, starts); least, longest (starts); vertices (V, 3);
+ * faces (triangles, 3) < V; rank (triangles + 1); smallest, plane (triangles); point, plane_normal (triangles, 3);
+ * centre_of_body (3); rotation (3, 3); result (1) */
 KERNEL int64_t reflect_tubes(int64_t count, int64_t triangles, int64_t starts, int64_t last, int64_t most, int64_t halvings,
                              int64_t cut_level, const double *corners, const double *centre, const double *normal, const double *direction, const double *field,
                              const double *begin, const double *length, const int64_t *launched, const int64_t *triangle,
@@ -189,16 +193,24 @@ KERNEL int64_t reflect_tubes(int64_t count, int64_t triangles, int64_t starts, i
     free(trace.begin);
     free(trace.direction);
     free(trace.hit);
-    if (failed) free(done.tubes);
-    *result = failed ? 0 : (int64_t)(intptr_t)done.tubes;
-    return failed ? failed : landed;
+    done.count = landed;
+    Tubes *kept = failed ? NULL : malloc(sizeof *kept);
+    if (kept)
+        *kept = done;
+    else
+        free(done.tubes);
+    *result = (int64_t)(intptr_t)kept;
+    return failed ? failed : kept ? landed : NO_MEMORY;
 }
 
 /* Copies the tubes (N), N = count, at an address and frees it. parent (N): of the tubes that were reflected; triangle (N), corners
  * (3, 3, N), centre, normal, direction, begin (3, N), length (N): as of `RayTubes`. */
+/* Arrays: parent, triangle, length (count); corners (3, 3, count); centre, normal, direction, begin (3, count) */
 KERNEL int64_t take_tubes(int64_t count, int64_t address, int64_t *parent, int64_t *triangle, double *corners, double *centre,
                           double *normal, double *direction, double *begin, double *length) {
-    Tube *tubes = (Tube *)(intptr_t)address;
+    Tubes *list = (Tubes *)(intptr_t)address;
+    if (!list || list->count != count) return REFUSED;
+    Tube *tubes = list->tubes;
     for (int64_t i = 0; i < count; i++) {
         parent[i] = tubes[i].parent;
         triangle[i] = tubes[i].triangle;
@@ -212,5 +224,6 @@ KERNEL int64_t take_tubes(int64_t count, int64_t address, int64_t *parent, int64
         }
     }
     free(tubes);
+    free(list);
     return count;
 }

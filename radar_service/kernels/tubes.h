@@ -13,7 +13,7 @@
 static const double OFFSET = 1e-3, OFFSET_RELATIVE = 1e-6, STEEP = 0.1, INSET = 0.02, ASIDE = 0.05, GRAZING = 0.01;
 static const double TINY = 1e-30, ALIKE = 1e-6;
 enum { CARRIED_HALVINGS = 1, SECTIONS = 4, SAMPLED = 4 };
-enum { NO_MEMORY = -1, NO_RAYS = -2, UNTRACED = -2 };
+enum { UNTRACED = -2 };
 
 /* Which triangles (M) rays from (M, 3) in directions (M, 3) hit first, -1 for none; begins are relative to the body's centre.
  * Returns 0, or something else where it failed. */
@@ -103,7 +103,10 @@ static int trace_rays(Trace *trace) {
     int64_t *end = trace->hit + trace->ray_count - 1;
     *end = UNTRACED; /* Python may be interrupted before its first line: then nothing is written, nor returned */
     int failed = trace->rays(trace->ray_count, trace->begin, trace->direction, trace->hit) != 0;
-    return failed || *end == UNTRACED ? NO_RAYS : 0;
+    if (failed || *end == UNTRACED) return NO_RAYS;
+    for (int64_t i = 0; i < trace->ray_count; i++)
+        if (trace->hit[i] < -1 || trace->hit[i] >= trace->triangles) return REFUSED;
+    return 0;
 }
 
 /* How far along the reflected ray it starts, off the surface: `lift`. */
@@ -122,12 +125,12 @@ static int counts(const Trace *trace, const Tube *tube, int64_t hit) {
 }
 
 static int lands(const Trace *trace, const Tube *tube, int64_t hit) {
-    return trace->last ? counts(trace, tube, hit) : hit >= 0;
+    return hit >= 0 && (!trace->last || counts(trace, tube, hit));
 }
 
 /* The plane that a ray of a tube hits, -1 where it does not land. */
 static int64_t plane_of(const Trace *trace, const Tube *tube, int64_t hit) {
-    return hit >= 0 && lands(trace, tube, hit) ? trace->plane[hit] : -1;
+    return lands(trace, tube, hit) ? trace->plane[hit] : -1;
 }
 
 /* ---- shapes ---- */

@@ -76,6 +76,7 @@ static int overlap(const Window *window, const Window *other) {
  *
  * matrix (3, 3), position (3): from the frame of the points to the map. moved: how far they may be from there [m]. own (L, 6), L =
  * legs: windows of the body, directly and by the sea. */
+/* Arrays: corners from 1 < 9; legs from 1 < 3; points (count, corners, 3); matrix (3, 3); position, antenna (3); own (legs, 6); stand (count) */
 KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const double *points, const double *matrix,
                             const double *position, const double *antenna, double earth_radius, double moved, const double *own,
                             uint8_t *stand) {

@@ -1,8 +1,8 @@
 """Names the arithmetic of this process: all that its bytes depend on besides scene, fidelity, seed and commands.
 
-The engine's compiled kernels or numpy in their place, kernels of BLAS, and the vector instructions that numpy and the C library
-choose for the processor, round differently. Within one arithmetic bytes are equal; between two they agree within -120 dB of the
-peak.
+Kernels of BLAS, and the vector instructions that numpy and the C library choose for the processor, round differently. Within one
+arithmetic bytes are equal; between two they agree within -120 dB of the peak. The engine's compiled kernels are part of every
+build, and have the same bytes whichever compiler made them.
 """
 
 import os
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import scipy
 
-from radar_service.kernels.library import kernels
 from radar_service.numerics.parallel import loaded_blas
 
 UMATH: Any = import_module("numpy._core._multiarray_umath")  # numpy has no public list of the instructions it chooses from
@@ -25,9 +24,8 @@ CPU_FEATURES: Mapping[str, bool] = UMATH.__cpu_features__
 @cache
 def arithmetic() -> str:
     """Returns the name of this process's arithmetic, such as
-    "x86_64 glibc 2.36, numpy 2.3.5 AVX512_ICL, scipy 1.16.3, OpenBLAS 0.3.30 Haswell, compiled kernels"."""
-    own = "compiled kernels" if kernels() else "no compiled kernels"
-    return f"{_machine()}, numpy {np.__version__} {numpy_level()}, scipy {scipy.__version__}, {_blas()}, {own}"
+    "x86_64 glibc 2.36, numpy 2.3.5 AVX512_ICL, scipy 1.16.3, OpenBLAS 0.3.30 Haswell"."""
+    return f"{_machine()}, numpy {np.__version__} {numpy_level()}, scipy {scipy.__version__}, {_blas()}"
 
 
 def dispatched() -> list[str]:

@@ -10,17 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
 from scipy.special import i0
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
 
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse
 POINTS_PER_CALL = 65_536  # of the kernel: their weights take 5 MB
-POINTS_PER_PART = 4_000  # spread together: their weights are 0.8 MB, and their band of rows is not much more
 MAX_DIRECT_WEIGHTS = 18_000  # of all points on all rows; more are faster together (measured, rows of 1600 to 8064 samples)
 MAX_SHIFTS = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
 
@@ -94,41 +92,11 @@ def spread(
     """
     total = np.zeros(shape, dtype=np.complex64)
     order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
-    compiled = kernels()
-    points = POINTS_PER_CALL if compiled else POINTS_PER_PART
-    for part in np.array_split(order, max(1, len(order) // points)) if len(order) else ():
+    for part in np.array_split(order, max(1, len(order) // POINTS_PER_CALL)) if len(order) else ():
         weights = *rows.weights(row[part]), *columns.weights(column[part])
-        if compiled:
-            taken = *weights, amplitude[part].astype(np.complex128), total.view(np.float32)
-            compiled.run("spread_points", len(part), *shape, rows.width, columns.width, *taken)
-        else:
-            _spread_part(total, *weights, amplitude[part])
+        taken = *weights, amplitude[part].astype(np.complex128), total.view(np.float32)
+        KERNELS.spread_points(len(part), *shape, rows.width, columns.width, *taken)
     return total
-
-
-def _spread_part(
-    total: Profiles,
-    first_row: Indices,
-    weight_row: Floats,
-    first_column: Indices,
-    weight_column: Floats,
-    amplitude: Complexes,
-) -> None:
-    """Adds points (E,), by rising row, to a grid: weights (E, width) from the first row on, and from the first column on."""
-    (size, columns), width = total.shape, weight_row.shape[1]
-    start = int(first_row[0])
-    band = int(first_row[-1]) + width - start
-    r = first_row[:, None] - start + np.arange(width)
-    c = (first_column[:, None] + np.arange(weight_column.shape[1])) % columns
-    cells = (r[:, :, None] * columns + c[:, None, :]).ravel()
-    weight = weight_row[:, :, None] * weight_column[:, None, :]
-    real, imaginary = (
-        np.bincount(cells, (weight * half[:, None, None]).ravel(), band * columns).reshape(band, columns)
-        for half in (amplitude.real, amplitude.imag)
-    )
-    for k in range(0, band, size):  # once for each time that the band covers the circle
-        full = slice(k, k + size)
-        total[np.arange(start + k, start + min(k + size, band)) % size] += real[full] + 1j * imaginary[full]
 
 
 def spread_moving(
@@ -150,20 +118,12 @@ def spread_moving(
         return
     count, size = rows.shape
     order, groups = _series(float(np.abs(range_migration).max(initial=0.0)), count)
-    compiled = kernels()
-    if compiled:
-        points = [np.ascontiguousarray(each) for each in (column, range_migration, amplitude)]
-        points[2] = points[2].view(np.float32)
+    points = [np.ascontiguousarray(each) for each in (column, range_migration, amplitude)]
+    points[2] = points[2].view(np.float32)
     for part in np.array_split(np.arange(count), groups):
-        k, middle_row = slice(part[0], part[-1] + 1), int(part[0] + part[-1]) // 2
-        if compiled:
-            about = k.start, k.stop, -1 if groups == 1 else middle_row, *tables[order].shape[1:], TABLE_STEPS
-            compiled.run("spread_series", len(column), count, size, *about, *points, tables[order], rows.view(np.float32))
-            continue
-        middle = range_migration[:, middle_row]
-        shift = range_migration[:, k] if groups == 1 else range_migration[:, k] - middle[:, None]
-        position = column if groups == 1 else column + middle
-        rows[k] = _spread_group(size, position, shift, amplitude[:, k], tables[order]).T
+        middle = -1 if groups == 1 else int(part[0] + part[-1]) // 2
+        about = int(part[0]), int(part[-1]) + 1, middle, *tables[order].shape[1:], TABLE_STEPS
+        KERNELS.spread_series(len(column), count, size, *about, *points, tables[order], rows.view(np.float32))
 
 
 def _spread_direct(rows: Profiles, position: Floats, amplitude: Profiles, table: Singles) -> None:
@@ -201,27 +161,3 @@ def _cost(order: int, groups: int, rows: int) -> int:
     The first matrix of a group costs 16, each further one 6 (measured with 13 000 points, 6 wide).
     """
     return rows * (order + 1) + groups * (16 + 6 * order)
-
-
-def _spread_group(
-    size: int,
-    column: Floats,
-    range_migration: Singles,
-    amplitude: Profiles,
-    table: Singles,
-) -> Profiles:
-    """A grid (size, K) of points, spread with the derivatives of the table in one product."""
-    count, terms, width = len(column), *table.shape[1:]
-    entry, first = _entries(column, width)
-    cells = np.repeat(first, terms * width).reshape(count, terms * width)
-    cells += np.tile(np.arange(width, dtype=np.int32), terms)
-    if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
-        cells %= size
-    ends = np.arange(0, cells.size + 1, width, dtype=np.int32)
-    weights = csc_array((table.take(entry, axis=0).ravel(), cells.ravel(), ends), shape=(size, count * terms))
-    series = np.empty((count, terms, amplitude.shape[1]), dtype=np.complex64)
-    series[:, 0] = amplitude
-    for power in range(1, terms):
-        np.multiply(series[:, power - 1], range_migration / np.float32(power), out=series[:, power])
-    gridded = weights @ series.reshape(count * terms, amplitude.shape[1]).view(np.float32)
-    return np.ascontiguousarray(gridded).view(np.complex64)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.records.fidelity import MIN_SCATTERERS
 from radar_service.world.body import Mesh
@@ -22,13 +22,10 @@ CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which it
 R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
 SMALL = 4096  # triangles of a mesh whose normals are kept
 MAX_FACES = 16  # plane faces that are sampled one by one
-ALIKE = 0.8  # cosine between normals of surfaces whose heights are averaged: not those of a wall and a roof
-NORMAL_WEIGHT = 1.5  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
 ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
 # dB, rms error of the mean power of hulls, spheres, cylinders and boxes: 24 / N, and 2 / sqrt(N)
 STRATIFIED, LOBES = 24.0, 2.0
 RANDOM, RANDOM_LOBES = 4.3, 7.5  # dB over sqrt(N), of more points than strata (tests/plan/test_power.py has all four)
-FEATURE_STEPS = 1e6  # in a body's size: a mesh 2 km from its origin is rounded to 1e-12 of that
 
 
 def density_db(per_cell: float) -> float:
@@ -200,17 +197,10 @@ def _along_mesh(
 def _placed(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats) -> tuple[Indices, Floats]:
     """Triangles (N,) where rising steps (N,) lie in their cumulated expectation (F,), and positions (N, 3) at uv (2, N) in
     them."""
-    if compiled := kernels():
-        position, triangle = np.empty((len(steps), 3)), np.empty(len(steps), dtype=np.int64)
-        taken = (np.ascontiguousarray(part) for part in (mesh.vertices, mesh.faces, cumulated, steps, uv))
-        compiled.run("surface_points", len(steps), len(mesh.faces), *taken, position, triangle)
-        return triangle, position
-    triangle = np.minimum(np.searchsorted(cumulated, steps, side="right"), len(cumulated) - 1)
-    u, v = uv
-    fold = u + v > 1.0
-    u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
-    a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
-    return triangle, a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    position, triangle = np.empty((len(steps), 3)), np.empty(len(steps), dtype=np.int64)
+    taken = (np.ascontiguousarray(part) for part in (mesh.vertices, mesh.faces, cumulated, steps, uv))
+    KERNELS.surface_points(len(steps), len(mesh.faces), len(mesh.vertices), *taken, position, triangle)
+    return triangle, position
 
 
 def _joined(parts: list[Scatterers]) -> Scatterers:
@@ -244,43 +234,16 @@ def _strata(
 ) -> tuple[Indices, Floats, Floats, Floats]:
     """Of points (N,) with normals `direction` (N, 3), the one of number `pick` (S,) in each of as many strata, the area that it
     stands for, and that area's middle height and vertical extent [m]; sea: as of `sample_surface`."""
-    if compiled := kernels():
-        chosen, results = np.empty(len(pick), dtype=np.int64), np.empty((3, len(pick)))
-        taken = points.position, direction, points.area, sea, pick
-        compiled.run("strata", len(direction), parts, halvings, *taken, chosen, *results)
-        return chosen, results[0], results[1], results[2]
-    offset = points.position - points.position.mean(axis=0)
-    size = np.sqrt(np.average(np.sum(offset**2, axis=1)))
-    feature = np.column_stack([offset / max(size, 1e-9), NORMAL_WEIGHT * direction])
-    feature = np.rint(feature * FEATURE_STEPS) / FEATURE_STEPS  # the same groups wherever the mesh lies in its frame
-    group = _compact_groups(feature, parts, halvings)
-    chosen = group[np.arange(len(pick)), pick]
-    height, weight = points.position[group, 2], points.area[group]
-    alike = np.einsum("gmi,gi->gm", direction[group], direction[chosen]) > ALIKE
-    weight = weight * alike
-    above = weight * (height > sea)
-    weight = np.where(above.sum(axis=1, keepdims=True) > 0, above, weight)
-    weight = weight / weight.sum(axis=1, keepdims=True)
-    middle = np.sum(weight * height, axis=1)
-    span = np.sqrt(12.0 * np.sum(weight * (height - middle[:, None]) ** 2, axis=1))
-    return chosen, points.area[group].sum(axis=1), middle, span
+    chosen, results = np.empty(len(pick), dtype=np.int64), np.empty((3, len(pick)))
+    taken = points.position, direction, points.area, sea, pick
+    KERNELS.strata(len(direction), parts, halvings, len(pick), *taken, chosen, *results)
+    return chosen, results[0], results[1], results[2]
 
 
 def _split_counts(count: int) -> tuple[int, int]:
     """p and h of the least p 2^h, at least `count`, with p of 1 to 8: at most a quarter more than `count`."""
     halvings = max(0, int(np.ceil(np.log2(count / 8.0))))
     return int(np.ceil(count / 2**halvings)), halvings
-
-
-def _compact_groups(feature: Floats, parts: int, halvings: int) -> Indices:
-    """Indices (parts 2^halvings, m) of points (N, D) in groups of equal size, cut where each group is longest (a k-d tree)."""
-    group = np.arange(len(feature)).reshape(1, -1)
-    for pieces in (parts, *[2] * halvings):
-        values = feature[group]
-        axis = np.argmax(values.var(axis=1), axis=1)
-        order = np.argsort(np.take_along_axis(values, axis[:, None, None], axis=2)[..., 0], axis=1, kind="stable")
-        group = np.take_along_axis(group, order, axis=1).reshape(len(group) * pieces, -1)
-    return group
 
 
 def _patch_heights(mesh: Mesh, normal: Floats, points: _Points, sea: float) -> tuple[Floats, Floats]:

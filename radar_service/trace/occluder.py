@@ -16,7 +16,6 @@ from radar_service.world.poses import BodyPose
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
 NO_TRIANGLE = -1
-OUTSIDE = 2.1  # radii of the bounding sphere from a point on a body, farther than which no part of it lies
 RELATIVE_TOLERANCE = 2e-6  # of the line of sight's length: float32 rounding of its direction
 
 
@@ -84,26 +83,6 @@ class Occluder:
         position = origin + share * offset
         position[:, 2] -= (share * (1.0 - share))[:, 0] * np.sum(offset[:, :2] ** 2, axis=1) / (2.0 * self._earth_radius)
         return triangle[met], position
-
-    def occluding_triangle(self, points: Floats, line: Floats, triangle: Indices) -> Indices:
-        """Which triangle of the body occludes each point (E, 3) in its own curved frame, NO_TRIANGLE where none does.
-
-        line: (E, 3) from where the line of sight begins to the point, in the same frame [m]; triangle: (E,) that each point
-        lies on.
-        """
-        x, y, z = line.T  # each by itself: faster than along an axis
-        length = np.maximum(np.sqrt(x * x + y * y + z * z), TOLERANCE)
-        share = np.minimum((OUTSIDE * self._scene.radius + TOLERANCE) / length, 1.0)
-        begin = np.empty_like(points)
-        for axis, part in enumerate((x, y, z)):
-            np.subtract(points[:, axis], part * share, out=begin[:, axis])
-        hit = self._scene.first_hit(begin, line)
-        some = np.flatnonzero((hit >= 0) & (hit != triangle))
-        before = -self._scene.hit_distance(hit[some], points.take(some, axis=0), line.take(some, axis=0))
-        occluding = some[before > TOLERANCE / length[some] + RELATIVE_TOLERANCE]
-        result = np.full(len(points), NO_TRIANGLE)
-        result[occluding] = hit[occluding]
-        return result
 
     def corners(self, triangle: Indices) -> Floats:
         """Corners (3, 3, E), by corner and axis, of triangles (E,) in the body's own curved frame [m]."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.trace.occluder import Occluder, begun_nearby, hit_before, passes_by, reach_of, sphere_reach
+from radar_service.trace.occluder import Occluder, hit_before, reach_of, sphere_reach
 from radar_service.world.poses import PoseArrays
 
 MAX_SHORT = 2**15  # numbers of 16 bits: they sort in a fifth of the time
@@ -99,38 +99,15 @@ class PosedOccluders:
 
     def lines_of_sight(self, body: Indices, origin: Floats, points: Floats, passing: bool) -> LinesOfSight:
         """Lines of sight from `origin` to points (P, 3), in frames of bodies (P,). passing: those alone that come near them."""
-        if compiled := kernels():
-            return self._compiled_lines(compiled, body, origin, points, passing)
-        if origin.ndim == 1:
-            every = np.arange(len(self.kinds.kind))
-            first = self._in_frames(every, np.broadcast_to(origin, (len(every), 3))).take(body, axis=0)
-        else:
-            first = self._in_frames(body, origin)
-        line, which = self._in_frames(body, points) - first, np.arange(len(body))
-        toward, radius = self.kinds.centre.take(body, axis=0) - first, self.kinds.radius[body]
-        if passing:
-            which = np.flatnonzero(passes_by(line, toward, radius))
-            first, line, toward = (part.take(which, axis=0) for part in (first, line, toward))
-        begin, skipped = begun_nearby(first, line, toward, radius[which])
-        return LinesOfSight(which, first, begin, line, skipped)
-
-    def _compiled_lines(
-        self, compiled: Kernels, body: Indices, origin: Floats, points: Floats, passing: bool
-    ) -> LinesOfSight:
-        """Runs the kernel that does what `lines_of_sight` does."""
         count, poses = len(body), self.poses
         lean = np.array([rotation[0] for rotation in poses.rotation.values()]).reshape(-1, 3, 3)
         bodies = poses.position[0], np.cos(poses.heading[0]), np.sin(poses.heading[0]), poses.rotation_numbers, lean
         spheres = self.kinds.centre, sphere_reach(self.kinds.radius)
         which, skipped = np.empty(count, dtype=np.int64), np.empty(count)
         first, begin, line = np.empty((3, count, 3))
-        sizes = count, 1 if origin.ndim == 1 else count, int(passing)
-        ends = (np.asarray(each, dtype=np.float64) for each in (origin, points))
+        sizes = count, 1 if origin.ndim == 1 else count, len(self.kinds.kind), len(lean), passing
+        ends = (np.asarray(each, dtype=np.float64).reshape(-1, 3) for each in (origin, points))
         taken = map(np.ascontiguousarray, (body, *ends, *bodies, *spheres))
         results = which, first, begin, line, skipped
-        kept = compiled.run("lines_of_sight", *sizes, self.earth_radius, *taken, *results)
+        kept = KERNELS.lines_of_sight(*sizes, self.earth_radius, *taken, *results)
         return LinesOfSight(which[:kept], first[:kept], begin[:kept], line[:kept], skipped[:kept])
-
-    def _in_frames(self, body: Indices, points: Floats) -> Floats:
-        """Map points (P, 3), each in the curved frame of a body (P,) (`BodyPose.frame_from_map`)."""
-        return self.poses.frames_from_map(0, points, body, self.earth_radius)

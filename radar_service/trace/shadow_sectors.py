@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.ragged import batches, spans
+from radar_service.numerics.ragged import batches
 from radar_service.numerics.types import Flags, Floats, Indices
 
 PAIRS = 2**17  # of bodies and points at a time: their rays take some 20 MB
@@ -104,21 +104,9 @@ def _in_sectors(
 
     begin, top: of all bodies (B,), distances of their sectors' starts [m] and top slopes.
     """
-    if compiled := kernels():
-        return _compiled_in_sectors(compiled, body, first, last, begin, top, points)
-    row, point = spans(first, last)
-    body = body[row]
-    kept = np.flatnonzero((points.distance[point] >= begin[body]) & (points.slope[point] <= top[body]))
-    return body[kept], points.order[point[kept]]
-
-
-def _compiled_in_sectors(
-    compiled: Kernels, body: Indices, first: Indices, last: Indices, begin: Floats, top: Floats, points: _Points
-) -> tuple[Indices, Indices]:
-    """Runs the kernel that does what `_in_sectors` does."""
     room = int(np.maximum(last - first, 0).sum())
     bodies, behind = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
-    count = compiled.run("points_behind", len(body), body, first, last, begin, top, *points, bodies, behind)
+    count = KERNELS.points_behind(len(body), room, body, first, last, begin, top, *points, bodies, behind)
     return bodies[:count], behind[:count]
 
 

@@ -1,21 +1,25 @@
-"""Runs functions with the compiled kernels and without them."""
+"""Runs functions with the compiled kernels, and with their witnesses in numpy."""
 
 from collections.abc import Callable
 from typing import TypeVar
 
 import pytest
 
-from radar_service.kernels import library
+from radar_service.kernels.library import KERNELS
+from tests.reference.kernel_witnesses import WITNESSES
 
 T = TypeVar("T")
-BUILT = library.LOADED or (library.Kernels(file) if (file := library.library_file()) else None)
-NEEDS_KERNELS = pytest.mark.skipif(BUILT is None, reason="the compiled kernels were not built: there was no C compiler")
 
 
 def both(function: Callable[[], T]) -> tuple[T, T]:
-    """What a function returns with kernels, and by numpy."""
+    """What a function returns with kernels, and with what does the same in numpy."""
+    compiled = function()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(library, "LOADED", BUILT)
-        compiled = function()
-        patch.setattr(library, "LOADED", None)
+        use_witnesses(patch)
         return compiled, function()
+
+
+def use_witnesses(patch: pytest.MonkeyPatch) -> None:
+    """Puts the witnesses in the place of the kernels."""
+    for name, witness in WITNESSES.items():
+        patch.setattr(KERNELS, name, witness)

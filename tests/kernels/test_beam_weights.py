@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.echo.moving_beam import BeamTable
-from tests.kernels.both import NEEDS_KERNELS, both
-
-pytestmark = NEEDS_KERNELS
+from tests.kernels.both import both
 
 
 @pytest.mark.parametrize(("count", "azimuths"), [(0, 4), (1, 1), (1, 17), (700, 16), (700, 3)])

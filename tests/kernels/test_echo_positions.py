@@ -9,9 +9,7 @@ from radar_service.echo.range_history import parabola
 from radar_service.numerics.frames import map_from_deck
 from radar_service.scattering.model import BodyEchoes
 from radar_service.world.poses import PoseArrays
-from tests.kernels.both import NEEDS_KERNELS, both
-
-pytestmark = NEEDS_KERNELS
+from tests.kernels.both import both
 
 
 @pytest.mark.parametrize("leaning", [[], [1], [0, 2, 3]], ids=["upright", "one leans", "most lean"])

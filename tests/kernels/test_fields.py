@@ -23,10 +23,9 @@ from radar_service.scattering.physical_optics.scattering_centres import Lattice
 from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Mesh
 from radar_service.world.poses import BodyPose
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 from tests.scattering.physical_optics.meshes import WAVELENGTH, loaded, optical, trihedral
 
-pytestmark = NEEDS_KERNELS
 EARTH = 4 / 3 * 6_371_000.0
 MINUS_120_DB = 1e-6
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")

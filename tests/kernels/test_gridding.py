@@ -5,9 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.receive.gridding import Kernel, KernelTable, spread, spread_moving
-from tests.kernels.both import NEEDS_KERNELS, both
-
-pytestmark = NEEDS_KERNELS
+from tests.kernels.both import both
 
 
 @pytest.mark.parametrize("by_table", [False, True])
@@ -19,7 +17,7 @@ def test_grids_are_those_of_numpy(
     """Past all edges, also of grids smaller than the kernels, in several calls, with gaps between rows; the grid's own rounding
     is 6e-8 of the peak, in as many parts as numpy has: 20 of them."""
     monkeypatch.setattr("radar_service.receive.gridding.POINTS_PER_CALL", 700)
-    monkeypatch.setattr("radar_service.receive.gridding.POINTS_PER_PART", 150)
+
     rng, kernels = np.random.default_rng(count), (Kernel(4, 3.0), Kernel(6, 1.5))
     weights = tuple(KernelTable(kernel.tables()[0]) for kernel in kernels) if by_table else kernels
     row = np.where(

@@ -9,9 +9,8 @@ from radar_service.scattering.physical_optics.illumination import KeptTubes
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
 from radar_service.world.poses import BodyPose
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 
-pytestmark = NEEDS_KERNELS
 EARTH = 4 / 3 * 6_371_000.0
 LEAN = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]) @ np.array(
     [[1, 0, 0], [0, 0.96, -0.28], [0, 0.28, 0.96]]

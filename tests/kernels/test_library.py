@@ -1,6 +1,5 @@
-"""The library of compiled kernels: that it is built, what it refuses, and how it is turned off."""
+"""The library of compiled kernels: that it is built, what its functions are made of, and what they refuse."""
 
-import os
 import re
 import shutil
 import subprocess
@@ -13,31 +12,46 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.kernels import library
-from radar_service.numerics.arithmetic import arithmetic
-from tests.kernels.both import BUILT, NEEDS_KERNELS
+from radar_service.kernels.library import KERNELS, Argument, prototypes
 
-LETTERS = {"int64_t": "n", "double": "r", "double *": "f", "float *": "s", "Complex *": "c", "int64_t *": "i"}
-LETTERS |= {"int8_t *": "b", "uint8_t *": "b", "RayCall": "t"}
+TEXT = """
+typedef struct {
+    int64_t count;
+    const float *weight;
+    Complex *total;
+} Sums;
+
+/* Adds. */
+/* Arrays: weight (count, 3);
+ * total (2 * count) */
+KERNEL int64_t summed(const Sums *sums) {
+}
+
+/* Arrays: some from -1 < count; points (V, 3); corner (3, count) from -1 < V */
+KERNEL int64_t lit(int64_t count, int64_t some, double water, const double *points, const int64_t *corner, uint8_t *seen) {
+}
+""".replace("corner (3, count) from -1 < V", "corner (3, count) from -1 < V; seen (count)")
 
 
-@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
-def test_kernels_are_built_where_there_is_a_compiler() -> None:
-    assert library.library_file() is not None, (
-        "run `pip install -e .` again: it builds the kernels from the sources as they are"
+def test_the_text_declares_types_writability_shapes_and_ranges() -> None:
+    found = prototypes(TEXT)
+    assert found["summed"].is_struct and not found["lit"].is_struct
+    assert found["summed"].arguments[1:] == (
+        Argument("weight", "float", False, ("count", "3"), None, None),
+        Argument("total", "Complex", True, ("2 * count",), None, None),
     )
+    assert found["lit"].arguments[1:] == (
+        Argument("some", "int64_t", False, None, "-1", "count"),
+        Argument("water", "double", False, None, None, None),
+        Argument("points", "double", False, ("V", "3"), None, None),
+        Argument("corner", "int64_t", False, ("3", "count"), "-1", "V"),
+        Argument("seen", "uint8_t", True, ("count",), None, None),
+    )
+    assert found["lit"].free == {"V": ("points", 0)}
+    with pytest.raises(AssertionError, match="seen: an array needs its shape"):
+        prototypes(TEXT.replace("; seen (count)", ""))
 
 
-def test_python_calls_kernels_as_the_sources_declare_them() -> None:
-    source = "".join(file.read_text(encoding="utf-8") for file in sorted(library.FOLDER.glob("*.c")))
-    declared = {}
-    source = source.replace("KERNEL int64_t sources(void)", "")
-    for name, arguments in re.findall(r"^KERNEL int64_t (\w+)\(([^)]*)\)", source, flags=re.M):
-        types = (re.sub(r"\w+$|const ", "", argument.strip()).strip() for argument in arguments.split(","))
-        declared[name] = "".join(LETTERS[of_one] for of_one in types)
-    assert declared == library.PROTOTYPES
-
-
-@NEEDS_KERNELS
 def test_a_library_that_was_built_from_other_sources_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a checkout whose sources have changed since `pip install -e .`."""
     built = library.library_file()
@@ -53,70 +67,82 @@ def test_a_library_that_was_built_from_other_sources_is_not_used(tmp_path: Path,
     assert library.library_file() is None
 
 
-@NEEDS_KERNELS
+LOCKED = np.zeros(4, dtype=np.complex128)
+LOCKED.flags.writeable = False
+PHASE, RESULT, CORNER = np.zeros(4), np.zeros(4, dtype=np.complex128), np.zeros((3, 2), dtype=np.int64)
+
+
 @pytest.mark.parametrize(
-    "phase",
-    [np.zeros(4, dtype=np.float32), np.zeros(8)[::2], np.zeros(4, dtype=np.complex128)],
-    ids=["single", "gaps", "complex"],
+    ("arguments", "why"),
+    [
+        ((5, PHASE, RESULT), r"phasors: phase has shape (4,): it takes (5,) = (count)"),
+        ((4, np.zeros((4, 1)), RESULT), r"phasors: phase has shape (4, 1): it takes (count)"),
+        ((4, np.zeros(8)[::2], RESULT), r"phasors: phase has strides (16,): it takes a C-contiguous array"),
+        ((4, PHASE.astype(np.float32), RESULT), r"phasors: phase is of float32: it takes an array of float64"),
+        ((4, PHASE, LOCKED), r"phasors: result may not be written"),
+        ((4, PHASE, [0.0] * 4), r"phasors: result is <class 'list'>: it takes an array of complex128"),
+        ((-1, PHASE, RESULT), r"phasors: count is -1: it must be at least 0"),
+        ((4.0, PHASE, RESULT), r"phasors: argument 1: TypeError: wrong type"),
+    ],
+    ids=["short", "another shape", "gaps", "single", "read-only", "list", "negative", "real"],
 )
-def test_an_array_that_a_kernel_would_misread_is_refused(phase: np.ndarray) -> None:
-    assert BUILT is not None
-    with pytest.raises(TypeError, match="C-contiguous"):
-        BUILT.run("phasors", 4, phase, np.zeros(4, dtype=np.complex128))
+def test_what_a_kernel_would_misread_is_refused_by_name(arguments: tuple[object, ...], why: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(why)):
+        KERNELS.phasors(*arguments)
 
 
-@NEEDS_KERNELS
-def test_the_environment_turns_kernels_off_and_the_arithmetic_says_so() -> None:
-    command = "from radar_service.numerics.arithmetic import arithmetic; print(arithmetic())"
-    environment = {**os.environ, library.SWITCH: "off"}
-    off = subprocess.run([sys.executable, "-c", command], env=environment, capture_output=True, text=True, check=True)
-    assert off.stdout.strip().endswith(", no compiled kernels")
-    assert off.stdout.strip().rpartition(", ")[0] == arithmetic().rpartition(", ")[0]
+def test_indices_and_numbers_out_of_range_are_refused() -> None:
+    shapes = np.zeros((3, 3, 2)), np.zeros((2, 3)), np.zeros(2)
+    for wrong in (-1, 7):
+        with pytest.raises(ValueError, match="facet_shapes: corner has an index that is not from 0 to 6"):
+            KERNELS.facet_shapes(2, np.zeros((7, 3)), np.full((3, 2), wrong), *shapes)
+    with pytest.raises(ValueError, match="cut_triangles: a number is not finite, or out of range"):
+        KERNELS.cut_triangles(
+            1, 1, np.arange(9.0).reshape(1, 3, 3), np.zeros(1), np.zeros((1, 3, 3)), np.zeros(1, dtype=np.int64)
+        )
 
 
-@pytest.mark.parametrize(("choice", "told"), [("", True), ("off", False)])
-def test_a_program_tells_once_that_it_has_no_kernels(
-    choice: str, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(library, "LOADED", None)
-    monkeypatch.setenv(library.SWITCH, choice)
+def test_what_is_only_read_may_be_locked_and_arrays_may_be_empty() -> None:
+    locked = np.ones(4)
+    locked.flags.writeable = False
+    assert KERNELS.phasors(4, locked, result := np.zeros(4, dtype=np.complex128)) == 4
+    np.testing.assert_allclose(result, np.exp(1j))
+    assert KERNELS.phasors(0, np.zeros(0), np.zeros(0, dtype=np.complex128)) == 0
+
+
+def test_a_program_without_kernels_says_so_in_a_sentence(tmp_path: Path) -> None:
+    """In a copy of the package that was never built."""
+    root = library.FOLDER.parents[1]
+    ignored = shutil.ignore_patterns("__pycache__", f"{library.NAME}.*")
+    shutil.copytree(root / "radar_service", tmp_path / "radar_service", ignore=ignored)
+    for name in ("clients", "scenes"):
+        (tmp_path / name).symlink_to(root / name)
+    run = subprocess.run(
+        [sys.executable, "-m", "radar_service", "check", "far-target"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert (run.returncode, run.stderr) == (2, f"{library.ABSENT}\n")
     assert main(["check", "far-target"]) == 0
-    assert capsys.readouterr().err.count("compiled kernels are absent") == told
 
 
 OPTICS = "radar_service.scattering.physical_optics."
 PYTHON = {  # modules whose constants C has too
     "own_shadows.c": (OPTICS + "own_shadows", "radar_service.trace.occluder"),
-    "cast_shadows.c": (OPTICS + "silhouettes",),
     "shadow_edges.c": (OPTICS + "shadow_edges", OPTICS + "facets"),
     "windows.c": (OPTICS + "picture",),
     "kept_tubes.c": (OPTICS + "tube_tracing",),
     "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
     "triangle_means.h": (OPTICS + "facet_integral",),
-    "leg_rays.c": ("radar_service.propagation.legs",),
-    "strata.c": ("radar_service.scattering.surface_sampling",),
 }
 
 
 @pytest.mark.parametrize("file", PYTHON)
 def test_constants_in_c_are_those_of_python(file: str) -> None:
+    """Of those that both have."""
     source = (library.FOLDER / file).read_text(encoding="utf-8")
     declared = re.findall(r"^(?:static const \w+|enum) (.*);", source, flags=re.M)
     values = dict(re.findall(r"([A-Z_]{4,}) = ([-\w.]+)", " ".join(declared)))
     known: dict[str, float] = {}
     for module in PYTHON[file]:
         known |= {name.lstrip("_"): value for name, value in vars(import_module(module)).items() if name.isupper()}
-    of_c_alone = {"NO_MEMORY", "NO_RAYS", "UNTRACED", "AXES", "TOGETHER", "SIZES", "PI", "NEEDLE"}
-    assert {name: float(value) for name, value in values.items() if name not in of_c_alone} == {
-        name: known[name] for name in values if name not in of_c_alone
-    }
-    assert len(values) > 0
-
-
-@pytest.mark.parametrize("choice", ["Off", "0", "/nowhere/compiled.so"])
-def test_a_choice_of_kernels_that_is_none_is_told(choice: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(library.SWITCH, choice)
-    with pytest.raises(
-        ValueError, match=f'{library.SWITCH}: "{choice}" is neither off nor the file of a library; leave it out'
-    ):
-        library.chosen_file()
+    both = {*values} & {*known}
+    assert both and {name: float(values[name]) for name in both} == {name: known[name] for name in both}

@@ -9,9 +9,8 @@ from radar_service.trace.posed_occluders import OccluderKinds, PosedOccluders
 from radar_service.trace.shadow_sectors import ShadowSectors, points_behind
 from radar_service.world.poses import PoseArrays
 from radar_service.world.shapes import box
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 
-pytestmark = NEEDS_KERNELS
 EARTH = 4 / 3 * 6_371_000.0
 
 

@@ -5,10 +5,9 @@ import pytest
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.own_shadows import BEFORE_THE_SEA, STEPS, OwnShadows
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 from tests.scattering.physical_optics.test_own_shadows import BACK, EARTH, shadows, walls
 
-pytestmark = NEEDS_KERNELS
 ROUNDING = 1e-9  # m; positions on the map, of some 1 km, round to 1e-13 m, the cubic of the reflection point to 1e-11
 
 

@@ -5,9 +5,8 @@ import pytest
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.shadow_edges import visible_parts
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 
-pytestmark = NEEDS_KERNELS
 COUNT = 60
 
 

@@ -7,10 +7,9 @@ import pytest
 
 from radar_service.scattering.surface_sampling import Scatterers, sample_surface
 from radar_service.world.body import Mesh
-from tests.kernels.both import NEEDS_KERNELS, both
+from tests.kernels.both import both
 from tests.scenes import scene
 
-pytestmark = NEEDS_KERNELS
 SHAPES: dict[str, dict[str, Any]] = {
     "box, whose faces are sampled one by one": {"shape": "box", "length_m": 20, "width_m": 12, "height_m": 9},
     "hull": {"shape": "hull", "length_m": 30, "beam_m": 10, "height_m": 9},

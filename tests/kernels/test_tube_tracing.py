@@ -14,11 +14,10 @@ from radar_service.scattering.physical_optics.path_fields import Wave, received_
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.trace.embree import TriangleScene
-from tests.kernels.both import BUILT, NEEDS_KERNELS, both
+from tests.kernels.both import both
 from tests.scattering.physical_optics.meshes import dihedral, direct, loaded, optical, toward, trihedral
 from tests.scattering.physical_optics.test_ray_tubes import SMALLEST
 
-pytestmark = NEEDS_KERNELS
 COARSE = trihedral(0.6, 1, True)
 UNEQUAL = np.concatenate([dihedral(0.6, 0.5, 1)[:2], 0.37 * dihedral(0.6, 0.5 / 0.37, 1)[2:]])
 HERE = toward([1, 0.9, 1.1], 200)
@@ -117,7 +116,6 @@ def test_what_rays_raise_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             return np.zeros(len(begin), dtype=np.int64)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("radar_service.kernels.library.LOADED", BUILT)
     monkeypatch.setattr(TriangleScene, "first_hit_of", failing)
     with pytest.raises(KeyboardInterrupt):
         list(hits(tubes, body.planes, body.scene, 2, ends_on(body, SMALLEST)))
@@ -129,7 +127,6 @@ def test_an_interrupt_that_ctypes_drops_is_raised(returned: int, tmp_path: Path,
     """A signal may come as C calls Python, before the first line there: nothing is traced, and what is returned is not set."""
     body = optical(loaded(tmp_path, COARSE))
     tubes = launched(body)
-    monkeypatch.setattr("radar_service.kernels.library.LOADED", BUILT)
     monkeypatch.setattr("radar_service.kernels.library.RAY_CALL", lambda _: RAY_CALL(lambda *_: returned))
     with pytest.raises(KeyboardInterrupt):
         list(hits(tubes, body.planes, body.scene, 2, ends_on(body, SMALLEST)))

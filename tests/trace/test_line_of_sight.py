@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import polar_from_map
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.multipath import reflection_points
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import Occluder

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.multipath import reflection_points
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder
 from radar_service.world.poses import BodyPoses, pose_at

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_columns import BodyColumn
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples, renumbered
@@ -15,7 +15,6 @@ from radar_service.scattering.physical_optics.lit_facets import Surface
 from radar_service.world.body import Mesh
 
 SHADOW_EDGE = 4.0  # m; shadows are sampled at a pitch of 2 m at least
-HASH = np.uint64(0x9E3779B97F4A7C15)  # odd, its bits look drawn: two of 1e5 points share a hash with a chance of 3e-10
 
 
 class FineFacets(NamedTuple):
@@ -106,18 +105,8 @@ def welded(corners: Floats) -> tuple[Indices, Floats]:
 
     Corners are the same where all their bits are: halves of an edge that two triangles share have the same middle.
     """
-    if compiled := kernels():
-        number, points = np.empty((3, len(corners)), dtype=np.int64), np.empty((3 * len(corners) + 1, 3))
-        return number, points[: compiled.run("welded", len(corners), np.ascontiguousarray(corners), number, points)]
-    every = corners.transpose(1, 0, 2).reshape(-1, 3) + 0.0  # -0 becomes 0
-    mixed = np.zeros(len(every), dtype=np.uint64)
-    for bits in every.view(np.uint64).T:
-        mixed ^= bits
-        mixed ^= mixed >> np.uint64(32)  # round numbers differ in their high bits alone, and products pass nothing down
-        mixed *= HASH
-        mixed ^= mixed >> np.uint64(29)
-    _, first, number = np.unique(mixed, return_index=True, return_inverse=True)
-    return number.reshape(3, -1), every[first]
+    number, points = np.empty((3, len(corners)), dtype=np.int64), np.empty((3 * len(corners) + 1, 3))
+    return number, points[: KERNELS.welded(len(corners), np.ascontiguousarray(corners), number, points)]
 
 
 def _starts(counts: Indices) -> Indices:

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import Argument, kernels
-from radar_service.numerics.frames import body_rotation, map_from_body
+from radar_service.kernels.library import KERNELS
+from radar_service.numerics.frames import map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
@@ -63,22 +62,13 @@ class LegRays(NamedTuple):
         """Components (..., M) of vectors (3, ..., M) along the rays."""
         return np.asarray((vector[0] * self.east + vector[1] * self.north) * self.flat + vector[2] * self.rise)
 
-    def along_field(self, vector: Floats, name: str) -> Floats:
-        """Components (..., M) of vectors (3, ..., M) along the field of a polarization."""
-        if name == "h":
-            return np.asarray(vector[0] * self.north - vector[1] * self.east)
-        return np.asarray(vector[2] * self.flat - (vector[0] * self.east + vector[1] * self.north) * self.rise)
-
     def sags(self, edge: Floats) -> Floats:
         """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""
-        if compiled := kernels():
-            bends = np.empty((edge.shape[1], edge.shape[2]))
-            taken = (edge, self.east, self.north, self.rise, self.flat, self.length, self.curvature)
-            compiled.run("sags", edge.shape[2], len(bends), *map(np.ascontiguousarray, taken), bends)
-            return bends
-        level, upright = self.along_field(edge, "h"), self.along_field(edge, "v")
-        return np.asarray(-0.5 * (level * level / self.length + upright * upright * self.curvature))
+        bends = np.empty((edge.shape[1], edge.shape[2]))
+        taken = (edge, self.east, self.north, self.rise, self.flat, self.length, self.curvature)
+        KERNELS.sags(edge.shape[2], len(bends), *map(np.ascontiguousarray, taken), bends)
+        return bends
 
 
 @dataclass(frozen=True)
@@ -121,23 +111,15 @@ class BodyLeg:
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""
-        if compiled := kernels():
-            rays = LegRays._make([*np.empty((7, len(points))), np.empty(len(points), dtype=np.bool_)])
-            compiled.run("leg_rays", *self._compiled(points), *rays)
-            return rays
-        leg = self._leg(points)
-        east, north = (leg.level @ body_rotation(self.pose.heading)[:2, :2]).T
-        flat = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))
-        return LegRays(leg.length, east, north, leg.rise, flat, leg.curvature, leg.tilt, leg.arrives)
+        rays = LegRays._make([*np.empty((7, len(points))), np.empty(len(points), dtype=np.bool_)])
+        KERNELS.leg_rays(len(points), self.by_sea, *self._to(points), *rays)
+        return rays
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
-        if compiled := kernels():
-            length = np.empty(len(points))
-            compiled.run("leg_lengths", *self._compiled(points), length)
-            return length
-        position = map_from_body(points, self.pose.position, self.pose.heading)
-        return leg_length(position, self.antenna, self.earth_radius, self.by_sea)
+        length = np.empty(len(points))
+        KERNELS.leg_lengths(len(points), self.by_sea, *self._to(points), length)
+        return length
 
     def weight(self, points: Floats) -> Complexes | Floats:
         """What fields at points (M, 3) in the body's frame [m] are multiplied by (M,), besides their way: 1 of the direct leg,
@@ -146,21 +128,14 @@ class BodyLeg:
             return self.sea.at(points[:, 2] + float(self.pose.position[2]))
         if not self.by_sea:
             return np.ones(len(points))
-        if compiled := kernels():
-            weight, (count, _, *taken) = np.empty(len(points)), self._compiled(points)
-            compiled.run("leg_weights", count, *taken, weight)
-            return weight
-        position = map_from_body(points, self.pose.position, self.pose.heading)
-        return sea_divergence(position, self.antenna, self.earth_radius)
+        weight = np.empty(len(points))
+        KERNELS.leg_weights(len(points), *self._to(points), weight)
+        return weight
 
-    def _compiled(self, points: Floats) -> tuple[Argument, ...]:
-        """What kernels take of the leg and of points (M, 3) in the body's frame [m]."""
+    def _to(self, points: Floats) -> tuple[Floats, Floats, float, float, Floats, float]:
+        """What kernels take of the leg to points (M, 3) in the body's frame [m]."""
         pose, heading = self.pose, self.pose.heading
         return (
-            len(points), self.by_sea, np.ascontiguousarray(points), np.ascontiguousarray(pose.position), math.cos(heading),
-            math.sin(heading), np.ascontiguousarray(self.antenna), self.earth_radius,
+            np.ascontiguousarray(points), np.ascontiguousarray(pose.position), math.cos(heading), math.sin(heading),
+            np.ascontiguousarray(self.antenna), self.earth_radius,
         )  # fmt: skip
-
-    def _leg(self, points: Floats) -> Leg:
-        position = map_from_body(points, self.pose.position, self.pose.heading)
-        return (sea_leg if self.by_sea else direct_leg)(position, self.antenna, self.earth_radius)

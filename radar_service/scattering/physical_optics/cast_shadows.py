@@ -7,34 +7,23 @@ the reflection by what stands in the one by the sea. The edges of all shadows to
 facet is in the shadow as a whole, or not at all. Rough land has many that other land hides: these cut nothing.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import box_around
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
-from radar_service.scattering.physical_optics.silhouettes import (
-    ON_PLANE,
-    WIDER,
-    Extents,
-    View,
-    ends,
-    is_covered,
-    silhouettes,
-)
-from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
+from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
 MAX_TESTS = 16_000_000  # of triangles against those of the body: more shadows are sampled
-TESTS = 100_000  # of points and triangles at once, some 10 MB
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
-EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
 
 Posed = Sequence[tuple[TriangleClusters, BodyPose]]
@@ -51,26 +40,9 @@ class CastShadows:
     def __init__(self, picture: Picture, corners: Floats) -> None:
         """picture: in which they stand."""
         self.picture = picture
-        if compiled := kernels():
-            self._compile(compiled, corners)
-            return
-        a, b, c = corners.transpose(1, 0, 2)
-        plane = np.stack([np.cross(a, b), np.cross(b, c), np.cross(c, a), np.cross(b - a, c - a)], axis=1)
-        plane /= np.maximum(np.linalg.norm(plane, axis=2, keepdims=True), 1e-30)
-        distance, away = np.linalg.norm(a, axis=1), np.einsum("tx,tx->t", plane[:, 3], a)
-        plane[:, :3] *= np.sign(np.einsum("tx,tx->t", plane[:, 0], c))[:, None, None]
-        plane[:, 3] *= np.sign(away)[:, None]
-        behind = np.abs(away) * (1.0 + NEAR / np.maximum(distance, NEAR) + NEAR_SHARE)
-        casts = np.abs(away) > EDGE_ON * distance
-        self.corners, self.plane = corners[casts], plane[casts]  # inward normals
-        self.offset = np.concatenate([np.zeros((len(a), 3)), behind[:, None]], axis=1)[casts]
-        self.distance = np.linalg.norm(self.corners, axis=2).min(axis=1)
-
-    def _compile(self, compiled: Kernels, corners: Floats) -> None:
-        """Runs the kernel that does what `__init__` does."""
         count = len(corners)
         results = np.empty((count, 3, 3)), np.empty((count, 4, 3)), np.empty((count, 4)), np.empty(count)
-        casting = compiled.run("shadow_planes", count, np.ascontiguousarray(corners), *results)
+        casting = KERNELS.shadow_planes(count, np.ascontiguousarray(corners), *results)
         self.corners, self.plane, self.offset, self.distance = (result[:casting] for result in results)
 
     @staticmethod
@@ -105,17 +77,7 @@ class CastShadows:
         """Which triangles (M, 3, 3) of a body lie as a whole in the shadow of one triangle; on_map: as of `cut`."""
         virtual = self._virtual(corners, on_map)
         dark = np.zeros(len(corners), dtype=np.bool_)
-        if compiled := kernels():
-            taken = map(np.ascontiguousarray, (virtual, self.plane, self.offset))
-            compiled.run("cast_dark", len(corners), len(self), *taken, dark)
-            return dark
-        step = max(1, TESTS // max(1, len(corners)))
-        for first in range(0, len(self), step):
-            some = slice(first, first + step)
-            inside = np.ones((len(corners), len(self.plane[some])), dtype=np.bool_)
-            for k in range(4):
-                inside &= (virtual @ self.plane[some, k].T >= self.offset[some, k]).all(axis=1)
-            dark |= inside.any(axis=1)
+        KERNELS.cast_dark(len(corners), len(self), *map(np.ascontiguousarray, (virtual, self.plane, self.offset)), dark)
         return dark
 
     def cut(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> tuple[Floats, Indices, Flags]:
@@ -131,32 +93,18 @@ class CastShadows:
 
     def cut_at(self, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
         """What `cut` returns; virtual: the same triangles (M, 3, 3) at virtual positions."""
-        if compiled := kernels():
-            return self._compiled_cut(compiled, corners, virtual)
-        pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
-        lit = self._lit(pieces[..., 3:].mean(axis=1))
-        dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
-        dark_throughout, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
-        parts, triangle = (
-            np.concatenate([pieces[mixed, :, :3], corners[dark_throughout]]),
-            np.concatenate([origin[mixed], dark_throughout]),
-        )
-        return parts, triangle, np.concatenate([lit[mixed], np.zeros(len(dark_throughout), dtype=np.bool_)])
-
-    def _virtual(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Floats:
-        """Corners (M, 3, 3) of triangles at virtual positions [m]; on_map: as of `cut`."""
-        return self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
-
-    def _compiled_cut(self, compiled: Kernels, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
-        """Runs the kernel that does what `cut_at` does."""
         room, edges = 2 * len(corners) + 64, self._ends()
         taken = tuple(map(np.ascontiguousarray, (corners, virtual, *edges, self.plane, self.offset)))
         while True:
             parts = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_)
-            count = compiled.run("cast_cuts", len(corners), len(edges[0]), len(self), room, *taken, *parts)
+            count = KERNELS.cast_cuts(len(corners), len(edges[0]), len(self), room, *taken, *parts)
             if count <= room:
                 return parts[0][:count], parts[1][:count], parts[2][:count]
             room = count
+
+    def _virtual(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Floats:
+        """Corners (M, 3, 3) of triangles at virtual positions [m]; on_map: as of `cut`."""
+        return self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
 
     def _ends(self) -> tuple[Floats, Floats]:
         """Where shadows may end: planes (E, 4, 3) and offsets (E, 4) [m]. The first plane cuts what lies on the inner side of the
@@ -167,58 +115,23 @@ class CastShadows:
             np.concatenate([offset, self.offset[:, [3, 0, 1, 2]]]),
         )
 
-    def _pieces(self, triangles: Floats) -> tuple[Floats, Indices]:
-        """Pieces (N, 3, 6) of a body's triangles (M, 3, 6), which no edge of a shadow crosses, and the triangle of each (N,).
-
-        Columns: corners in the body's frame and at virtual positions.
-        """
-        pieces, origin = triangles, np.arange(len(triangles))
-        before = self.plane[(box_around(triangles[..., 3:]) @ self.plane[:, 3].T >= self.offset[:, 3]).all(axis=0)]
-        for plane, offset, near in self._cutting(triangles[..., 3:]):
-            if offset[0] == 0.0 and is_covered(plane, before):  # through the antenna: no triangle's own
-                continue
-            may = np.flatnonzero(near[origin])
-            side = pieces[may, :, 3:] @ plane.T - offset
-            crossed = (side.max(axis=1) > ON_PLANE).all(axis=1) & (side[..., 0].min(axis=1) < -ON_PLANE)
-            which, value = may[crossed], side[crossed, :, 0]
-            if len(which):
-                value[np.abs(value) < ON_PLANE] = 0.0
-                (above, from_above), (below, from_below) = cut(pieces[which], value)
-                left, triangle = np.ones(len(pieces), dtype=np.bool_), origin[which]
-                left[which] = False
-                pieces = np.concatenate([pieces[left], above, below])
-                origin = np.concatenate([origin[left], triangle[from_above], triangle[from_below]])
-        return pieces, origin
-
-    def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Flags]]:
-        """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), as of `_ends`, and which triangles (M,)
-        each may cut."""
-        plane, offset = self._ends()
-        view, count = View.to(virtual.reshape(-1, 3)), len(plane) - len(self)
-        triangles, of_silhouettes = view.extents(virtual), view.extents(ends(plane[:count]), WIDER)
-        edges = Extents._make(map(np.concatenate, zip(of_silhouettes, view.extents(self.corners, WIDER), strict=True)))
-        step = max(1, TESTS // max(1, len(virtual)))
-        for first in range(0, len(plane), step):
-            near = Extents(edges.low[first : first + step], edges.high[first : first + step]).overlap(triangles)
-            for number in np.flatnonzero(near.any(axis=1)).tolist():
-                yield plane[first + number], offset[first + number], near[number]
-
     def _lit(self, virtual: Floats) -> Flags:
         """Which points (M, 3) at virtual positions lie in no shadow."""
-        if compiled := kernels():
-            lit = np.empty(len(virtual), dtype=np.bool_)
-            taken = map(np.ascontiguousarray, (virtual, self.plane, self.offset))
-            compiled.run("cast_lit", len(virtual), len(self), *taken, lit)
-            return lit
-        lit = np.ones(len(virtual), dtype=np.bool_)
-        step = max(1, TESTS // max(1, len(self)))
-        for first in range(0, len(virtual), step):
-            some = slice(first, first + step)
-            inside = np.ones((len(virtual[some]), len(self)), dtype=np.bool_)
-            for k in range(4):
-                inside &= virtual[some] @ self.plane[:, k].T >= self.offset[:, k]
-            lit[some] = ~inside.any(axis=1)
+        lit = np.empty(len(virtual), dtype=np.bool_)
+        KERNELS.cast_lit(len(virtual), len(self), *map(np.ascontiguousarray, (virtual, self.plane, self.offset)), lit)
         return lit
+
+
+def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
+    """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
+    from which all triangles lie on one side.
+
+    The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
+    first one at both ends, and across the rays; their normals point to it.
+    """
+    planes, offsets = np.empty((3 * len(corners), 4, 3)), np.empty((3 * len(corners), 4))
+    count = KERNELS.silhouettes(len(corners), np.ascontiguousarray(corners), planes, offsets)
+    return planes[:count], offsets[:count]
 
 
 _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))
@@ -302,22 +215,8 @@ class Onlooker(NamedTuple):
     def _stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:
         """Which hulls of points (N, P, 3) in a body's frame [m] may stand before this one along a leg; own, moved: as of
         `_before`."""
-        if compiled := kernels():
-            return self._compiled_stand_before(compiled, points, pose, own, moved)
-        position = pose.map_from_frame(points)
-        direct = Windows.of(position, self.legs[0]).widened(moved)
-        stand = np.logical_or.reduce([direct.overlap(window) for window in own])
-        if len(own) > 1:
-            left = np.flatnonzero(direct.before(own[1]) & ~stand)
-            stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
-        return np.asarray(stand)
-
-    def _compiled_stand_before(
-        self, compiled: Kernels, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float
-    ) -> Flags:
-        """Runs the kernel that does what `_stand_before` does."""
         stand, leg, windows = np.empty(len(points), dtype=np.bool_), self.legs[0], np.array(own).reshape(len(own), -1)
         taken = map(np.ascontiguousarray, (points, pose.matrix, pose.position, leg.antenna))
         sizes = (len(points), points.shape[1], len(own))
-        compiled.run("stand_before", *sizes, *taken, leg.earth_radius, moved, windows, stand)
+        KERNELS.stand_before(*sizes, *taken, leg.earth_radius, moved, windows, stand)
         return stand

@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import Kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.model import BodyEchoes
 from radar_service.scattering.physical_optics.body_facets import BodyFacets
@@ -126,9 +126,7 @@ class ConvexFacets(NamedTuple):
             base,
         )
 
-    def centres(
-        self, compiled: Kernels, sights: Sights, casters: Casters, wave: Wave, reflectivity: float, most: int
-    ) -> Centres | None:
+    def centres(self, sights: Sights, casters: Casters, wave: Wave, reflectivity: float, most: int) -> Centres | None:
         """Scattering centres of the body; None where more than `most` triangles cast shadows at any instant."""
         count, paths = len(sights.heading), PATHS if sights.legs > 1 else 1
         amplitude = np.zeros((count, paths, int(np.prod(self.extent))), dtype=np.complex128)
@@ -136,13 +134,14 @@ class ConvexFacets(NamedTuple):
         sizes = (
             len(self.triangle),
             len(self.normal),
+            len(self.first_fine) - 1,
             self.fine_corner.shape[1],
             len(self.fine_points),
             len(casters.begin) - 1,
         )
         poses = (sights.position, np.cos(sights.heading), np.sin(sights.heading), sights.antenna)
-        compiled.run(
-            "convex_fields", count, sights.legs, wave.polarization == "h", *sizes, most, True, wave.wavenumber,
+        KERNELS.convex_fields(
+            count, sights.legs, wave.polarization == "h", *sizes, most, True, amplitude.shape[2], wave.wavenumber,
             sights.earth_radius, DROPPED, self.longest, *self[:10], *map(np.ascontiguousarray, (*poses, *casters)),
             self.first, self.extent, self.steps, self.base, amplitude, state,
         )  # fmt: skip

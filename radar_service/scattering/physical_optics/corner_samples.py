@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.physical_optics.shadow_edges import INSET, Visible
@@ -65,14 +65,10 @@ class CornerSamples(NamedTuple):
 
 def renumbered(index: Indices, count: int) -> tuple[Indices, Indices]:
     """The indices (U,) below `count` that occur in `index`, rising, and the position of each index among them."""
-    if compiled := kernels():
-        place, used, number = (
-            np.empty(count, dtype=np.int64),
-            np.empty(count, dtype=np.int64),
-            np.empty_like(index, order="C"),
-        )
-        total = compiled.run("renumbered", index.size, count, np.ascontiguousarray(index), place, used, number)
-        return used[:total], number
-    occurs = np.zeros(count, dtype=np.bool_)
-    occurs[index] = True
-    return np.flatnonzero(occurs), (np.cumsum(occurs) - 1)[index]
+    place, used, number = (
+        np.empty(count, dtype=np.int64),
+        np.empty(count, dtype=np.int64),
+        np.empty(index.size, dtype=np.int64),
+    )
+    total = KERNELS.renumbered(index.size, count, np.ascontiguousarray(index).reshape(-1), place, used, number)
+    return used[:total], number.reshape(index.shape)

@@ -5,14 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Mesh
 
 MAX_FACETS = 60_000  # of one column of a body (`body_columns`): some 100 MB and 60 ms while they are evaluated
-ALIKE = 1e-6  # of lengths and areas: those that differ by less may be equal
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 # Of the beam's width and of the range cell that a facet and a cell may take: what weighs them is linear in between
@@ -109,18 +108,12 @@ def cut_facets(mesh: Mesh, longest: float, max_facets: int = MAX_FACETS) -> Face
 def cut_triangles(corners: Floats, longest: Floats | float) -> tuple[Floats, Indices]:
     """Triangles (F, 3, 3) halved until no edge exceeds `longest` (F,) [m], and the one that each comes from, rising."""
     limits = np.ascontiguousarray(np.broadcast_to(longest, len(corners)), dtype=np.float64)
-    if compiled := kernels():
-        taken = (np.ascontiguousarray(corners), limits)
-        room = 2 * len(corners)
-        while True:
-            parts, origin = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64)
-            count = compiled.run("cut_triangles", len(corners), room, *taken, parts, origin)
-            if count <= room:
-                return parts[:count], origin[:count]
-            room = count
-    cut = _cut(corners, limits, np.iinfo(np.int64).max)
-    assert cut is not None
-    return cut
+    taken, room = (np.ascontiguousarray(corners), limits), 2 * len(corners)
+    while True:
+        parts, origin = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64)
+        if (count := KERNELS.cut_triangles(len(corners), room, *taken, parts, origin)) <= room:
+            return parts[:count], origin[:count]
+        room = count
 
 
 def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices] | None:
@@ -161,29 +154,6 @@ def box_around(corners: Floats) -> Floats:
 def centroids(corners: Floats) -> Floats:
     """Centroids (M, 3) of triangles (M, 3, 3) [m]; six times as fast as a mean along an axis."""
     return np.asarray((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0)
-
-
-def line_through(crossing: Floats, inset: float) -> Floats:
-    """Where a straight line meets the two edges of triangles' first corners (2, M), in shares of their length, 0 to 1.
-
-    crossing: (2, M) where it crosses the same edges of smaller triangles, whose corners lie `inset` of the way to the centroid.
-    """
-    third = inset / 3.0
-    x, y = third + (1.0 - inset) * crossing  # the line passes through (x, third) and (third, y), in shares of both edges
-    along = x * y - third * third
-    meets = np.stack([along / np.maximum(y - third, 1e-9), along / np.maximum(x - third, 1e-9)])
-    return np.asarray(np.clip(meets, 1e-9, 1.0))
-
-
-def halves(corners: Floats) -> Floats:
-    """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut across their longest edge."""
-    return _halved(corners, first_largest(((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).T))
-
-
-def first_largest(values: Floats) -> Indices:
-    """Of rows (R, M) the first one (M,) whose value is the largest. Values that differ by less than ALIKE of it count as equal,
-    so that the rounding of a rotated body decides nothing."""
-    return np.asarray((values >= (1.0 - ALIKE) * values.max(axis=0, initial=0.0)).argmax(axis=0))
 
 
 def _halved(corners: Floats, edge: Indices) -> Floats:

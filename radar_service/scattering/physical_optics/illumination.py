@@ -12,14 +12,13 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.corner_samples import renumbered
-from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.scattering.physical_optics.own_shadows import UPRIGHT
-from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, cross, dot
+from radar_service.scattering.physical_optics.ray_tubes import Launch, RayTubes, by_axis, dot
 from radar_service.scattering.physical_optics.triangle_cuts import AT_LEVEL, above_water
 from radar_service.scattering.physical_optics.tube_tracing import GRAZING
 
@@ -55,65 +54,39 @@ class KeptTubes(NamedTuple):
     ) -> RayTubes:
         """The tubes where they end, for legs at another pose. water: height of the sea [m]: those count whose middles
         leave and end above it."""
-        if compiled := kernels():
-            return self._compiled_traced(compiled, planes, lean, legs[self.out], (polarization, water))
-        corners = self.corners if lean is None else np.einsum("ik,ckm->cim", lean, self.corners)
-        centre = (corners[0] + corners[1] + corners[2]) / 3.0
-        rays = legs[self.out].rays(centre.T)
-        outward, polarized = by_axis(rays.direction), by_axis(rays.polarization(polarization))
-        direction, field = outward, polarized
-        count = self.corners.shape[2]
-        begin, length, normal = centre, rays.length, _facing(planes, self.chain[0], direction)
-        bounces = 1 + (self.chain[1:] >= 0).sum(axis=0)
-        for number in range(1, len(self.chain)):
-            on = np.flatnonzero(self.chain[number] >= 0)
-            if not len(on):
-                break
-            onward, turned = specular_reflection(direction[:, on].T, field[:, on].T, normal[:, on].T)
-            direction, field = _with(direction, on, onward.T), _with(field, on, turned.T)
-            triangle = self.chain[number, on]
-            facing = _facing(planes, triangle, direction[:, on])
-            travel = _travel(corners[:, :, on], planes, triangle, facing, direction[:, on])
-            middle = (travel[0] + travel[1] + travel[2]) / 3.0
-            corners = _with(corners, on, corners[:, :, on] + travel[:, None] * direction[:, on])
-            centre = _with(centre, on, centre[:, on] + middle * direction[:, on])
-            length, normal = _with(length, on, length[on] + middle), _with(normal, on, facing)
-        last = self.chain[bounces - 1, np.arange(count)]
-        share = self.share * ((begin[2] > water) & (centre[2] > water))
-        launch = self._launch(outward, polarized, share)
-        return RayTubes(
-            launch, np.arange(count), corners, centre, normal, last, direction, field, length, begin, rays.length, bounces,
-            self.chain,
-        )  # fmt: skip
-
-    def _launch(self, outward: Floats, polarized: Floats, share: Floats) -> Launch:
-        """Where the tubes start; arguments: the first columns of `Launch`, and the share."""
-        count, first = len(share), self.chain[0]
-        return Launch(outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), first, first)
-
-    def _compiled_traced(
-        self, compiled: Kernels, planes: Planes, lean: Floats | None, leg: BodyLeg, wave: tuple[str, float]
-    ) -> RayTubes:
-        """Runs the kernels that do what `traced` does. leg: by which they leave; wave: its polarization, and the height of the
-        sea [m]."""
-        count, (polarization, water) = self.corners.shape[2], wave
+        leg, count = legs[self.out], self.corners.shape[2]
         corners, middle = np.empty((3, 3, count)), np.empty((count, 3))
         turn = UPRIGHT if lean is None else np.ascontiguousarray(lean)
-        compiled.run("turned_corners", count, np.ascontiguousarray(self.corners), turn, corners, middle)
+        KERNELS.turned_corners(count, np.ascontiguousarray(self.corners), turn, corners, middle)
         rays, share = leg.rays(middle), np.array(self.share)
         vectors, length = np.empty((6, 3, count)), np.empty(count)
         bounces, last = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
         taken = map(np.ascontiguousarray, (self.chain, planes.point, planes.normal, *rays[1:5], rays.length))
-        compiled.run(
-            "kept_tubes", count, len(self.chain), polarization == "h", water, *taken, middle, corners, share, *vectors, length,
-            bounces, last,
-        )  # fmt: skip
+        KERNELS.kept_tubes(
+            count,
+            len(self.chain),
+            polarization == "h",
+            water,
+            *taken,
+            middle,
+            corners,
+            share,
+            *vectors,
+            length,
+            bounces,
+            last,
+        )
         outward, polarized, centre, normal, direction, field = vectors
         launch = self._launch(outward, polarized, share)
         return RayTubes(
             launch, np.arange(count), corners, centre, normal, last, direction, field, length, by_axis(middle), rays.length,
             bounces, self.chain,
         )  # fmt: skip
+
+    def _launch(self, outward: Floats, polarized: Floats, share: Floats) -> Launch:
+        """Where the tubes start; arguments: the first columns of `Launch`, and the share."""
+        count, first = len(share), self.chain[0]
+        return Launch(outward, polarized, np.full(count, self.out), share, self.cell, np.zeros(count), first, first)
 
 
 @dataclass(frozen=True)
@@ -173,13 +146,10 @@ def _above_water(points: Floats, corner: Indices, water: float) -> tuple[Indices
 
 def _dry_and_crossed(points: Floats, corner: Indices, level: float) -> tuple[Indices, Indices]:
     """Which facets have no corner below a level [m], and which have some; arguments as of `_above_water`."""
-    if compiled := kernels():
-        count, crossings = corner.shape[1], np.zeros(1, dtype=np.int64)
-        dry, crossed = np.empty((2, count), dtype=np.int64)
-        taken = np.ascontiguousarray(points), np.ascontiguousarray(corner)
-        return dry[: compiled.run("dry_facets", count, *taken, level, dry, crossed, crossings)], crossed[: crossings[0]]
-    low = (points[:, 2] < level)[corner].sum(axis=0)
-    return np.flatnonzero(low == 0), np.flatnonzero((low > 0) & (low < 3))
+    count, crossings = corner.shape[1], np.zeros(1, dtype=np.int64)
+    dry, crossed = np.empty((2, count), dtype=np.int64)
+    taken = np.ascontiguousarray(points), np.ascontiguousarray(corner)
+    return dry[: KERNELS.dry_facets(count, *taken, level, dry, crossed, crossings)], crossed[: crossings[0]]
 
 
 def lit_facets(
@@ -195,15 +165,10 @@ def lit_facets(
 
 def _shapes(points: Floats, corner: Indices) -> tuple[Floats, Floats, Floats]:
     """Edges (3, 3, M) as of `LitFacets`, centroids (M, 3) [m], and areas (M,) [m^2] of facets."""
-    if compiled := kernels():
-        count = corner.shape[1]
-        shapes = np.empty((3, 3, count)), np.empty((count, 3)), np.empty(count)
-        compiled.run("facet_shapes", count, np.ascontiguousarray(points), np.ascontiguousarray(corner), *shapes)
-        return shapes
-    corners = by_axis(points).take(corner, axis=1)
-    edges, centre = corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
-    across = cross(edges[:, 0], edges[:, 1])
-    return edges, centre.T, np.sqrt(dot(across, across)) / 2.0
+    count = corner.shape[1]
+    shapes = np.empty((3, 3, count)), np.empty((count, 3)), np.empty(count)
+    KERNELS.facet_shapes(count, np.ascontiguousarray(points), np.ascontiguousarray(corner), *shapes)
+    return shapes
 
 
 def _launch_corners(tubes: RayTubes, planes: Planes) -> Floats:
@@ -228,12 +193,6 @@ def _travel(corners: Floats, planes: Planes, triangle: Indices, normal: Floats, 
     along = dot(normal, direction)
     along = np.where(np.abs(along) < GRAZING, np.copysign(GRAZING, along), along)
     return np.asarray((dot(point, normal) - dot(corners.transpose(1, 0, 2), normal[:, None])) / along)
-
-
-def _facing(planes: Planes, triangle: Indices, direction: Floats) -> Floats:
-    """Normals (3, M) of triangles (M,) on the sides that rays (3, M) come from."""
-    normal = by_axis(planes.normal.take(triangle, axis=0))
-    return np.asarray(np.where(dot(normal, direction) > 0.0, -normal, normal))
 
 
 def _with(values: Floats, on: Indices, changed: Floats) -> Floats:

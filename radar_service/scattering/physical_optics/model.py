@@ -12,11 +12,10 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.kernels.library import kernels
 from radar_service.numerics.frames import body_rotation, map_from_body
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.multipath import reflection_points
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
@@ -166,11 +165,9 @@ class PhysicalOptics(AspectModel):
         sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
         if sights is None:
             return None
-        compiled, centres = kernels(), None
-        if compiled:
-            onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
-            casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
-            centres = optical.centres_at(compiled, sights, casters, most_triangles(len(optical.mesh.faces)))
+        onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
+        casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
+        centres = optical.centres_at(sights, casters, most_triangles(len(optical.mesh.faces)))
         if centres is None:
             each = zip(antenna, times.tolist(), strict=True)
             centres = Centres.of([self.body_echoes(b, at, replace(instant, time=time)) for at, time in each])

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import Kernels
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
@@ -130,7 +129,7 @@ class OpticalBody:
         low[2] = max(low[2], min(-height, high[2]))
         return box_corners(low, high)
 
-    def centres_at(self, compiled: Kernels, sights: Sights, casters: Casters, most: int) -> Centres | None:
+    def centres_at(self, sights: Sights, casters: Casters, most: int) -> Centres | None:
         """The centres of a small convex body at instants; None where they have to be computed one after the other.
 
         most: triangles that cast shadows exactly.
@@ -142,9 +141,7 @@ class OpticalBody:
             which = np.flatnonzero([each == (cell, edge) for each in limits])
             key = (cell, edge, water, sights.legs)
             facets = self.convex.get(key, partial(self._convex_facets, *key))
-            part = facets and facets.centres(
-                compiled, sights.chosen(which), casters.chosen(which), self.wave, self.reflectivity, most
-            )
+            part = facets and facets.centres(sights.chosen(which), casters.chosen(which), self.wave, self.reflectivity, most)
             if part is None:
                 return None
             parts.append(part)

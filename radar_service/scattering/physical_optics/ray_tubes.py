@@ -6,7 +6,7 @@ on rows of three.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,42 +131,6 @@ def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, pl
     normal = by_axis(planes.normal.take(surface.triangle[which], axis=0)) * side[which]
     rays = leg.rays(centre.T)
     return which, corners, centre, normal, by_axis(rays.direction), by_axis(rays.polarization(polarization)), rays.length
-
-
-def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
-    """Both halves (2 M,) of each tube, on the surface where it is, and where it is cut (3, M) [m].
-
-    turn: (3, M) order of the corners; the middle between the first two is where it is cut.
-    """
-    a, b, c = np.take_along_axis(tubes.corners, turn[:, None, :], axis=0)
-    middle = (a + b) / 2.0
-    corners = np.concatenate([np.stack([a, middle, c]), np.stack([middle, b, c])], axis=2)
-    return moved(tubes.chosen(np.tile(np.arange(len(tubes)), 2)), corners), middle
-
-
-def moved(tubes: RayTubes, corners: Floats) -> RayTubes:
-    """Parts (M,) of tubes with these corners (3, 3, M) [m], and the wave at their own centres."""
-    centre = (corners[0] + corners[1] + corners[2]) / 3.0
-    offset = centre - tubes.centre
-    along = dot(offset, tubes.direction)
-    across = offset - along * tubes.direction
-    direction = tubes.direction + across / tubes.length
-    direction /= np.sqrt(dot(direction, direction))
-    length = tubes.length + along + dot(across, across) / (2.0 * tubes.length)
-    begin = tubes.begin + _mirrored_back(across, tubes)
-    return replace(tubes, corners=corners, centre=centre, direction=direction, length=length, begin=begin)
-
-
-def _mirrored_back(across: Floats, tubes: RayTubes) -> Floats:
-    """Vectors (3, M) across tubes after reflection, as they are before the first one.
-
-    Each reflection mirrors the direction, and the field with its sign changed, so both tell how the tube is turned.
-    """
-    first, launched = tubes.launch, tubes.launched
-    direction, field = first.direction.take(launched, axis=1), first.field.take(launched, axis=1)
-    sign = np.where(tubes.bounces % 2, -1.0, 1.0)
-    along, beside = dot(across, tubes.field) * sign, dot(across, cross(tubes.direction, tubes.field))
-    return np.asarray(along * field + beside * cross(direction, field))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Complexes, Floats, Indices
 
 # Of the strongest centre's power: all that are left out; on ships, whose phases are random, 80 % of the centres. Errors of 80
@@ -48,27 +48,21 @@ class Lattice:
 
     def between(self, values: Floats | Complexes) -> Floats | Complexes:
         """Values (M,) at the points, of those at the nodes (N,) by their shares."""
-        compiled = kernels()
-        if compiled and values.dtype == np.float64:
+        if values.dtype == np.float64:
             result = np.empty(self.corner.shape[1])
             taken = map(np.ascontiguousarray, (self.corner, self.share, values))
-            compiled.run("lattice_between", len(result), *taken, result)
+            KERNELS.lattice_between(len(result), *taken, result)
             return result
         return np.asarray(np.einsum("ij,ij->j", self.share, values.take(self.corner)))
 
     def sums(self, which: slice, amplitude: Complexes) -> Complexes:
         """The sum (N,) at each node of the shares of amplitudes (W,) at points `which`."""
         total = np.zeros(len(self.nodes), dtype=np.complex128)
-        if compiled := kernels():
-            begin, points = which.indices(self.corner.shape[1])[0], self.corner.shape[1]
-            shares = np.ascontiguousarray(self.corner), np.ascontiguousarray(self.share)
-            taken = np.ascontiguousarray(amplitude, dtype=np.complex128)
-            compiled.run("lattice_sums", len(amplitude), begin, points, *shares, taken, total)
-            return total
-        real, imaginary = np.ascontiguousarray(amplitude.real), np.ascontiguousarray(amplitude.imag)
-        for corner, share in zip(self.corner[:, which], self.share[:, which], strict=True):
-            total.real += np.bincount(corner, share * real, len(total))
-            total.imag += np.bincount(corner, share * imaginary, len(total))
+        begin, points = which.indices(self.corner.shape[1])[0], self.corner.shape[1]
+        shares = np.ascontiguousarray(self.corner), np.ascontiguousarray(self.share)
+        KERNELS.lattice_sums(
+            len(amplitude), begin, points, *shares, np.ascontiguousarray(amplitude, dtype=np.complex128), total
+        )
         return total
 
 
@@ -79,58 +73,11 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     """The lattice about points (M, 3) with cells of one size [m]."""
     bottom = lowest if np.isfinite(lowest) else 0.0
     steps, base = np.array([size, size, min(UPRIGHT * size, flattest)]), np.array([0.0, 0.0, bottom])
-    compiled = kernels()
-    if compiled and len(points):
-        return _compiled_lattice(compiled, points, steps, base, bool(np.isfinite(lowest)))
-    (x, inside_x), (y, inside_y), (z, inside_z) = (
-        _cells((points[:, axis] - base[axis]) / steps[axis], axis == 2 and bool(np.isfinite(lowest))) for axis in range(3)
-    )
-    cells = np.stack([x, y, z]) if len(points) else np.zeros((3, 1), dtype=np.int64)
-    first = cells.min(axis=1)
-    extent = cells.max(axis=1) - first + 2
-    column = (x - first[0]) * extent[1] + (y - first[1])
-    number = column * extent[2] + (z - first[2])
-    strides = (int(extent[1] * extent[2]), int(extent[2]), 1)
-    corner, share = np.empty((8, len(points)), dtype=np.int64), np.empty((8, len(points)))
-    aside = [
-        (1.0 - inside_x) * (1.0 - inside_y),
-        (1.0 - inside_x) * inside_y,
-        inside_x * (1.0 - inside_y),
-        inside_x * inside_y,
-    ]
-    for n in range(4):
-        corner[2 * n] = number + (strides[0] * (n // 2) + strides[1] * (n % 2))
-        corner[2 * n + 1] = corner[2 * n] + 1
-        np.multiply(aside[n], inside_z, out=share[2 * n + 1])
-        np.subtract(aside[n], share[2 * n + 1], out=share[2 * n])
-    occurs = np.zeros(int(np.prod(extent)), dtype=np.bool_)
-    occurs[corner] = True
-    used = np.flatnonzero(occurs)
-    index = np.empty(len(occurs), dtype=np.int64)
-    index[used] = np.arange(len(used))
-    nodes = np.stack(np.unravel_index(used, tuple(extent)), axis=1) + first
-    return nodes * steps + base, index[corner], share
-
-
-def _compiled_lattice(compiled: Kernels, points: Floats, steps: Floats, base: Floats, from_zero: bool) -> Cells:
-    """Runs the kernel that does what `_lattice` does.
-
-    steps, base: sizes of cells and a node (3,) [m]; from_zero: as of `_cells`.
-    """
-    count = len(points)
+    count, from_zero = len(points), bool(np.isfinite(lowest))
     nodes, corner, share = np.empty((8 * count, 3)), np.empty((8, count), dtype=np.int64), np.empty((8, count))
-    taken = (np.ascontiguousarray(points), steps, base)
-    total = compiled.run("lattice_nodes", count, from_zero, len(nodes), *taken, nodes, corner, share)
+    taken = np.ascontiguousarray(points), steps, base, nodes, corner, share
+    total = KERNELS.lattice_nodes(count, from_zero, len(nodes), *taken)
     return nodes[:total].copy(), corner, share
-
-
-def _cells(place: Floats, from_zero: bool) -> tuple[Indices, Floats]:
-    """Cells (M,) along one axis and the places (M,) inside them, 0 to 1; from_zero: no cell is below 0, where points may round
-    to."""
-    cell = np.floor(place)
-    if from_zero:
-        np.maximum(cell, 0.0, out=cell)
-    return cell.astype(np.int64), place - cell
 
 
 def _joined(parts: list[Cells], members: list[Indices], count: int) -> Lattice:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.kernels.library import Kernels, kernels
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scattering.physical_optics.facets import areas, centroids, halves, line_through
+from radar_service.scattering.physical_optics.facets import areas
 
 Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
 Edges = Callable[[Floats, Floats, Indices], Floats]  # as `own_shadows.OwnShadows.edges`
@@ -146,59 +146,20 @@ def _cut_along_edges(
     corners: Floats, origin: Indices, triangle: Indices, flags: Flags, visible: Visible, edges: Edges | None, effort: Effort
 ) -> tuple[Parts, Floats, Indices]:
     """Parts of the facets (K, 3, 3) that one straight line explains, and halves (2 R, 3, 3) and indices (R,) of the others."""
-    if compiled := kernels():
-        return _compiled_cuts(compiled, corners, origin, triangle, flags, (visible, edges, effort))
-    odd = flags[:, :3].sum(axis=1) % 3 != 0  # two corners differ from the third
-    which = np.flatnonzero(odd)
-    seen = flags[which, :3]
-    alone = np.where(seen.sum(axis=1) == 1, seen.argmax(axis=1), (~seen).argmax(axis=1))
-    turn = (alone[:, None] + np.arange(3)) % 3
-    ordered = np.take_along_axis(corners[which], turn[:, :, None], axis=1)
-    tip = seen[np.arange(len(which)), alone]
-    line = _shadow_line(ordered, triangle[origin[which]], tip, visible, edges, effort)
-    explained = _explains(line, turn, flags[which], tip, effort.rows)
-    rest = np.setdiff1d(np.arange(len(corners)), which[explained], assume_unique=True)
-    cut = _split(ordered[explained], line[explained], origin[which[explained]], tip[explained])
-    return cut, halves(corners[rest]), rest
-
-
-def _compiled_cuts(
-    compiled: Kernels,
-    corners: Floats,
-    origin: Indices,
-    triangle: Indices,
-    flags: Flags,
-    search: tuple[Visible, Edges | None, Effort],
-) -> tuple[Parts, Floats, Indices]:
-    """Runs the kernels that do what `_cut_along_edges` does. search: by what the edges of shadows are found."""
-    count, lattice = len(corners), _lattice(search[2].rows)
+    count, lattice = len(corners), _lattice(effort.rows)
     facets = np.ascontiguousarray(corners), np.ascontiguousarray(flags)
     which, tip, begin, end = (
         np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_), np.empty((2 * count, 3)), np.empty((2 * count, 3))
     )  # fmt: skip
-    odd = compiled.run("shadow_tips", count, len(lattice), *facets, which, tip, begin, end)
+    odd = KERNELS.shadow_tips(count, len(lattice), *facets, which, tip, begin, end)
     on = np.repeat(triangle[origin[which[:odd]]], 2)
-    crossing = _crossings(begin[: 2 * odd], end[: 2 * odd], on, np.repeat(tip[:odd], 2), *search)
+    crossing = _crossings(begin[: 2 * odd], end[: 2 * odd], on, np.repeat(tip[:odd], 2), visible, edges, effort)
     parts, of_part, share = np.empty((3 * odd, 3, 3)), np.empty(3 * odd, dtype=np.int64), np.empty(3 * odd)
     halved, rest = np.empty((2 * count, 3, 3)), np.empty(count, dtype=np.int64)
-    explained = compiled.run(
-        "shadow_cuts", count, len(lattice), odd, *facets, lattice, which, tip, crossing, parts, of_part, share, halved, rest
-    )
+    lines = which[:odd], tip[:odd], crossing.reshape(-1, 2)
+    explained = KERNELS.shadow_cuts(count, len(lattice), odd, *facets, lattice, *lines, parts, of_part, share, halved, rest)
     cut, left = 3 * explained, count - explained
     return Parts(parts[:cut], origin[of_part[:cut]], share[:cut]), halved[: 2 * left], rest[:left]
-
-
-def _shadow_line(
-    ordered: Floats, triangle: Indices, tip: Flags, visible: Visible, edges: Edges | None, effort: Effort
-) -> Floats:
-    """Where the edge of the shadow crosses the first corner's two edges (K, 2), in shares of their length, 0 to 1.
-
-    ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
-    """
-    inset = ordered + INSET * (centroids(ordered)[:, None] - ordered)
-    begin, end = np.repeat(inset[:, 0], 2, axis=0), inset[:, 1:].reshape(-1, 3)
-    crossing = _crossings(begin, end, np.repeat(triangle, 2), np.repeat(tip, 2), visible, edges, effort)
-    return line_through(crossing.reshape(-1, 2).T, INSET).T
 
 
 def _crossings(
@@ -230,21 +191,3 @@ def _searched(begin: Floats, way: Floats, triangle: Indices, tip: Flags, visible
         width[wide] /= effort.sections
         low[wide] += passed * width[wide]
     return np.asarray(low + width / 2.0)
-
-
-def _explains(line: Floats, turn: Indices, flags: Flags, tip: Flags, rows: int) -> Flags:
-    """Whether all samples (K, S) lie on the correct side of the line (K, 2), those within a hundredth of it on either."""
-    lattice = _lattice(rows)
-    along = np.stack([lattice[:, turn[:, 1]].T, lattice[:, turn[:, 2]].T])
-    reach = along[0] / np.maximum(line[:, :1], 1e-9) + along[1] / np.maximum(line[:, 1:], 1e-9)
-    near = np.abs(reach - 1.0) * line.min(axis=1, keepdims=True) < 0.01
-    return np.asarray((((reach < 1.0) == (flags == tip[:, None])) | near).all(axis=1))
-
-
-def _split(ordered: Floats, line: Floats, origin: Indices, tip: Flags) -> Parts:
-    """The tip of each facet, and the rest in two parts."""
-    a, b, c = ordered.transpose(1, 0, 2)
-    ab, ac = a + line[:, :1] * (b - a), a + line[:, 1:] * (c - a)
-    parts = [np.stack(part, axis=1) for part in ([a, ab, ac], [ab, b, c], [ab, c, ac])]
-    share = np.concatenate([tip, ~tip, ~tip]).astype(np.float64)
-    return Parts(np.concatenate(parts), np.tile(origin, 3), share)

@@ -20,8 +20,8 @@ def test_detours_are_differences_of_lengths(by_sea: bool, heading: float) -> Non
     rng = np.random.default_rng(1)
     offset = rng.uniform(-0.6, 0.6, size=(5, 2, 3))
     exact = np.stack([leg.length(POINTS + one) - rays.length for one in offset])
-    offset = np.moveaxis(offset, -1, 0)
-    np.testing.assert_allclose(rays.along(offset) - rays.sags(offset), exact, atol=1e-5)
+    ways = np.moveaxis(offset, -1, 0)
+    np.testing.assert_allclose(rays.along(ways) - rays.sags(ways), exact, atol=1e-5)
     for one, other in ((rays.direction, rays.level), (rays.direction, rays.upright), (rays.level, rays.upright)):
         np.testing.assert_allclose(np.einsum("ij,ij->i", one, other), 0.0, atol=1e-12)
     assert (rays.upright[:, 2] > 0.9).all() and (rays.level[:, 2] == 0.0).all()

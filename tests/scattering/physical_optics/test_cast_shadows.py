@@ -3,16 +3,15 @@
 import numpy as np
 import pytest
 
-from radar_service.kernels import library
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics import cast_shadows
 from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
-from radar_service.scattering.physical_optics.silhouettes import Extents, View
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
+from tests.kernels.both import use_witnesses
+from tests.reference import shadow_witnesses
 from tests.reference.cast_shadows import picture_of
 from tests.reference.metal_on_water import EARTH, Setting
 
@@ -121,14 +120,6 @@ def rough_land(rng: np.random.Generator, rows: int, columns: int, top: float) ->
     return Mesh(np.stack([east.ravel(), north.ravel(), height.ravel()], axis=1), faces)
 
 
-class Everywhere(View):
-    """A view in which all overlap."""
-
-    def extents(self, directions: Floats, wider: float = 0.0) -> Extents:
-        bound = np.full((len(directions), 2), np.inf)
-        return Extents(-bound, bound)
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_light_among_a_cloud_of_triangles_is_what_all_their_edges_leave(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Triangles of 2 to 12 m before a body, in it, and about the antenna, direct and by the sea: each facet has the light that it
@@ -145,24 +136,20 @@ def test_light_among_a_cloud_of_triangles_is_what_all_their_edges_leave(seed: in
         return np.asarray(areas(body) - np.bincount(origin, areas(parts) * ~lit, minlength=len(body)))
 
     usual = light()
-    monkeypatch.setattr(library, "LOADED", None)
+    use_witnesses(monkeypatch)
     by_numpy = light()
-    monkeypatch.setattr(cast_shadows, "is_covered", lambda *_: False)
-    monkeypatch.setattr(cast_shadows, "View", Everywhere)
+    monkeypatch.setattr(shadow_witnesses, "is_covered", lambda *_: False)
     every = light()
     np.testing.assert_allclose(usual, every, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(by_numpy, every, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("kernels", ["on", "off"])
 @pytest.mark.parametrize("by_sea", [False, True], ids=["direct", "by sea"])
 def test_silhouettes_that_other_land_covers_cut_nothing_and_no_light_is_lost(
-    by_sea: bool, kernels: str, monkeypatch: pytest.MonkeyPatch
+    by_sea: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rough land before a plate: what is in the light, against 40,000 points; and against cuts at all silhouettes: more parts of
     the same area."""
-    if kernels == "off":
-        monkeypatch.setattr(library, "LOADED", None)
     fewer = partly = 0
     for seed in range(6):
         land = TriangleClusters(rough_land(np.random.default_rng(seed), 9, 21, 1.2 if by_sea else 9.0))
@@ -174,8 +161,8 @@ def test_silhouettes_that_other_land_covers_cut_nothing_and_no_light_is_lost(
         assert lit == pytest.approx(48.0 * shadows.visible(points).mean(), abs=0.12)  # an edge of 40 m in cells of 3 cm
         parts = shadows.cut(PLATE[QUAD], lambda points: points + [0.0, 100.0, 0.0])[0]
         with monkeypatch.context() as every:
-            every.setattr(library, "LOADED", None)
-            every.setattr(cast_shadows, "is_covered", lambda *_: False)
+            use_witnesses(every)
+            every.setattr(shadow_witnesses, "is_covered", lambda *_: False)
             assert lit_area(shadows, 100.0) == pytest.approx(lit, abs=1e-5)  # 40 m of edges within GRAZING of 100 m
             fewer += len(parts) < len(shadows.cut(PLATE[QUAD], lambda points: points + [0.0, 100.0, 0.0])[0])
         partly += 1.0 < lit < 47.0

@@ -8,13 +8,15 @@ from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
     NEARLY_FLAT,
-    bubbles,
-    corner_phasors,
     mean_phasor,
-    middle_second,
-    scattering_amplitude,
     specular_reflection,
     triangle_phases,
+)
+from tests.reference.facet_integral import (
+    bubbles,
+    corner_phasors,
+    middle_second,
+    scattering_amplitude,
 )
 
 Floats = NDArray[np.float64]

@@ -11,12 +11,11 @@ from radar_service.scattering.physical_optics.facets import (
     EdgeLimits,
     bend_edge,
     cut_facets,
-    first_largest,
-    halves,
-    line_through,
 )
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.world.shapes import box, sphere
+from tests.reference.shadow_witnesses import halves
+from tests.reference.tube_witness import first_largest, line_through
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import map_from_body, map_from_deck
-from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.multipath import reflection_points
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Mesh

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics import ray_tubes
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.path_fields import PathFields, tube_fields
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from tests.reference.make_ships import coaster
+from tests.reference.tube_witness import Trace, Tubes, moved
 from tests.scattering.physical_optics.meshes import (
     ODD,
     dihedral,
@@ -128,12 +128,21 @@ def test_halves_carry_on_the_wave(tmp_path: Path) -> None:
     body = optical(loaded(tmp_path, dihedral(0.6, 0.5, 1)))
     antenna = toward([1, 0.8, 0.3], 500)
     tubes = started(body, antenna)
-    tubes = ray_tubes.replace(tubes, bounces=np.zeros(len(tubes), dtype=np.int64))  # not reflected yet
-    both, _ = ray_tubes.halved(tubes, np.tile(np.array([[0], [1], [2]]), len(tubes)))
+    every, launch, (a, b, c) = np.arange(len(tubes)), tubes.launch, tubes.corners
+    columns = tubes.corners, tubes.centre, tubes.normal, tubes.direction, tubes.begin, tubes.length
+    known = {
+        "field": tubes.field,
+        "launched": every,
+        "out": launch.direction,
+        "out_field": launch.field,
+        "bounces": 0 * every,
+    }
+    halves = np.concatenate([np.stack([a, (a + b) / 2.0, c]), np.stack([(a + b) / 2.0, b, c])], axis=2)  # not reflected yet
+    both = moved(Trace(known, lambda *_: every), Tubes(every, tubes.triangle, *columns).chosen(np.tile(every, 2)), halves)
     line = both.centre.T - antenna
     length = np.linalg.norm(line, axis=1)
     np.testing.assert_allclose(both.length, length, atol=1e-6)
     np.testing.assert_allclose(both.direction.T, line / length[:, None], atol=1e-6)
     aside = both.begin.T - antenna
     np.testing.assert_allclose(np.cross(aside / length[:, None], both.direction.T), 0.0, atol=1e-6)
-    assert footprints(both).sum() == pytest.approx(footprints(tubes).sum())
+    assert areas(both.corners.transpose(2, 0, 1)).sum() == pytest.approx(footprints(tubes).sum())

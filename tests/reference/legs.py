@@ -1,4 +1,4 @@
-"""Legs: how a wave travels between the antenna and points of a body, directly or by a reflection at the sea.
+"""Legs: how a wave travels between the antenna and points of a body, directly or by a reflection at the sea: what kernels do.
 
 Lengths are those of `polar_from_map` and of `specular_geometry`, so a field that is summed with them is consistent with the
 ranges of its echoes. By Fermat's principle the direction at the body is the gradient of the length.
@@ -64,15 +64,6 @@ def sea_divergence(position: Floats, antenna: Floats, earth_radius: float) -> Fl
     ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
     fall = earth_radius * (ray.first + ray.second) * np.maximum(ray.grazing_sine, _TINY)
     return np.asarray(np.where(ray.grazing_sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * ray.first * ray.second / fall), 0.0))
-
-
-def reflection_points(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Flags]:
-    """Where the ways by the sea to positions (M, 3) meet it, (M, 3) at height 0 on the map [m], and whether they do (M,)."""
-    distance, level = _plan(position, antenna)
-    ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
-    points = np.zeros((len(distance), 3))
-    points[:, :2] = antenna[:2] + level * ray.reflection[:, None]
-    return points, np.asarray(ray.grazing_sine > 0.0)
 
 
 def leg_length(position: Floats, antenna: Floats, earth_radius: float, by_sea: bool) -> Floats:
