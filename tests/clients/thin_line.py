@@ -10,7 +10,10 @@ BURST = 0.05  # s of the rate that pass at once
 
 
 class ThinLine:
-    """A proxy to a port of this machine, in a thread of its own. rate: of what comes from the service [bytes/s]; None: unlimited."""
+    """A proxy to a port of this machine, in a thread of its own.
+
+    rate: of what comes from the service [bytes/s], None: unlimited; passed: bytes that have come from it.
+    """
 
     def __init__(self, port: int, rate: float | None = None) -> None:
         self.rate, self.passed = rate, 0
@@ -49,7 +52,8 @@ class ThinLine:
         except OSError:
             return writer.close()
         try:
-            parts = [asyncio.create_task(self._pass(reader, far_writer, False)), asyncio.create_task(self._pass(far_reader, writer, True))]
+            ways = (self._pass(reader, far_writer, False), self._pass(far_reader, writer, True))
+            parts = [asyncio.create_task(way) for way in ways]
             await asyncio.wait(parts, return_when=asyncio.FIRST_COMPLETED)
             for part in parts:
                 part.cancel()

@@ -109,7 +109,11 @@ def test_scenes_bring_one_to_three_radars_and_leave_no_process_behind(
     process, url = service
     bow, pier = TWO_RADARS["radar"]
     scenes = {
-        ids: SCENE | {"name": "".join(ids), "radar": [table | {"id": each} for each, table in zip(ids, (bow, pier, pier))]}
+        ids: SCENE
+        | {
+            "name": "".join(ids),
+            "radar": [table | {"id": each} for each, table in zip(ids, (bow, pier, pier), strict=False)],
+        }
         for ids in (("a",), ("a", "b"), ("b", "c", "d"))
     }
     with httpx.Client(base_url=url, timeout=60) as http:

@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -125,6 +126,7 @@ def test_a_scene_brings_its_radars() -> None:
 
 def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
     made: list[FakeEngine] = []
+    before = Counter(thread.name for thread in threading.enumerate())  # of other tests
 
     def engine(of: Scene) -> FakeEngine:
         made.append(FakeEngine(of))
@@ -138,11 +140,8 @@ def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
             assert list(stations) == list(ids)
             await until(lambda: all(station.transmitter.simulated > 0.5 for station in stations.values()))
         await until(lambda: sum(not each.closed for each in made) == len(stations))
-        count = len(stations)
-        names = [thread.name for thread in threading.enumerate()]
-        await until(lambda: [t.name for t in threading.enumerate()].count("radar transmitter") == count)
-        assert names.count("radar commands") == 1
-        await until(lambda: [t.name for t in threading.enumerate()].count("radar engine") == count)
+        expected = {"radar commands": 1, "radar engine": len(stations), "radar transmitter": len(stations)}
+        await until(lambda: Counter(t.name for t in threading.enumerate() if t.name in expected) - before == expected)
 
     play(test, "bow", make=made_by(engine))
 
