@@ -108,12 +108,12 @@ class PortHost:
         ticks = [self._tick(port, station, port.period) for port in self.threads if port.period is not None]
         self._tasks[station] = [asyncio.create_task(each) for each in (self._watch(station), *ticks)]
 
-    def unwatch(self, station: Station, reason: str) -> None:
+    def unwatch(self, station: Station) -> None:
         """Tells the ports that a radar has ended, and nothing more of it."""
         for task in self._tasks.pop(station, ()):
             task.cancel()
         for port in self._listeners:
-            port.put(ended(station, reason))
+            port.put(ended(station))
 
     async def stop(self) -> None:
         """Ends the ports that were started; one that does not end in time is left behind."""

@@ -42,9 +42,9 @@ class StateChange:
         return {"radar": self.radar, "kind": self.kind, "values": dict(self.values), "time": self.time}
 
 
-def ended(station: Station, reason: str) -> StateChange:
-    """Returns the last change of a radar that another scene ends."""
-    values = {"state": "ended", "fault": reason, "factor_reached": None}
+def ended(station: Station) -> StateChange:
+    """Returns the last change of a radar that another scene has ended."""
+    values = {"state": "ended", "fault": station.end, "factor_reached": None}
     return StateChange(station.identity, "status", values, station.transmitter.simulated)
 
 

@@ -52,7 +52,7 @@ class Station:
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
-    stopping: whether new clients are refused.
+    stopping: whether new clients are refused; end: why another scene has ended it, "" until then.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them, and so
     stations: all of them.
@@ -71,7 +71,7 @@ class Station:
         worker: of the spoke source, where that has computed its first spokes."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
-        self.stopping = False
+        self.stopping, self.end, self._ended = False, "", asyncio.Event()
         self.group = group or RadarGroup()
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
@@ -120,13 +120,17 @@ class Station:
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
-    async def stop(self, reason: str = STOPPING, within: Mapping[Mode, float] = STOP_DRAIN) -> None:
-        """Sends `bye` to every client and ends the threads. within: times to take what waits [s], by mode."""
+    async def has_ended(self) -> None:
+        """Waits until another scene has ended it."""
+        await self._ended.wait()
+
+    async def stop(self, reason: str = STOPPING) -> None:
+        """Sends `bye` to every client and ends the threads; where another scene has ended it, after what waits for the client."""
         self.stopping = True
-        self.hub.close(reason, within)
+        self.hub.close(reason, DRAIN if self.end else STOP_DRAIN)
         self.truth_stream.end(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT, reason)
-        if within is DRAIN:  # the service goes on: its ports are told, and clients are waited for
+        if self.end:  # the service goes on: its ports are told, and clients are waited for
             await asyncio.to_thread(self.errors.close, reason)
         self.feed.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
@@ -294,7 +298,7 @@ class Stations(Mapping[str, Station]):
     def __init__(self, stations: Iterable[Station] = ()) -> None:
         self.sinks: Callable[[str], Sequence[SpokeSink]] = lambda identity: ()
         self.came: Callable[[Station], None] = lambda station: None
-        self.went: Callable[[Station, str], None] = lambda station, reason: None
+        self.went: Callable[[Station], None] = lambda station: None
         self._all = {station.identity: station for station in stations}  # replaced whole: other threads read it
         self._changing, self._ending = asyncio.Lock(), dict[asyncio.Task[None], Station]()
 
@@ -336,8 +340,10 @@ class Stations(Mapping[str, Station]):
     def _end(self, station: Station) -> None:
         radars = ", ".join(station.group.identities)
         reason = f"radar {station.identity} has ended: another scene runs, with {radars}"
-        self.went(station, reason)
-        ending = asyncio.create_task(station.stop(reason, DRAIN))
+        station.end = reason
+        station._ended.set()
+        self.went(station)
+        ending = asyncio.create_task(station.stop(reason))
         self._ending[ending] = station
         ending.add_done_callback(self._ending.pop)
 
