@@ -57,7 +57,7 @@ class _Conversation:
         """Serves the client until it leaves."""
         end = server_end(self._socket)
         try:
-            await until_first_ends(self._take(), self._answer(), until_server_ends(end), self._station.has_ended())
+            await until_first_ends(self._take(), self._answer(), until_server_ends(end), self._wait_for_end())
         finally:
             while not self._answers.empty():
                 self._answers.get_nowait().cancel()
@@ -65,6 +65,10 @@ class _Conversation:
             await say_bye(self._socket, *end.result())
         elif self._station.end:
             await say_bye(self._socket, GOING_AWAY, self._station.end)
+
+    async def _wait_for_end(self) -> None:
+        """Waits until another scene has ended the radar."""
+        await self._station.ended.wait()
 
     async def _take(self) -> None:
         """Reads poses, in order."""

@@ -53,8 +53,8 @@ class Preparations:
             workers, requests = dict[str, SpokeWorker](), dict(scene_requests)
             with contextlib.ExitStack() as on_failure:
                 while missing := [name for name in requests if name not in workers]:
-                    name, found = missing[0], lambda scene: requests.update(others(scene))
-                    workers[name] = _worker(kept.get(name), partial(make, requests[name]), found, progress, agree)
+                    name, note = missing[0], lambda scene: requests.update(others(scene))
+                    workers[name] = _worker(kept.get(name), partial(make, requests[name]), note, progress, agree)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -99,18 +99,18 @@ class Preparations:
 
 
 def _worker(
-    kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], found: Callable[[SceneOutline], None],
+    kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], note: Callable[[SceneOutline], None],
     progress: Progress, agree: Agree | None,
 ) -> SpokeWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
-        found(kept.info.scene)
+        note(kept.info.scene)
         with contextlib.suppress(SpokeSourceFault):
             return _first_spokes(kept, progress)
     spoke_source = make(progress)
     try:
-        found(spoke_source.info.scene)
+        note(spoke_source.info.scene)
         commands: Sequence[Command] = ()
         if agree:
             assert isinstance(spoke_source, Continuing)  # one that cannot go on is not made for an agreement

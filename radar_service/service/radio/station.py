@@ -4,7 +4,8 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
@@ -52,7 +53,7 @@ class Station:
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
-    stopping: whether new clients are refused; end: why another scene has ended it, "" until then.
+    stopping: whether new clients are refused; end: why another scene has ended it, "" until then; ended: set then.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them, and so
     stations: all of them.
@@ -71,7 +72,7 @@ class Station:
         worker: of the spoke source, where that has computed its first spokes."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
-        self.stopping, self.end, self._ended = False, "", asyncio.Event()
+        self.stopping, self.end, self.ended = False, "", asyncio.Event()
         self.group = group or RadarGroup()
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
@@ -90,12 +91,10 @@ class Station:
         self.preparations, self.stations = Preparations(), Stations((self,))
         self._make_spoke_source = make_spoke_source
         self._wait_for = wait_for
-        self._options: dict[str, Any] = {
-            "allow_truth": allow_truth,
-            "clock": clock,
-            "restarts": restarts,
-            "recorded": recorded,
-        }
+        self._options: Any = {
+            "allow_truth": allow_truth, "clock": clock, "restarts": restarts, "recorded": recorded, "group": self.group,
+            "start_utc": self.start_utc,
+        }  # fmt: skip
         self.group.join(identity, self.transmitter)
         self._lead = LEAD  # s from an agreement of a handover to it
 
@@ -119,10 +118,6 @@ class Station:
         self.feed.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
-
-    async def has_ended(self) -> None:
-        """Waits until another scene has ended it."""
-        await self._ended.wait()
 
     async def stop(self, reason: str = STOPPING) -> None:
         """Sends `bye` to every client and ends the threads; where another scene has ended it, after what waits for the client."""
@@ -171,15 +166,14 @@ class Station:
         SceneError where another group has a radar of the same id; the running scene then goes on.
         """
 
+        request, identities = self.group.request(), list[str]()
+
         def others(scene: SceneOutline) -> dict[str, SceneRequest]:
-            for identity in self.group.identities_in(scene):
-                if identity in self.stations and self.stations[identity].group is not self.group:
-                    raise same_id(identity)
+            identities[:] = self.group.identities_in(scene)
+            self.stations.check(self.group, identities)
             return {radar: replace(scene_request, radar=radar) for radar in scene.radar_ids[1:]}
 
-        request = self.group.request()
         prepared = await self.preparations.workers(self._make_spoke_source, {"": scene_request}, job, others)
-        identities = self.group.identities_in(prepared[""].spoke_source.info.scene)
         return await self._let_take_over(request, dict(zip(identities, prepared.values(), strict=True)))
 
     async def _let_take_over(self, request: int, workers: Mapping[str, SpokeWorker]) -> tuple[str, SpokeSourceInfo]:
@@ -189,9 +183,8 @@ class Station:
 
         def begin(identity: str, worker: SpokeWorker) -> Transmitter:
             station = Station(
-                identity, worker.spoke_source, self._make_spoke_source, settings=Settings(pace=pace),
-                failed=self.failed, sinks=self.stations.sinks(identity), group=self.group,
-                wait_for=self._wait_for if held else 0, start_utc=self.start_utc, worker=worker, **self._options,
+                identity, worker.spoke_source, self._make_spoke_source, settings=Settings(pace=pace), worker=worker,
+                failed=self.failed, sinks=self.stations.sinks(identity), wait_for=self._wait_for if held else 0, **self._options,
             )  # fmt: skip
             station.preparations, station.stations = self.preparations, self.stations
             new.append(station)
@@ -289,7 +282,7 @@ class Station:
         self.failed()
 
 
-class Stations(Mapping[str, Station]):
+class Stations(UserDict[str, Station]):
     """The radars of a service, by their ids; those of a scene come and go with it. Belongs to the event loop, but for `of`.
 
     sinks: returns those of the ports for a radar; came, went: called with a radar that has begun, and with one that ends.
@@ -299,36 +292,37 @@ class Stations(Mapping[str, Station]):
         self.sinks: Callable[[str], Sequence[SpokeSink]] = lambda identity: ()
         self.came: Callable[[Station], None] = lambda station: None
         self.went: Callable[[Station], None] = lambda station: None
-        self._all = {station.identity: station for station in stations}  # replaced whole: other threads read it
         self._changing, self._ending = asyncio.Lock(), dict[asyncio.Task[None], Station]()
-
-    def __getitem__(self, identity: str) -> Station:
-        return self._all[identity]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
-
-    def __len__(self) -> int:
-        return len(self._all)
+        super().__init__(
+            {station.identity: station for station in stations}
+        )  # `data` is replaced whole: other threads read it
 
     def of(self, identity: str | None) -> Station | None:
         """Returns the radar of that id, None where it is not on the air; without an id the first one. From any thread."""
-        everyone = self._all
+        everyone = self.data
         return next(iter(everyone.values()), None) if identity is None else everyone.get(identity)
 
     def add(self, station: Station) -> None:
         """Adds a radar, before the service starts. Raises SceneError where another one has its id."""
-        if station.identity in self._all:
-            raise same_id(station.identity)
-        self._all = {**self._all, station.identity: station}
+        self.check(None, [station.identity])
+        self.data = {**self.data, station.identity: station}
+
+    def check(self, group: RadarGroup | None, identities: Iterable[str]) -> None:
+        """Raises SceneError where a radar that is not of this group has one of these ids."""
+        for identity in identities:
+            if identity in self and self[identity].group is not group:
+                raise SceneError(
+                    f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the '
+                    "scenes apart"
+                )
 
     async def exchange(self, group: RadarGroup, new: Sequence[Station]) -> None:
         """Starts the radars that a group has now and had not, and ends those that it has no more."""
-        before = self._all
+        before = self.data
         everyone = before | {station.identity: station for station in new}
         kept = [station for station in everyone.values() if station.group is not group]
         kept += [everyone[identity] for identity in group.identities]
-        self._all = {station.identity: station for station in sorted(kept, key=lambda station: station.group.number)}
+        self.data = {station.identity: station for station in sorted(kept, key=lambda station: station.group.number)}
         async with self._changing:
             await asyncio.gather(*(station.start() for station in new))
             for station in new:
@@ -339,11 +333,10 @@ class Stations(Mapping[str, Station]):
 
     def _end(self, station: Station) -> None:
         radars = ", ".join(station.group.identities)
-        reason = f"radar {station.identity} has ended: another scene runs, with {radars}"
-        station.end = reason
-        station._ended.set()
+        station.end = f"radar {station.identity} has ended: another scene runs, with {radars}"
+        station.ended.set()
         self.went(station)
-        ending = asyncio.create_task(station.stop(reason))
+        ending = asyncio.create_task(station.stop(station.end))
         self._ending[ending] = station
         ending.add_done_callback(self._ending.pop)
 
@@ -351,13 +344,6 @@ class Stations(Mapping[str, Station]):
         """Ends all radars."""
         for station in self._ending.values():
             station.hub.close(STOPPING, STOP_DRAIN)
-        await asyncio.gather(*(station.stop() for station in self._all.values()))
+        await asyncio.gather(*(station.stop() for station in self.data.values()))
         if self._ending:
             await asyncio.wait(self._ending, timeout=LEAVE_TIMEOUT)
-
-
-def same_id(identity: str) -> SceneError:
-    """Returns the error for two radars with the same id."""
-    return SceneError(
-        f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the scenes apart'
-    )
