@@ -91,7 +91,7 @@ class NmeaSteering:
             error, self._answer = self._answer.exception(), None
             self._tell(error)
             if error is None and self._jump:
-                log_event("own ship jumped", radar=self._station.identity, by=BY, distance_m=round(self._jump))
+                log_event("own ship jumped", radar=self.station.identity, by=BY, distance_m=round(self._jump))
         if self._values and self._clock() >= self._next:
             self._jump = self._jumped(self._values["position_m"]) if "position_m" in self._values else 0.0
             pose, self._values = CommandedPose(None, self._at, self._on_map(self._values)), {}
