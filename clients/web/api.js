@@ -69,11 +69,11 @@ function refusal(text) {
 }
 
 /** Returns the websocket address of a radar's feed. With a token it carries a ticket, which is valid once.
- *  since: "EPOCH:SEQ" from which the feed continues, or empty; truth: whether to request truth messages. */
-export async function feedAddress(radar, bins, since, truth) {
+ *  view: parameters of the feed by name; since: "EPOCH:SEQ" from which the feed continues, or empty; truth: whether to request
+ *  truth messages. */
+export async function feedAddress(radar, view, since, truth) {
   const address = await socketAddress(`radars/${encodeURIComponent(radar)}/feed`);
-  address.searchParams.set("encoding", "u8");
-  address.searchParams.set("bins", bins);
+  for (const [name, value] of Object.entries({ encoding: "u8", ...view })) address.searchParams.set(name, value);
   if (truth) address.searchParams.set("truth", "1");
   if (since) address.searchParams.set("since", since);
   return address.href;

@@ -90,8 +90,12 @@ export class Controls {
     this.health = null;
   }
 
-  /** Refreshes once for all changes that come together. */
-  changed() {
+  /** Takes the status; of other changes it refreshes once for all that come together. */
+  changed({ kind, values }) {
+    if (kind === "status") {
+      this.health = values;
+      return;
+    }
     this.soon ??= setTimeout(() => {
       this.soon = undefined;
       this.refresh();

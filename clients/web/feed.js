@@ -3,6 +3,9 @@
 import { SequenceTracker } from "./sequence.js";
 import { decode } from "./msgpack.js";
 
+/** The compression that the page asks for: zstd is not known to all browsers. */
+export const COMPRESSION = typeof DecompressionStream === "undefined" ? "none" : "deflate";
+
 const PROTOCOL = 1;
 const MAX_WAIT_S = 10;
 
@@ -11,9 +14,16 @@ export function backOff(failures, random) {
   return Math.min(0.5 * 2 ** failures, MAX_WAIT_S) * (0.75 + 0.5 * random);
 }
 
+/** Decompresses the samples of a message, where they are compressed. */
+async function inflated(message) {
+  if (!message?.compression) return;
+  const stream = new Blob([message.data]).stream().pipeThrough(new DecompressionStream(message.compression));
+  message.data = new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
 export class Feed {
   /** address(since): returns the URL or a promise of it. Handlers: hello(message, isNew, isRestart), spokes(message), truth(message),
-   *  gap(message), state(name, detail). sequence: counts the spokes. */
+   *  gap(message), state(name, detail), gone(). sequence: counts the spokes. */
   constructor(address, handlers, sequence = new SequenceTracker()) {
     this.address = address;
     this.handlers = handlers;
@@ -26,7 +36,7 @@ export class Feed {
   open() {
     clearTimeout(this.timer);
     const { epoch, next } = this.sequence;
-    const since = epoch !== null && next !== null ? `${epoch}:${next}` : "";
+    const since = epoch !== null && next !== null && !this.sequence.skips ? `${epoch}:${next}` : "";
     this.joining = true;
     this.reason = "";
     this.lastMessage = performance.now();
@@ -42,8 +52,9 @@ export class Feed {
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }) => this.socket === socket && this.receive(data);
-    socket.onclose = ({ code, reason }) => this.socket === socket && this.closed(code, reason);
+    socket.onclose = ({ code, reason }) => this.inTurn(null, () => this.socket === socket && this.closed(code, reason));
     this.socket = socket;
+    this.reading = null; // what is done after the message that is being decompressed; null: none is
   }
 
   /** Ends this feed for good. */
@@ -54,8 +65,9 @@ export class Feed {
     this.socket?.close();
   }
 
-  /** Closes the connection and opens a new one at once. reason: what went wrong, or empty. */
-  reconnect(reason) {
+  /** Closes the connection and opens a new one at once. reason: what went wrong, or empty; skips: without the spokes until then. */
+  reconnect(reason, skips = false) {
+    this.sequence.skips ||= skips;
     const old = this.socket;
     this.socket = null;
     old?.close();
@@ -67,13 +79,29 @@ export class Feed {
   receive(data) {
     if (this.ended) return; // a closing socket still delivers messages
     this.lastMessage = performance.now();
-    try {
-      this.take(decode(data));
-    } catch (fault) {
+    const { socket } = this;
+    const fail = (fault) => {
       console.error(fault);
       this.reason = `unreadable message: ${fault.message}`;
-      this.socket.close();
+      socket.close();
+    };
+    try {
+      const message = decode(data);
+      this.inTurn(message, () => this.socket === socket && this.take(message), fail);
+    } catch (fault) {
+      fail(fault);
     }
+  }
+
+  /** Acts at once, or after the messages before, as soon as the samples of `message` are decompressed. */
+  inTurn(message, act, fail) {
+    if (!this.reading && !message?.compression) return act();
+    const before = this.reading;
+    const ready = inflated(message);
+    const done = (this.reading = Promise.all([ready, before])
+      .then(() => !this.ended && act())
+      .catch(fail)
+      .then(() => this.reading === done && (this.reading = null)));
   }
 
   take(message) {
@@ -108,6 +136,7 @@ export class Feed {
   closed(code, reason) {
     if (this.ended) return;
     const wait = backOff(this.failures++, Math.random());
+    if (code === 4404) this.handlers.gone?.(); // there is no such radar
     const cause = this.reason || reason || (code === 1006 ? "" : `closed with code ${code}`); // 1006: lost
     this.handlers.state("waiting", `${cause ? `${cause}; ` : ""}trying again in ${Math.ceil(wait)} s`);
     this.timer = setTimeout(() => this.open(), wait * 1000);

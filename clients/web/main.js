@@ -5,18 +5,19 @@ import { callApi, feedAddress, useToken } from "./api.js";
 import { Changes } from "./changes.js";
 import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
-import { Feed } from "./feed.js";
+import { COMPRESSION, Feed } from "./feed.js";
 import { bindKeys } from "./keys.js";
 import { FrameMeter, Meter } from "./meter.js";
 import { PANELS, Panels } from "./panels.js";
 import { Playout } from "./playout.js";
 import { bindPointer } from "./pointer.js";
-import { listRadars, renameRadar } from "./radars.js";
+import { isListed, listRadars, renameRadar } from "./radars.js";
 import { Scope } from "./scope.js";
 import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
 import { currentsOf } from "./stabilisation.js";
 import * as status from "./status.js";
+import { Thinning } from "./thinning.js";
 import { dismissAll } from "./toast.js";
 import { scaleFor } from "./units.js";
 
@@ -24,6 +25,9 @@ const element = (id) => document.getElementById(id);
 const BINS = Number(addressValue("bins")) || 1024; // about two cells per pixel of a 1000-pixel scope; the service keeps peaks
 const SILENT_S = 3; // without a spoke, after which the banner says that the picture stands still
 const DEAD_S = 15; // without a spoke, after which the page reconnects: a half-open connection reports no error
+const BEHIND_S = 1; // from which on the page says so
+const SYNCHRONISE_S = 5; // between two questions for the service's time, while the picture is not behind
+const LIST_MS = 50; // in which all radars of a scene come and go
 const IN_FLIGHT_S = 1; // after standby, in which the last spokes still arrive
 
 const settings = loadSettings();
@@ -35,11 +39,16 @@ const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
 const page = { settings, scope, radar: null, origin: null, givesTruth: false, fidelity: "" }; // see panels.js
 const panels = new Panels([controls, ...PANELS.map((panel) => panel(page))], element("feed"));
-const changes = new Changes((change) => change.radar === page.radar?.id && panels.changed(change));
+const changes = new Changes(follow);
+const thinning = new Thinning();
 const sequence = new SequenceTracker(); // counts since the page was opened, over all radars
 const now = () => performance.now() / 1000;
 let meter = new Meter();
 let feed = null;
+let shown = null; // id of the radar that the feed is of
+let gone = ""; // why it has ended
+let listing; // timer
+let askedAt = 0; // page clock [s]: when the service was asked for its time
 let requestsTruth = false; // in the address of the current connection
 let connection = ["connecting", ""];
 let isBroken = false; // the connection was lost and is not yet restored
@@ -54,11 +63,33 @@ function connectTo(id) {
   meter = new Meter();
   const feedUrl = (since) => {
     requestsTruth = page.givesTruth && settings.truth === "on";
-    return feedAddress(id, BINS, since, requestsTruth);
+    const { divisor, spokes } = thinning.view;
+    return feedAddress(id, { bins: Math.ceil(BINS / divisor), spokes, compress: COMPRESSION }, since, requestsTruth);
   };
   sequence.startFeed();
-  feed = new Feed(feedUrl, { hello, spokes, truth, gap: () => {}, state }, sequence);
+  shown = id;
+  feed = new Feed(feedUrl, { hello, spokes, truth, gap: () => {}, state, gone: listSoon }, sequence);
   feed.open();
+}
+
+/** Tells the panels of a change; a radar that comes or goes changes the list. */
+function follow(change) {
+  if (change.radar === page.radar?.id) panels.changed(change);
+  const hasEnded = change.values.state === "ended";
+  if (hasEnded && change.radar === shown) gone = change.values.fault;
+  if (hasEnded || !isListed(change.radar)) listSoon();
+}
+
+/** Lists the radars, once for all that come and go together; shows the first one where that of this page has gone. */
+function listSoon() {
+  listing ??= setTimeout(async () => {
+    listing = undefined;
+    const radars = await callApi("radars").catch(() => []); // the feed reports a lost connection
+    if (!radars.length) return;
+    const { id } = listRadars(radars, connectTo, shown, gone);
+    gone = "";
+    if (id !== shown) connectTo(id);
+  }, LIST_MS);
 }
 
 function hello(message, isNew, isRestart) {
@@ -69,14 +100,15 @@ function hello(message, isNew, isRestart) {
   const { radar, fidelity } = message;
   Object.assign(page, { radar, fidelity, origin: message.scene.origin, givesTruth: message.truth });
   scope.currents = currentsOf(message.scene);
-  if (isNew) {
-    playout.clear();
-    scope.adopt(message);
-  }
-  meter.restart();
+  const isOther = message.encoding.bins !== scope.picture.polar.bins;
+  if (isNew || isOther) playout.clear();
+  if (isNew) scope.adopt(message);
+  else if (isOther) scope.regrid(message);
+  if (isNew) meter.restart(); // otherwise the service's clock goes on
   panels.tell("hello", message);
   lastSpokeAt = now();
   status.showHello(message);
+  status.showThinned(thinning.level, message.encoding.bins, thinning.view.spokes);
   renameRadar(radar, message.scene);
   if (isFirst) adoptAddress(scope);
   isFirst = false;
@@ -188,11 +220,22 @@ function spokePeriod() {
   return radar ? 60 / radar.rpm / radar.azimuths / (controls.factor ?? 1) : 0;
 }
 
+/** How far the picture is behind; empty while that is not worth a word. */
+const behindReason = (lag) => (lag >= BEHIND_S ? `Behind by ${Math.round(lag)} s: the line or this computer is too slow` : "");
+
 function showStatus() {
   const reason = stopReason();
-  status.showBanner(reason || slowReason(), !reason, connection[0] === "waiting");
-  const lag = controls.behind === null ? meter.lag : null; // the lag of a service that is too slow only grows
+  const { lag } = meter;
+  status.showBanner(reason || behindReason(lag) || slowReason(), !reason, connection[0] === "waiting");
   if (feed) status.showFeed(feed.sequence, meter.rate(now()), lag, frames.rates(now()));
+}
+
+/** Asks the service for its simulated time, which tells how far the picture is behind. */
+async function askTime() {
+  const asked = (askedAt = now());
+  const health = await callApi("health").catch(() => null); // the feed reports a lost connection
+  const radar = health?.radars.find(({ id, epoch }) => id === shown && epoch === sequence.epoch);
+  if (radar) meter.synchronise(radar.simulated_s, asked);
 }
 
 function everySecond() {
@@ -200,6 +243,8 @@ function everySecond() {
   panels.tell("second");
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service resets its clock when it continues
+  else if (now() > askedAt + (meter.lag > BEHIND_S / 4 ? 1.5 : SYNCHRONISE_S)) askTime();
+  if (connection[0] === "live" && thinning.takes(meter.lag, now())) feed.reconnect("", true);
   const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());
   if (connection[0] === "live" && !idle && dead) {
     lastSpokeAt = now();

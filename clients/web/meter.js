@@ -1,7 +1,6 @@
 // Measures the rate of spokes, their delay, and the rate of frames.
 
 const WINDOW_S = 2;
-const MEMORY_S = 10; // for which the smallest delay is kept, at most twice: a service that is too slow never catches up
 
 export class Meter {
   constructor() {
@@ -15,19 +14,20 @@ export class Meter {
     if (factor !== this.factor) this.restart();
     this.factor = factor;
     if (!factor) return void (this.lag = null);
-    if (now > this.periodStart + MEMORY_S) {
-      [this.previousMinDelay, this.minDelay] = [this.minDelay, Infinity];
-      this.periodStart = now;
-    }
     const delay = now - time / factor;
     this.minDelay = Math.min(this.minDelay, delay);
-    this.lag = delay - Math.min(this.minDelay, this.previousMinDelay);
+    this.lag = delay - this.minDelay;
+  }
+
+  /** Takes the simulated time [s] of the service, which was asked at `now` [s, page clock]: spokes of that time have no lag. The
+   *  service may have lost time since it was asked last. */
+  synchronise(time, now) {
+    if (this.factor) this.minDelay = now - time / this.factor;
   }
 
   /** Discards the smallest delay after the pace or the epoch changed. */
   restart() {
-    this.minDelay = this.previousMinDelay = Infinity;
-    this.periodStart = -Infinity;
+    this.minDelay = Infinity;
     this.lag = null;
   }
 

@@ -1,6 +1,6 @@
 // What is known of the echoes: cells and trails. They survive a change of range, and of the trails' motion and length.
 
-import { Polar } from "./polar.js";
+import { Polar, spokesOf } from "./polar.js";
 import { Trails } from "./trails.js";
 import { TURN } from "./view.js";
 
@@ -100,11 +100,13 @@ export class Picture {
     if (this.layer.trails) this.trail(message, from, to);
   }
 
-  trail({ data, bins, azimuth, position, time, blind }, from, to) {
-    for (let k = from; k < to; k++) {
+  trail(message, from, to) {
+    const { data, bins, azimuth, position, time, blind, row_first: first, row_count: count } = message;
+    for (const [k, n] of spokesOf(message, from, to)) {
       if (blind?.[k]) continue;
       const video = data.subarray(k * bins, (k + 1) * bins);
-      this.trails.spoke(video, (azimuth[k] * TURN) / WIRE_TURN, this.grid, position[k], time[k]);
+      const off = first ? n - first[k] - (count[k] - 1) / 2 : 0; // spokes from the middle of those that are merged
+      this.trails.spoke(video, (azimuth[k] / WIRE_TURN + off / this.polar.azimuths) * TURN, this.grid, position[k], time[k]);
     }
   }
 }

@@ -65,8 +65,8 @@ export class Polar {
   /** Writes spokes from <= k < to of a `spokes` message of u8 video. */
   write(message, from = 0, to = message.time.length) {
     const { data, index, scan, time, blind, bins } = message;
-    for (let k = from; k < to; k++) {
-      const row = this.rowOf(index + k);
+    for (const [k, n] of spokesOf(message, from, to)) {
+      const row = this.rowOf(index + n);
       const spoke = data.subarray(k * bins, (k + 1) * bins);
       if (blind?.[k]) this.video.fill(0, row * bins, (row + 1) * bins);
       else this.writeRow(row, spoke, this.scan[row] === scan);
@@ -105,6 +105,15 @@ export class Polar {
       runs.push([start, row]);
     }
     return runs;
+  }
+}
+
+/** Pairs of a row from <= k < to of a `spokes` message and the offset of each spoke that it stands for: of several where the
+ *  feed merges them. */
+export function* spokesOf({ row_first: first, row_count: count }, from, to) {
+  for (let k = from; k < to; k++) {
+    const begin = first ? first[k] : k;
+    for (let n = 0; n < (count ? count[k] : 1); n++) yield [k, begin + n];
   }
 }
 

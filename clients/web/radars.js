@@ -10,10 +10,12 @@ export const radarName = ({ id, name }) => (!name || name === id ? `Radar ${id}`
 
 const titleOf = (radar) => (radar.scene ? `${radarName(radar)}: ${radar.scene.name}` : radarName(radar));
 
-/** Fills the list; returns the radar that the address names, else the first one, and says so. chosen(id): called when the
- *  user selects another radar. */
-export function listRadars(radars, chosen) {
-  const requested = addressValue("radar");
+/** Whether the list has a radar of that id. */
+export const isListed = (id) => [...element("radar").options].some(({ value }) => value === id);
+
+/** Fills the list; returns the radar that was requested, by the address for example, else the first one, and says so.
+ *  chosen(id): called when the user selects another radar; reason: why the one that was requested has gone. */
+export function listRadars(radars, chosen, requested = addressValue("radar"), reason = "") {
   const selected = radars.find(({ id }) => id === requested) ?? radars[0];
   element("radar").replaceChildren(...radars.map((one) => new Option(titleOf(one), one.id, false, one === selected)));
   element("radar-row").hidden = radars.length < 2;
@@ -22,7 +24,7 @@ export function listRadars(radars, chosen) {
     chosen(element("radar").value);
   };
   if (requested !== null && selected.id !== requested) {
-    toast(`There is no radar “${requested}” here. This is ${titleOf(selected)}.`, { isAlert: true });
+    toast(`${reason || `There is no radar “${requested}” here`}. This is ${titleOf(selected)}.`, { isAlert: !reason });
     setAddress({ radar: null });
   }
   return selected;

@@ -48,6 +48,12 @@ export class Scope {
     this.changed = true;
   }
 
+  /** Goes on with cells of other sizes, as a hello says. */
+  regrid(hello) {
+    this.picture.adopt(hello);
+    this.changed = true;
+  }
+
   /** Starts new trails with the length and motion of the settings; keeps: with the echoes of the present ones. */
   startTrails(keeps) {
     this.picture.startTrails(keeps);
@@ -91,7 +97,8 @@ export class Scope {
     this.sailed = true;
     this.place = position[to - 1];
     this.ship = ship;
-    this.written = `${message.epoch}:${message.first + to}`;
+    const { row_first: first, row_count: count } = message;
+    this.written = `${message.epoch}:${message.first + (first ? first[to - 1] + count[to - 1] : to)}`;
     this.changed = true;
   }
 

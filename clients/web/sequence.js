@@ -9,6 +9,7 @@ export class SequenceTracker {
 
   /** Counts from zero: the feed that was counted has ended. */
   forget() {
+    this.skips = false; // whether the next spokes are not the next ones, because the page did not wait for those between
     this.received = 0;
     this.announced = 0; // lost, and announced by the feed
     this.missing = 0; // lost, and not announced
@@ -44,7 +45,8 @@ export class SequenceTracker {
 
   spokes(first, count) {
     const next = this.next ?? first;
-    this.missing += Math.max(0, first - next);
+    this[this.skips ? "announced" : "missing"] += Math.max(0, first - next);
+    this.skips = false;
     this.repeated += Math.min(count, Math.max(0, next - first));
     this.received += count;
     this.next = Math.max(next, first + count);

@@ -141,6 +141,12 @@ export function showFeed(sequence, rate, lag, frames) {
   show("frames-text", frames ? `${frames.rate.toFixed(0)}, ${(frames.work * 1000).toFixed(1)} ms of work each` : "–");
 }
 
+/** Shows how the feed is thinned. level: 0 where it is not; spokes: as many are merged. */
+export function showThinned(level, bins, spokes) {
+  show("thinned-text", level ? `Thinned: ${bins} bins${spokes > 1 ? `, ${spokes} spokes merged` : ""}` : "");
+  element("thinned-text").hidden = !level;
+}
+
 /** Shows how many names of true targets have no room on the picture. */
 export function showUnnamed(count) {
   show("unnamed-text", count ? `${count} ${count === 1 ? "name" : "names"} not drawn` : "");

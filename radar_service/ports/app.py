@@ -1,6 +1,5 @@
 """The application: the routes of all ports, the documentation and the page, behind the security checks."""
 
-import asyncio
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from importlib import metadata
@@ -25,13 +24,13 @@ from radar_service.scene_file.document import packaged_folder
 from radar_service.service.access import Access, Tickets
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 
 OPENAPI = "/api/openapi.json"
 
 
 def create_app(
-    stations: Sequence[Station], ports: PortHost | None = None, *, fork_server: ForkServer | None = None,
+    stations: Sequence[Station] | Stations, ports: PortHost | None = None, *, fork_server: ForkServer | None = None,
     access: Access | None = None, refused: Refusals | None = None, requests: Requests | None = None,
 ) -> FastAPI:  # fmt: skip
     """Returns the application; it starts the radars when it starts and stops them when it stops.
@@ -44,27 +43,29 @@ def create_app(
 
     Raises UndeclaredRoleError for a route of a port that does not say which role it needs.
     """
-    ports, requests, by_identity = ports or PortHost((RestPort(), FeedPort())), requests or Requests(), dict[str, Station]()
+    ports, requests = ports or PortHost((RestPort(), FeedPort())), requests or Requests()
+    radars = stations if isinstance(stations, Stations) else Stations(stations)
+    radars.sinks, radars.came, radars.went = ports.sinks, ports.watch, ports.unwatch
     service = Service(
-        by_identity, access or Access(), Tickets(), refused or Refusals(), fork_server or ForkServer(), Preparations(),
+        radars, access or Access(), Tickets(), refused or Refusals(), fork_server or ForkServer(), Preparations(),
         requests.cancel_jobs, tuple(ports.threads.values()),
     )  # fmt: skip
     requests.cancel_jobs.append(service.preparations.close)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        by_identity.update((station.identity, station) for station in stations)
         try:
             await ports.start(service)
             roles.read(app.routes)  # which a port may have added to
-            for station in stations:
-                station.preparations = service.preparations
+            for station in radars.values():
+                station.preparations, station.stations = service.preparations, radars
                 await station.start()
-            ports.watch(stations)
+            for station in radars.values():
+                ports.watch(station)
             yield
         finally:
             service.preparations.close()
-            await asyncio.gather(*(station.stop() for station in stations))
+            await radars.stop()
             await ports.stop()
             service.fork_server.close()
 

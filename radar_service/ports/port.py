@@ -18,7 +18,7 @@ from radar_service.service.access import Access, Tickets
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.state_changes import StateChange
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.spokes import SpokeSink
 
 
@@ -26,14 +26,14 @@ from radar_service.service.spokes import SpokeSink
 class Service:
     """What a service has for its ports.
 
-    stations: its radars by their id; all of them are there when the ports start.
+    stations: its radars by their id; the first ones are there when the ports start, and others come and go with scenes.
     access: who may do what; tickets: of browsers for websockets; refused: counts refusals by a word.
     fork_server: starts processes; preparations: where scenes are prepared.
     cancel_jobs: what cancels the jobs that requests wait for, when the service stops.
     threads: of the ports, with what each has lost.
     """
 
-    stations: Mapping[str, Station]
+    stations: Stations
     access: Access
     tickets: Tickets
     refused: Refusals
@@ -68,7 +68,7 @@ class Port:
         return ()
 
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        """Returns its sinks for the spokes of the radar of that id."""
+        """Returns its sinks for the spokes of the radar of that id, when it begins; one of that id may have ended before."""
         return ()
 
     def check(self, stations: Mapping[str, Station]) -> None:
@@ -87,8 +87,8 @@ class Port:
         """
 
     def changed(self, change: StateChange) -> None:
-        """Takes a change of a radar's state. The first ones, when a service starts, tell all of its state. None is dropped: of
-        those that wait one stands for all of its kind."""
+        """Takes a change of a radar's state. The first ones, when a radar begins, tell all of its state; the last one, when it
+        ends, tells the state "ended". None is dropped: of those that wait one stands for all of its kind."""
 
     def close(self) -> None:
         """Closes what was open before the service started; the last call."""

@@ -7,7 +7,7 @@ import asyncio
 import logging
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from fastapi import APIRouter
@@ -17,7 +17,7 @@ from radar_service.ports.port_thread import PortThread, QueuedSink
 from radar_service.ports.refusal_shapes import Shape
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.logs import log_event
-from radar_service.service.radio.state_changes import Kind, StateChange, StateWatch
+from radar_service.service.radio.state_changes import Kind, StateChange, StateWatch, ended
 from radar_service.service.radio.station import Station
 from radar_service.service.spokes import SpokeSink
 
@@ -65,7 +65,7 @@ class PortHost:
             if type(port).changed is not Port.changed
         ]
         self._started: list[Port] = []
-        self._tasks: list[asyncio.Task[None]] = []
+        self._tasks: dict[Station, list[asyncio.Task[None]]] = {}
 
     def routes(self, service: Service) -> list[APIRouter]:
         """Returns the routes of all ports."""
@@ -91,10 +91,10 @@ class PortHost:
         """The shapes of refusals by the beginning of paths."""
         return {begin: shape for port in self._ports for begin, shape in port.refusals.items()}
 
-    def check(self, stations: Sequence[Station]) -> None:
+    def check(self, stations: Mapping[str, Station]) -> None:
         """Raises UsageError where the options of a port do not suit the radars."""
         for port in self._ports:
-            port.check({station.identity: station for station in stations})
+            port.check(stations)
 
     async def start(self, service: Service) -> None:
         """Starts the ports, before the radars. Raises what a port raises."""
@@ -103,19 +103,24 @@ class PortHost:
             await port.start(service)
             self.threads[port].start()
 
-    def watch(self, stations: Sequence[Station]) -> None:
-        """Tells the ports from now on of the changes and of the time of radars."""
-        self._tasks = [asyncio.create_task(self._watch(station)) for station in stations]
-        self._tasks += [
-            asyncio.create_task(self._tick(port, station, port.period))
-            for port in self.threads for station in stations if port.period is not None
-        ]  # fmt: skip
+    def watch(self, station: Station) -> None:
+        """Tells the ports from now on of the changes and of the time of a radar."""
+        ticks = [self._tick(port, station, port.period) for port in self.threads if port.period is not None]
+        self._tasks[station] = [asyncio.create_task(each) for each in (self._watch(station), *ticks)]
+
+    def unwatch(self, station: Station) -> None:
+        """Tells the ports that a radar has ended, and nothing more of it."""
+        for task in self._tasks.pop(station, ()):
+            task.cancel()
+        for port in self._listeners:
+            port.put(ended(station))
 
     async def stop(self) -> None:
         """Ends the ports that were started; one that does not end in time is left behind."""
-        for task in self._tasks:
+        tasks = [task for each in self._tasks.values() for task in each]
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
         await asyncio.gather(*(asyncio.to_thread(thread.stop, STOP_SECONDS) for thread in self.threads.values()))
         await asyncio.gather(*(self._stopped(port) for port in self._started))
 

@@ -4,7 +4,7 @@ import argparse
 import asyncio
 import gc
 import signal
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 from radar_service.ports.app import create_app
 from radar_service.ports.http.requests import Requests
@@ -13,15 +13,13 @@ from radar_service.ports.port import Port
 from radar_service.ports.port_host import PortHost
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import STOP_SIGNALS
-from radar_service.radar.parameters import FIRST_ID
 from radar_service.service.access import Access
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.radar_group import RadarGroup
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import whole_second
-from radar_service.world.error import SceneError
 
 
 def run(
@@ -35,49 +33,32 @@ def run(
     options: of the command `serve`; scenes: waits for the radars of each scene, which prepare while the application is put
     together; make, fork_server: start further scenes and other processes.
     """
-    refused, requests, stations, host = Refusals(), Requests(), list[Station](), PortHost(ports)
+    refused, requests, stations, host = Refusals(), Requests(), Stations(), PortHost(ports)
     app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
     config = configuration(
         app, connections=options.connections or MAX_CONNECTIONS,
         per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
     )  # fmt: skip
-    server = Server(config, stations, lambda: None, requests)
+    server = Server(config, stations.stop, lambda: None, requests)
     settings = Settings(pace=Pace("run", options.pace))
     start_utc = options.start_utc or whole_second()
     for number, radars in enumerate(scenes()):
-        group = RadarGroup()
-        for radar in radars:
-            identity = _identity(radar, number)
+        group = RadarGroup(number)
+        for identity, radar in zip(group.identities_in(radars[0].info.scene), radars, strict=True):
             station = station_type(
                 identity, radar, make, settings=settings, allow_truth=options.truth, group=group,
                 wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
                 start_utc=start_utc,
             )  # fmt: skip
-            stations.append(station)
-    _check_identities([station.identity for station in stations])
+            stations.add(station)
     host.check(stations)
     return _run(server, stations, options)
 
 
-def _identity(radar: SceneSpokeSource, number: int) -> str:
-    """Returns the id of a radar in addresses: its own, and for the only one of a scene without an id the scene's number."""
-    scene = radar.info.scene
-    return str(number) if scene.radar_ids == (FIRST_ID,) else scene.radar_id
-
-
-def _check_identities(identities: Sequence[str]) -> None:
-    for identity in identities:
-        if identities.count(identity) > 1:
-            raise SceneError(
-                f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the scenes '
-                "apart"
-            )
-
-
-def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:
+def _run(server: Server, stations: Stations, options: argparse.Namespace) -> int:
     listener = listening_socket(options.host, options.port)
     if options.exit_when_failed:
-        for station in stations:
+        for station in stations.values():
             station.failed = server.give_up
     for signal_number in STOP_SIGNALS:  # uvicorn stops at either, and raises it again after its end
         signal.signal(signal_number, lambda *_: server.stop())

@@ -11,6 +11,7 @@ Wall-clock time is a backstop alone.
 
 import contextlib
 import ctypes
+import math
 import os
 import sys
 import threading
@@ -22,8 +23,11 @@ from typing import TypeVar
 Result = TypeVar("Result")
 
 SET_UP_NICENESS = 10  # a tenth of the processor time that the feed gets where both want it
+LEVEL = 1.25  # ratio of the weights of two levels of niceness, of Linux (sched(7))
 MIN_MEMORY = 2 * 2**30  # bytes
-SESSION = Path("/proc/self/autogroup")
+SESSION, STATISTICS = Path("/proc/self/autogroup"), Path("/proc/stat")
+LOOKS, LOOK_PAUSE = 8, 0.01  # s
+SMALLEST = 0.1  # threads per processor: the same as none
 SESSION_TRIES, SESSION_PAUSE = (
     20,
     0.05,
@@ -102,12 +106,30 @@ def leave_processor_free() -> None:
                 os.sched_setaffinity(0, usable - {min(usable)})
 
 
+def busy_threads() -> float:
+    """Returns how many other threads want each processor all the time: not those of a feed, which waits in between."""
+    running = []
+    for _ in range(LOOKS):
+        time.sleep(LOOK_PAUSE)
+        with contextlib.suppress(OSError, IndexError):  # a system that does not tell
+            running.append(int(STATISTICS.read_text().partition("procs_running ")[2].split()[0]))
+    return (min(running, default=1) - 1) / (os.cpu_count() or 1)
+
+
+def set_up_niceness() -> int:
+    """Returns the niceness of set-up that begins now: SET_UP_NICENESS, or less where other programs would leave it less than a
+    fifth of a processor; 0 at least."""
+    fifth = math.log(4.0 / max(busy_threads(), SMALLEST)) / math.log(LEVEL)
+    return int(min(max(fifth, 0.0), SET_UP_NICENESS))
+
+
 def lower_priority() -> None:
     """Lowers the priority of this process for good, and keeps it off a processor."""
     leave_processor_free()
+    niceness = set_up_niceness()
     if sys.platform != "win32":
-        os.nice(SET_UP_NICENESS)
-    set_session_niceness(SET_UP_NICENESS)
+        os.nice(niceness)
+    set_session_niceness(niceness)
 
 
 def at_low_priority(work: Callable[[], Result]) -> Result:
@@ -118,17 +140,19 @@ def at_low_priority(work: Callable[[], Result]) -> Result:
     """
     results: list[Result] = []
     errors: list[BaseException] = []
+    niceness = set_up_niceness()
 
     def run() -> None:
         try:
             if sys.platform == "linux":  # where a thread has a priority of its own
-                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), SET_UP_NICENESS)
+                own = os.getpriority(os.PRIO_PROCESS, 0)
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), max(own, niceness))
                 leave_processor_free()
             results.append(work())
         except BaseException as error:
             errors.append(error)
 
-    set_session_niceness(SET_UP_NICENESS)
+    set_session_niceness(niceness)
     thread = threading.Thread(target=run, name="set-up", daemon=True)
     thread.start()
     thread.join()

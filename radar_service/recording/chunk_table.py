@@ -99,7 +99,11 @@ class ChunkTable:
             raise RecordingError(
                 f"{path}: the file ends before its first message, so nothing of it can be read; record again"
             )
-        self.channels = {record.topic: record.id for record in self.records(self.chunks[0]) if isinstance(record, Channel)}
+        self.channels: dict[str, int] = {}
+        for place in self.chunks:
+            if place is self.chunks[0] or not place.channels <= set(self.channels.values()):  # another scene brings radars
+                channels = [record for record in self.records(place) if isinstance(record, Channel)]
+                self.channels.update((channel.topic, channel.id) for channel in channels)
 
     def records(self, place: ChunkPlace) -> list[Channel | Message]:
         """Returns the channels and messages of a chunk. Raises RecordingError where it is damaged."""

@@ -1,6 +1,6 @@
 """How the stream requests the scenes that it sends, and what they are made by."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -9,7 +9,6 @@ from radar_service.display.video import Layout, layout
 from radar_service.processes.call import Progress
 from radar_service.radar.parameters import Origin
 from radar_service.spoke_source import Commanded, Continuing, SpokeSource, SpokeSourceInfo, TellsShips, TellsSources
-from radar_service.world.error import SceneError
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -53,14 +52,6 @@ class SceneSpokeSource(SpokeSource, Protocol):
     @property
     def scene_request(self) -> SceneRequest:
         """What it was made from."""
-
-
-def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
-    """Returns the error for a scene with the ids of other radars than its group has here."""
-    return SceneError(
-        f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
-        "or start the server with this one"
-    )
 
 
 @runtime_checkable

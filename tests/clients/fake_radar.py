@@ -179,9 +179,9 @@ class FakeRadar:
         """Send messages to every client, from the test's thread."""
         self._run(lambda client: [client.send_bytes(wire.pack(message)) for message in messages])
 
-    def drop(self) -> None:
+    def drop(self, code: int = 1012) -> None:
         """Close every connection."""
-        self._run(lambda client: [client.close(1012)])
+        self._run(lambda client: [client.close(code)])
 
     def drop_followers(self) -> None:
         """Close the connections of changes."""

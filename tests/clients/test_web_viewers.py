@@ -96,6 +96,33 @@ def test_radars_are_listed_by_name_and_scene_and_kept_in_the_address(radar: Fake
     assert page.ask(TOASTS) == []
 
 
+def test_radars_that_another_scene_brings_are_offered(radar: FakeRadar, opened: Opened) -> None:
+    """The page goes on with the first one, and says why; a radar of another scene that comes changes the list alone."""
+    page = opened(BARE)
+    options = "[...document.getElementById('radar').options].map(({ value }) => value).join()"
+    radar.radars.append({"id": "aft", "name": "aft", "scene": {"name": "open sea"}})
+    radar.tell("scene", radar="aft", epoch="x", name="open sea", fidelity="fast")
+    page.wait(f"{options} === '0,aft' && document.getElementById('radar').value === '0'")
+    assert page.ask(TOASTS) == [] and len(radar.joined) == 1
+    radar.radars = [{"id": name, "name": name, "scene": {"name": "mine"}} for name in ("ship", "shore")]
+    radar.tell("status", radar="ship", state="running", fault=None, factor_reached=None)
+    reason = "radar 0 has ended: another scene runs, with ship, shore"
+    radar.tell("status", state="ended", fault=reason, factor_reached=None)
+    page.wait(f"{options} === 'ship,shore' && document.getElementById('radar').value === 'ship'")
+    page.wait("document.getElementById('connection').textContent === 'Connected'")
+    assert page.ask(TOASTS) == [f"{reason}. This is Radar ship: mine."]
+    assert len(radar.joined) == 2
+
+
+def test_a_radar_that_is_not_there_any_more_makes_the_page_list_them(radar: FakeRadar, opened: Opened) -> None:
+    """As where changes do not arrive: the feed says that there is none."""
+    page = opened(BARE)
+    radar.radars = [{"id": "ship", "name": "ship", "scene": {"name": "mine"}}]
+    radar.drop(4404)
+    page.wait("document.getElementById('radar').value === 'ship'")
+    page.wait("document.getElementById('alerts').textContent.includes('no radar “0” here. This is Radar ship: mine.')")
+
+
 def test_the_address_follows_what_the_page_shows(radar: FakeRadar, opened: Opened) -> None:
     radar.range_max = radar.picture.range
     page = opened(f"{BARE.replace('dusk', 'night')}&unit=nm")
@@ -145,8 +172,7 @@ def test_what_others_change_shows_as_it_happens(radar: FakeRadar, opened: Opened
     radar.controls |= {"gain": 77}
     radar.tell("controls", gain=77)
     page.wait("document.getElementById('gain-value').value === '77'")
-    radar.health = {"id": "0", "state": "behind", "factor_reached": 0.5}
-    radar.tell("status", state="behind")
+    radar.tell("status", state="behind", fault=None, factor_reached=0.5)
     page.wait("document.getElementById('banner').textContent.startsWith('Too slow: 0.50')")
     radar.errors = {"gyro": {"bias_deg": 20}}
     radar.tell("errors", gyro={"bias_deg": 20})

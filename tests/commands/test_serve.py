@@ -20,7 +20,7 @@ from radar_service.ports.port_host import PortHost
 from radar_service.ports.registry import opened
 from radar_service.service.access import Access
 from radar_service.service.radio.scene_process import SceneProcess
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Stations
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene
 from tests.service.fake import FakeEngine
@@ -90,10 +90,10 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             listener.close()
         seen["limits"] = self.config.http.keywords  # type: ignore[union-attr]
         if seen["gives up"]:
-            for station in seen["stations"]:
+            for station in seen["stations"].values():
                 station.failed()
 
-    def app(stations: list[Station], ports: PortHost, **others: Any) -> FastAPI:
+    def app(stations: Stations, ports: PortHost, **others: Any) -> FastAPI:
         seen.update(others, stations=stations)
         return FastAPI()
 
@@ -111,8 +111,8 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[
     chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
                      "--exit-when-failed")  # fmt: skip
     assert serve(chosen, FakeEngine, opened) == int(gave_up)
-    assert [station.identity for station in seen["stations"]] == ["0", "1"]
-    assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
+    assert [station.identity for station in seen["stations"].values()] == ["0", "1"]
+    assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"].values())
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen)
 
@@ -127,7 +127,7 @@ def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: 
     """Radars of one scene share a world under their ids; that of a scene without ids has the number of its scene."""
     chosen = options(several(tmp_path, "bow", "0"), str(scene), several(tmp_path, "mast"), "--port", "0")
     assert serve(chosen, FakeEngine, opened) == 0
-    stations = seen["stations"]
+    stations = list(seen["stations"].values())
     assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
     assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
     assert [station.epoch.info.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]

@@ -13,7 +13,7 @@ from fastapi import FastAPI
 
 from radar_service.ports.http.requests import Requests
 from radar_service.ports.http.server import Server, configuration, listening_socket
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 
 
 class Turns:
@@ -45,7 +45,7 @@ def served(
     """
     listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
     host, port = listener.getsockname()[:2]
-    server = Server(configuration(app, **limits), stations, begun.set, requests or Requests())
+    server = Server(configuration(app, **limits), Stations(stations).stop, begun.set, requests or Requests())
 
     async def serve() -> None:
         watching = asyncio.create_task((turns or Turns()).watch())

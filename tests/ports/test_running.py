@@ -5,6 +5,7 @@ import contextlib
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -93,16 +94,45 @@ def test_two_radars_of_one_world(tmp_path: Path) -> None:
             assert http.patch("api/radars/pier/controls", json={"pace": {"state": "pause"}}).status_code == 200
             assert http.get("api/radars/bow/controls").json()["pace"]["state"] == "pause"
             other = TWO_RADARS | {"name": "again"}
-            answer = http.put("api/radars/bow/scene", json={"scene": SCENE})
-            assert answer.status_code == 422 and answer.json()["detail"] == [
-                "radar: the scene has 0, but bow runs here; give a scene with the same radars, or start the server with this one"
-            ]
             assert http.put("api/radars/pier/scene", json={"scene": other}).json()["name"] == "again"
             until(lambda: {radar["scene"]["name"] for radar in http.get("api/radars").json()} == {"again"})
             assert [radar["simulated_s"] for radar in http.get("api/health").json()["radars"]] == [0.0, 0.0]
     finally:
         process.terminate()
         process.communicate(timeout=60)
+
+
+def test_scenes_bring_one_to_three_radars_and_leave_no_process_behind(
+    service: tuple[subprocess.Popen[str], str], tmp_path: Path
+) -> None:
+    """A radar has a process and a spare; one more starts them. What other radars had has ended, threads too."""
+    process, url = service
+    bow, pier = TWO_RADARS["radar"]
+    scenes = {
+        ids: SCENE
+        | {
+            "name": "".join(ids),
+            "radar": [table | {"id": each} for each, table in zip(ids, (bow, pier, pier), strict=False)],
+        }
+        for ids in (("a",), ("a", "b"), ("b", "c", "d"))
+    }
+    with httpx.Client(base_url=url, timeout=60) as http:
+        until(lambda: len(children(process.pid)) == 3)
+        threads = len(os.listdir(f"/proc/{process.pid}/task"))
+        here = "0"
+        for ids in [*scenes, ("b", "c", "d"), ("a", "b")]:
+            answer = http.put(f"api/radars/{here}/scene", json={"scene": scenes[ids]})
+            assert answer.status_code == 200, answer.text
+            expected = ["0"] if len(ids) == 1 else list(ids)
+            assert answer.json()["radars"] == expected == [radar["id"] for radar in http.get("api/radars").json()]
+            until(lambda: http.get("api/health/ready").json()["yes"])
+            here = expected[-1]
+        assert http.get("api/radars/0").status_code == 404
+        assert set(re.findall(r'radar_azimuths_total{radar="(.*?)"}', http.get("metrics").text)) == {"a", "b"}
+        until(lambda: len(children(process.pid)) == 5)
+        http.put("api/radars/a/scene", json={"scene": SCENE})
+        until(lambda: len(children(process.pid)) == 3)
+        until(lambda: len(os.listdir(f"/proc/{process.pid}/task")) <= threads + 8)  # a pool keeps up to its size
 
 
 async def first_spoke(address: str) -> tuple[Any, Any]:

@@ -19,8 +19,8 @@ def test_results_and_errors_come_back(fork_server: ForkServer) -> None:
 
 def test_it_does_not_compete_with_the_feed(fork_server: ForkServer) -> None:
     own, session = call_in_process(fork_server, UNFOLLOWED, tasks.niceness)
-    assert own >= SET_UP_NICENESS
-    assert session == SET_UP_NICENESS
+    assert own >= session
+    assert 0 <= session <= SET_UP_NICENESS  # as low as what else the machine does allows: see test_limits
 
 
 @pytest.mark.parametrize("function", [tasks.crash, tasks.fill])

@@ -37,15 +37,63 @@ def test_a_child_finds_modules_as_this_process_does_and_computes_with_one_thread
 
 @pytest.fixture
 def only_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leaves the session of the tests as it is."""
+    """Leaves the session of the tests as it is, on a machine that does nothing else."""
     monkeypatch.setattr(limits, "SESSION", Session([]))
+    monkeypatch.setattr(limits, "busy_threads", lambda: 0.0)
+
+
+class Statistics:
+    """What the kernel tells from look to look of threads that run."""
+
+    def __init__(self, *running: int) -> None:
+        self.running = list(running)
+
+    def read_text(self) -> str:
+        if not self.running:
+            raise FileNotFoundError
+        return f"cpu  1 2 3\nprocs_running {self.running.pop()}\nprocs_blocked 0\n"
+
+
+@pytest.mark.parametrize(
+    ("running", "threads"), [([9] * 8, 4.0), ([1, 2, 3, 4, 3, 2, 1, 2], 0.0), ([5, 3, 9, 9, 9, 9, 9, 9], 1.0), ([], 0.0)],
+    ids=["programs that compute", "a feed that waits in between", "both", "a system that does not tell"],
+)  # fmt: skip
+def test_threads_that_want_a_processor_all_the_time_are_counted(
+    running: list[int], threads: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "STATISTICS", Statistics(*running))
+    monkeypatch.setattr(limits, "LOOK_PAUSE", 0.0)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    assert limits.busy_threads() == threads
+
+
+@pytest.mark.parametrize(("busy", "niceness"), [(0.0, 10), (0.3, 10), (1.0, 6), (2.0, 3), (4.0, 0), (50.0, 0)])
+def test_set_up_gets_a_fifth_of_a_processor_beside_other_programs(
+    busy: float, niceness: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The weight of a level of niceness is 1.25 times that of the next one (sched(7)); at niceness 0 all share alike."""
+    monkeypatch.setattr(limits, "busy_threads", lambda: busy)
+    assert limits.set_up_niceness() == niceness
+    weight = 1.25**-niceness
+    assert weight / (weight + busy) >= 0.2 or niceness == 0
+
+
+def test_both_ways_to_lower_a_priority_follow_what_else_the_machine_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "SESSION", session := Session([]))
+    monkeypatch.setattr(limits, "busy_threads", lambda: 2.0)
+    monkeypatch.setattr(limits, "leave_processor_free", lambda: None)
+    lowered: list[int] = []
+    monkeypatch.setattr(os, "nice", lowered.append)
+    limits.lower_priority()
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    thread = limits.at_low_priority(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+    assert (lowered, session.written, thread) == ([3], ["3", "3", "0"], max(own, 3))
 
 
 def test_set_up_has_a_low_priority_and_what_follows_has_not(only_threads: None) -> None:
     before = os.getpriority(os.PRIO_PROCESS, 0)
-    assert limits.at_low_priority(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id())) == min(
-        19, before + limits.SET_UP_NICENESS
-    )
+    lowered = limits.at_low_priority(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+    assert lowered == max(before, limits.SET_UP_NICENESS)
     assert os.getpriority(os.PRIO_PROCESS, 0) == before
 
 

@@ -23,8 +23,8 @@ class AisPort(SenderPort):
 
     @override
     def tick(self, radar: str, time: float) -> None:
-        station = self._station
-        if station is None or radar != station.identity or not isinstance(station.epoch.spoke_source, TellsShips):
+        station = self.station(radar)
+        if station is None or not isinstance(station.epoch.spoke_source, TellsShips):
             return
         self.send([line for report in self._transponders.due(station, time) for line in self._sentences(report)])
 

@@ -5,7 +5,7 @@ import errno
 import logging
 import socket
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,6 @@ from radar_service.ports.http.connection_limits import LimitedProtocol
 from radar_service.ports.http.requests import Requests
 from radar_service.ports.http.websocket import FramedWebSocket
 from radar_service.service.logs import log_event
-from radar_service.service.radio.station import Station
 
 if sys.platform != "win32":
     import resource
@@ -37,11 +36,13 @@ class Server(uvicorn.Server):
     """A server that ends the feeds and answers all requests before it closes their sockets."""
 
     def __init__(
-        self, config: uvicorn.Config, stations: Sequence[Station], started: Callable[[], None], requests: Requests
-    ) -> None:
-        """started: is called when clients can connect; requests: those of the application."""
+        self, config: uvicorn.Config, stop_radars: Callable[[], Awaitable[None]], started: Callable[[], None],
+        requests: Requests,
+    ) -> None:  # fmt: skip
+        """stop_radars: ends the radars and their feeds; started: is called when clients can connect; requests: those of the
+        application."""
         super().__init__(config)
-        self._stations, self._started, self._requests = stations, started, requests
+        self._stop_radars, self._started, self._requests = stop_radars, started, requests
         self.gave_up = False
 
     def stop(self) -> None:
@@ -68,7 +69,7 @@ class Server(uvicorn.Server):
         log_event("stopping")
         for server in self.servers:
             server.close()  # otherwise a client that has received its bye reconnects at once and is cut off
-        await asyncio.gather(self._requests.end(), *(station.stop() for station in self._stations))
+        await asyncio.gather(self._requests.end(), self._stop_radars())
         asyncio.get_running_loop().call_later(CUT_SECONDS, self._cut)
         await super().shutdown(sockets)
 

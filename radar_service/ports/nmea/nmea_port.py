@@ -13,7 +13,7 @@ from radar_service.ports.nmea.targets import target_sentences
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread
 from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
 from radar_service.terminal.arguments import UsageError
 
@@ -58,13 +58,13 @@ def station_of(stations: Mapping[str, Station], radar: str | None) -> Station:
 
 
 class SenderPort(Port):
-    """A port that sends sentences about the ship that carries one radar: of the first one, or of `radar`."""
+    """A port that sends sentences about the ship that carries one radar: of the first one, or of `radar` while it is there."""
 
     period = 1.0 / TENTHS
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
         self.senders, self._radar = senders, radar
-        self._station: Station | None = None
+        self._stations = Stations()
         self._thread: PortThread | None = None
         self._lost = 0  # sentences, of which the thread knows
 
@@ -74,7 +74,7 @@ class SenderPort(Port):
 
     @override
     async def start(self, service: Service) -> None:
-        self._station = station_of(service.stations, self._radar)
+        self._stations = service.stations
         self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
 
     @override
@@ -82,6 +82,11 @@ class SenderPort(Port):
         for sender in self.senders:
             with contextlib.suppress(OSError):
                 sender.close()
+
+    def station(self, radar: str) -> Station | None:
+        """Returns the radar of that id where the sentences are about its ship."""
+        station = self._stations.of(self._radar)
+        return station if station is not None and station.identity == radar else None
 
     def send(self, lines: Sequence[bytes]) -> None:
         """Sends sentences, and counts those that did not go out as dropped."""
@@ -105,11 +110,11 @@ class NmeaPort(SenderPort):
 
     @override
     def tick(self, radar: str, time: float) -> None:
-        if self._station is None or radar != self._station.identity:
+        if (station := self.station(radar)) is None:
             return
         due = self._schedule.due(time)
         try:
-            lines = self._sentences(self._station, due) if due else []
+            lines = self._sentences(station, due) if due else []
         except SpokeSourceFault:  # its process is being replaced: the next tick makes up for it
             self._schedule.missed(due[0][0])
             return

@@ -24,7 +24,7 @@ from radar_service.service.logs import Refusals, log_event
 from radar_service.service.poses import CommandedPose
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.commands import Command, CommandError
@@ -44,12 +44,12 @@ FRESH = 1.0  # s: how old a position may be at which true north is taken
 class NmeaSteering:
     """Steers own ship of one radar. One thread calls it.
 
-    station: the radar; refused: counts what is not followed, as `nmea-` and a word.
+    station: the radar, which another scene may replace; refused: counts what is not followed, as `nmea-` and a word.
     """
 
     def __init__(self, station: Station, refused: Refusals, clock: Callable[[], float] = time.monotonic) -> None:
         """clock: of the arrival of sentences [s]."""
-        self._station, self._refused, self._clock = station, refused, clock
+        self.station, self._refused, self._clock = station, refused, clock
         self._helm = Helm()
         self._values: dict[str, Any] = {}  # of the next pose
         self._at = 0.0  # its simulated time
@@ -80,7 +80,7 @@ class NmeaSteering:
                 self.count(str(reason))
                 continue
             if self._helm.holder != holder:
-                log_event("own ship steered", radar=self._station.identity, by=f"{BY} {sender}")
+                log_event("own ship steered", radar=self.station.identity, by=f"{BY} {sender}")
             self._note(order)
 
     def steer(self) -> None:
@@ -91,34 +91,34 @@ class NmeaSteering:
             error, self._answer = self._answer.exception(), None
             self._tell(error)
             if error is None and self._jump:
-                log_event("own ship jumped", radar=self._station.identity, by=BY, distance_m=round(self._jump))
+                log_event("own ship jumped", radar=self.station.identity, by=BY, distance_m=round(self._jump))
         if self._values and self._clock() >= self._next:
             self._jump = self._jumped(self._values["position_m"]) if "position_m" in self._values else 0.0
             pose, self._values = CommandedPose(None, self._at, self._on_map(self._values)), {}
             self._next = self._clock() + 1.0 / POSES
             try:
-                self._answer = self._station.commands.put(None, pose.values_at, by=BY)
+                self._answer = self.station.commands.put(None, pose.values_at, by=BY)
             except (NoRadarError, TooManyCommandsError) as error:
                 self._tell(error)
 
     def _note(self, order: Order) -> None:
         """Adds an order to the next pose, which holds at the time when its position came."""
-        scene = self._station.epoch.info.scene
+        scene = self.station.epoch.info.scene
         if unfitness(scene):
             self.count("scene")
             if self._unfit is not scene:
                 self._unfit = scene
-                log_event("sentences not followed", logging.WARNING, radar=self._station.identity, reason=unfitness(scene))
+                log_event("sentences not followed", logging.WARNING, radar=self.station.identity, reason=unfitness(scene))
             return
         if order.position is not None and scene.origin is not None:
             self._values["position_m"] = tuple(map_from_geographic(*order.position, scene.origin).tolist())
         if order.position is not None or "position_m" not in self._values:
-            self._at = self._station.transmitter.simulated
+            self._at = self.station.transmitter.simulated
         self._values |= order.motion
 
     def _on_map(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The values of a pose with angles from the map's north: those of sentences count from true north at own ship."""
-        origin, angles = self._station.epoch.info.scene.origin, [key for key in ANGLES if key in values]
+        origin, angles = self.station.epoch.info.scene.origin, [key for key in ANGLES if key in values]
         if origin is None or not angles:
             return dict(values)
         place = values.get("position_m")  # of this pose alone: it may be refused
@@ -129,10 +129,10 @@ class NmeaSteering:
 
     def _own_place(self) -> tuple[float, float]:
         """Where own ship is [m], no longer than FRESH ago."""
-        source = self._station.epoch.spoke_source
+        source = self.station.epoch.spoke_source
         if self._clock() - self._placed > FRESH and isinstance(source, TellsShips):
             with contextlib.suppress(SpokeSourceFault):  # its process is being replaced: the last one will do
-                (states,) = source.ship_states([self._station.transmitter.simulated], [None])
+                (states,) = source.ship_states([self.station.transmitter.simulated], [None])
                 east, north, _ = states.position[0].tolist()
                 self._place, self._placed = (east, north), self._clock()
         return self._place
@@ -151,7 +151,7 @@ class NmeaSteering:
         if error is not None:
             self.count("refused")
         if error is not None and not self._has_failed:
-            log_event("own ship not steered", logging.WARNING, radar=self._station.identity, reason=str(error))
+            log_event("own ship not steered", logging.WARNING, radar=self.station.identity, reason=str(error))
         self._has_failed = error is not None
 
 
@@ -171,7 +171,7 @@ class SteeringPort(Port):
 
     def __init__(self, receivers: Sequence[Receiver], radar: str | None = None) -> None:
         self._receivers, self._radar = receivers, radar
-        self._ends = threading.Event()
+        self._stations, self._ends = Stations(), threading.Event()
         self._thread: threading.Thread | None = None
 
     @override
@@ -181,7 +181,7 @@ class SteeringPort(Port):
 
     @override
     async def start(self, service: Service) -> None:
-        station = station_of(service.stations, self._radar)
+        self._stations, station = service.stations, station_of(service.stations, self._radar)
         faults = next((thread for thread in service.threads if thread.name == self.name), None)
         steering = NmeaSteering(station, service.refused)
         self._thread = threading.Thread(target=self._run, args=(steering, faults), name="nmea in", daemon=True)
@@ -205,7 +205,11 @@ class SteeringPort(Port):
                 self._wait(ANSWER if steering.waits else LOOK)
                 for receiver in self._receivers:
                     for sender, lines in receiver.received(steering.count):
-                        steering.hear(sender, lines)
+                        if station := self._stations.of(self._radar):
+                            steering.station = station
+                            steering.hear(sender, lines)
+                        else:
+                            steering.count("radar", len(lines))
                 steering.steer()
             except Exception as error:  # of any kind: the next sentences may be followed
                 if faults is not None:

@@ -48,13 +48,22 @@ class ServiceRecorder:
         self._path, self._with_truth, self._patience, self.recorded = path, with_truth, patience, recorded
         self._file = RecordingFile(path, create)
         self._work: deque[Work] = deque()
+        self._recordings: dict[str, RadarRecording] = {}
         self._waiting = self._scan_ends = 0
-        self._changed, self._closing = threading.Condition(), False
+        self._changed, self._closing, self._has_begun = threading.Condition(), False, False
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
 
     def sink(self, radar: str) -> "RecordingSink":
         """Returns the sink for the spokes of the radar of that id."""
-        return RecordingSink(RadarRecording(self._file, radar, self._with_truth, self.recorded), self.put)
+        if not self._has_begun:
+            self._recording(radar)  # its channels are in the first chunk
+        return RecordingSink(partial(self._recording, radar), self.put)
+
+    def _recording(self, radar: str) -> RadarRecording:
+        """The channels of a radar. Once the thread writes, it alone may add some."""
+        if radar not in self._recordings:
+            self._recordings[radar] = RadarRecording(self._file, radar, self._with_truth, self.recorded)
+        return self._recordings[radar]
 
     def put(self, work: Work) -> None:
         """Queues `work` for the thread, in order. Waits where too much waits already, or the end of another scan."""
@@ -62,6 +71,7 @@ class ServiceRecorder:
             if not self._changed.wait_for(lambda: self.fault or self._has_room(work), self._patience):
                 self._end(f"{self._path}: the disk took more than {self._patience:g} s")
             if self.fault is None:
+                self._has_begun = True
                 self._work.append(work)
                 self._waiting += work.size
                 self._scan_ends += work.ends_scan
@@ -118,22 +128,23 @@ class ServiceRecorder:
 class RecordingSink:
     """Hands what a radar sends to the recorder's thread."""
 
-    def __init__(self, recording: RadarRecording, put: Callable[[Work], None]) -> None:
+    def __init__(self, recording: Callable[[], RadarRecording], put: Callable[[Work], None]) -> None:
+        """recording: returns the channels of the radar; the thread calls it."""
         self._recording, self._put = recording, put
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch."""
-        self._put(Work(partial(self._recording.open_epoch, radar)))
+        self._put(Work(lambda: self._recording().open_epoch(radar)))
 
     def send(self, batch: SpokeBatch) -> None:
         """Takes spokes."""
         block = batch.block
         ends_scan = block.index + len(block) == batch.epoch.info.radar.azimuths
-        self._put(Work(partial(self._recording.send, batch), block.nbytes, ends_scan))
+        self._put(Work(lambda: self._recording().send(batch), block.nbytes, ends_scan))
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
-        self._put(Work(partial(self._recording.skip, epoch, first, count, reason)))
+        self._put(Work(lambda: self._recording().skip(epoch, first, count, reason)))
 
     def close(self, reason: str) -> None:
         """Keeps the file open: the recording goes on with the next epoch."""

@@ -106,7 +106,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
     )  # fmt: skip
     @needs("command")
     async def run_scene(radar: str, request: Request, job: JobName = None) -> schemas.SceneAnswer:
-        """Runs another scene: it is prepared beside the running one and takes over when the running scan ends."""
+        """Runs another scene with its radars: prepared beside the running one, it takes over when the running scan ends."""
         station = station_of(stations, radar)
         with store.receiving() as folder:
             choice = await reader.read(request, schemas.SceneChoice, folder)
@@ -119,7 +119,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
         notes = () if isinstance(choice.scene, str) else known.scene.notes
         return schemas.SceneAnswer(
             name=known.scene.name, bodies=known.scene.body_count, warnings=[*known.scene.warnings, *notes], epoch=epoch,
-            plan=dict(known.plan),
+            plan=dict(known.plan), radars=station.group.identities,
         )  # fmt: skip
 
     @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})

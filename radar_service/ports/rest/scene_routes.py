@@ -150,7 +150,8 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
         first.preparations.keep(spoke_source)  # a radar is likely to run it next
         store.add(name, scene_request, scene)
         warnings = [*scene.warnings, *scene.notes]
-        return schemas.SceneAnswer(name=name, bodies=scene.body_count, warnings=warnings, plan=dict(spoke_source.info.plan))
+        plan, radars = dict(spoke_source.info.plan), list(scene.radar_ids)
+        return schemas.SceneAnswer(name=name, bodies=scene.body_count, warnings=warnings, plan=plan, radars=radars)
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     @needs("command")

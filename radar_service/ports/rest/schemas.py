@@ -132,7 +132,7 @@ class SceneUpload(Body):
 class SceneAnswer(BaseModel):
     """A scene that was accepted. epoch: of the feed once it runs, null where it is only kept; plan: what is modelled of it.
 
-    warnings: of the scene; for an upload also notes on its files.
+    warnings: of the scene; for an upload also notes on its files; radars: their ids, once it runs those on the air.
     """
 
     name: str
@@ -140,6 +140,7 @@ class SceneAnswer(BaseModel):
     warnings: list[str]
     epoch: str | None = None
     plan: dict[str, Any]
+    radars: list[str]
 
 
 class JobState(BaseModel):

@@ -14,7 +14,6 @@ from starlette.staticfiles import StaticFiles
 from typing_extensions import override
 
 from radar_service.ports.ais.transponders import Transponders
-from radar_service.ports.nmea.nmea_port import station_of
 from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
@@ -27,7 +26,7 @@ from radar_service.ports.signalk.targets import targets_of
 from radar_service.ports.signalk.values import own_ship_values, vessel_values
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.state_changes import StateChange
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
 
 # Pages of others generate code for protobuf, and style their elements; what they load comes from here all the same.
@@ -49,10 +48,9 @@ class SignalKPort(Port):
     def __init__(self, gui: Path | None = None, tells_truth: bool = False) -> None:
         """gui: folder of a page that is served under /gui/. tells_truth: whether bodies in sight are told as targets."""
         self._gui, self._tells_truth = gui, tells_truth
-        self._stations: Mapping[str, Station] = {}
+        self._stations = Stations()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._streams: Streams | None = None
-        self._station: Station | None = None  # the first radar: it tells of own ship
         self._transponders, self._ticks = Transponders(), Counter[str]()
 
     @override
@@ -65,18 +63,16 @@ class SignalKPort(Port):
 
     @override
     async def start(self, service: Service) -> None:
-        self._loop, self._station = asyncio.get_running_loop(), station_of(service.stations, None)
-        self._stations = service.stations
+        self._loop, self._stations = asyncio.get_running_loop(), service.stations
 
     @override
     def tick(self, radar: str, time: float) -> None:
-        station = self._stations.get(radar)
-        if station is None or self._station is None:
+        if (station := self._stations.of(radar)) is None:
             return
         is_repeat = self._ticks[radar] % REPEAT == 0
         self._ticks[radar] += 1
         with contextlib.suppress(SpokeSourceFault):  # its process is being replaced
-            if station is self._station and isinstance(station.epoch.spoke_source, TellsShips):
+            if station is self._stations.of(None) and isinstance(station.epoch.spoke_source, TellsShips):
                 self._put(self._ship_values(station, time), is_repeat)
             if self._tells_truth and is_repeat:
                 self._put_targets(
@@ -85,7 +81,7 @@ class SignalKPort(Port):
 
     @override
     def changed(self, change: StateChange) -> None:
-        if change.kind in ("controls", "scene"):
+        if change.kind in ("controls", "scene") or change.values.get("state") == "ended":
             self._call(self._take)
 
     def _ship_values(self, station: Station, time: float) -> dict[ValuePath, Any]:

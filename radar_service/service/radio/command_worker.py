@@ -202,6 +202,11 @@ class CommandWorker:
         with self.clock.changed:
             self._radars.append(radar)
 
+    def leave(self, radar: CommandedRadar) -> None:
+        """Removes a radar: commands to it are not carried out any more."""
+        with self.clock.changed:
+            self._radars.remove(radar)
+
     def start(self) -> None:
         """Starts the thread with the first radar."""
         with self.clock.changed:

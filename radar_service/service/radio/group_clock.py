@@ -53,6 +53,12 @@ class GroupClock:
         with self.changed:
             self._members.append(member)
 
+    def leave(self, member: ClockMember) -> None:
+        """Removes a radar: the others wait for it no longer."""
+        with self.changed:
+            self._members.remove(member)
+            self.notify()
+
     def set_pace(self, pace: Pace) -> None:
         """Lets all radars take over a pace; with `changed` held."""
         self.schedule.restart()
@@ -76,6 +82,7 @@ class GroupClock:
         with self.changed:
             self.generation += 1
             self.front = -math.inf
+            self.schedule.restart()
             for member in self._members:
                 member.next = 0.0
             self.notify()

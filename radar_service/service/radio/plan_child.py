@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from radar_service.processes.channel import Channel
-from radar_service.processes.limits import SET_UP_NICENESS
+from radar_service.processes.limits import set_up_niceness
 
 CAN_FORK = sys.platform == "linux"  # as spares are forked
 Plan = Mapping[str, Any]
@@ -50,7 +50,7 @@ class PlanChild:
                 near.close()
                 for end in ends:
                     end.forget()
-                os.nice(SET_UP_NICENESS)
+                os.nice(set_up_niceness())
                 Channel(far).send(measure())
             finally:
                 os._exit(0)

@@ -69,8 +69,9 @@ class SpokeWorker:
         return self._thread.is_alive()
 
     def start(self) -> None:
-        """Starts to compute."""
-        self._thread.start()
+        """Starts to compute, unless it does so already."""
+        if self._thread.ident is None:
+            self._thread.start()
 
     def stop(self, timeout: float = 0.0) -> None:
         """Ends the spoke source and its thread, drops what was not taken, and waits for the thread at most `timeout` [s]."""

@@ -14,7 +14,7 @@ from radar_service.spoke_source import Continuing
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
 
-Check = Callable[[SceneOutline], None]
+Others = Callable[[SceneOutline], Mapping[str, SceneRequest]]
 Agree = Callable[[], tuple[Origin, Sequence[Command]]]
 KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run it
 
@@ -35,13 +35,13 @@ class Preparations:
 
     async def workers(
         self, make: MakeSpokeSource, scene_requests: Mapping[str, SceneRequest], job: str | None = None,
-        check: Check = lambda scene: None, agree: Agree | None = None,
+        others: Others = lambda scene: {}, agree: Agree | None = None,
     ) -> dict[str, SpokeWorker]:  # fmt: skip
-        """Returns the radars of a scene, by their ids, which have computed their first spokes.
+        """Returns the radars of a scene, by the names of their requests, which have computed their first spokes.
 
-        check: refuses scenes, before their first spokes; agree: tells, in the job's thread, where a scene goes on that is
-        prepared but for that, and the commands that it follows. Raises as `spoke_source`, `check` and `agree`, and
-        SpokeSourceFault.
+        others: returns the further requests of a scene, or refuses it, before its first spokes; agree: tells, in the job's
+        thread, where a scene goes on that is prepared but for that, and the commands that it follows. Raises as `spoke_source`,
+        `others` and `agree`, and SpokeSourceFault.
         """
         kept = {
             name: spoke_source
@@ -50,10 +50,11 @@ class Preparations:
         }
 
         def prepare(progress: Job) -> dict[str, SpokeWorker]:
-            workers: dict[str, SpokeWorker] = {}
+            workers, requests = dict[str, SpokeWorker](), dict(scene_requests)
             with contextlib.ExitStack() as on_failure:
-                for name, scene_request in scene_requests.items():
-                    workers[name] = _worker(kept.get(name), partial(make, scene_request), check, progress, agree)
+                while missing := [name for name in requests if name not in workers]:
+                    name, note = missing[0], lambda scene: requests.update(others(scene))
+                    workers[name] = _worker(kept.get(name), partial(make, requests[name]), note, progress, agree)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -98,18 +99,18 @@ class Preparations:
 
 
 def _worker(
-    kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], check: Check, progress: Progress,
-    agree: Agree | None,
+    kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], note: Callable[[SceneOutline], None],
+    progress: Progress, agree: Agree | None,
 ) -> SpokeWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
-        check(kept.info.scene)
+        note(kept.info.scene)
         with contextlib.suppress(SpokeSourceFault):
             return _first_spokes(kept, progress)
     spoke_source = make(progress)
     try:
-        check(spoke_source.info.scene)
+        note(spoke_source.info.scene)
         commands: Sequence[Command] = ()
         if agree:
             assert isinstance(spoke_source, Continuing)  # one that cannot go on is not made for an agreement

@@ -27,7 +27,7 @@ from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.plan_child import CAN_FORK, MeasuredPlan, PlanChild
 from radar_service.service.radio.spare import Spares, TakeOver
-from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest, other_radars
+from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
@@ -44,8 +44,6 @@ def scene_of(scene_request: SceneRequest) -> Scene:
     finally:
         if sandbox:
             sandbox.close()
-    if scene_request.radar not in (None, *scene.radar_ids):
-        raise other_radars(scene.radar_ids, [scene_request.radar])
     scene = scene.for_radar(scene_request.radar)
     return scene if scene_request.rpm is None else scene_at_rpm(scene, scene_request.rpm, scene_request.origin or START)
 

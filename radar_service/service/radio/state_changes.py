@@ -18,9 +18,9 @@ class StateChange:
     """One change of a radar.
 
     radar: its id; time: of simulation [s].
-    kind: "status" (`state`, `fault`, and `factor_reached` while it is behind), "scene" (`epoch`, `name`, `fidelity`), "controls"
-    (those that have changed, as REST gives them), "commands" (`own_ship`, or `bodies` by name: the last commands, as REST gives
-    them) or "errors" (all tables of the errors on purpose in force).
+    kind: "status" (`state`, `fault`, and `factor_reached` while it is behind; the state of the last one is "ended"), "scene"
+    (`epoch`, `name`, `fidelity`), "controls" (those that have changed, as REST gives them), "commands" (`own_ship`, or `bodies`
+    by name: the last commands, as REST gives them) or "errors" (all tables of the errors on purpose in force).
     """
 
     radar: str
@@ -40,6 +40,12 @@ class StateChange:
     def as_dict(self) -> dict[str, Any]:
         """Returns the change as plain data."""
         return {"radar": self.radar, "kind": self.kind, "values": dict(self.values), "time": self.time}
+
+
+def ended(station: Station) -> StateChange:
+    """Returns the last change of a radar that another scene has ended."""
+    values = {"state": "ended", "fault": station.end, "factor_reached": None}
+    return StateChange(station.identity, "status", values, station.transmitter.simulated)
 
 
 class StateWatch:

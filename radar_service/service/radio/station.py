@@ -1,10 +1,11 @@
-"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and the requests of REST to both."""
+"""The radars on the air: each a transmitter in its own threads, a hub on the event loop, and the requests of REST to both."""
 
 import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
@@ -16,21 +17,24 @@ from radar_service.records.truth import Truth
 from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.feed_encoder import FeedEncoder
-from radar_service.service.fanout.hub import FeedRefused, Hub
+from radar_service.service.fanout.hub import DRAIN, FeedRefused, Hub
 from radar_service.service.feed_request import Mode
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.radar_group import RadarGroup
-from radar_service.service.radio.transmitter import Transmitter
+from radar_service.service.radio.transmitter import STOPPING, Transmitter
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.radio.worker_supervisor import RESTARTS
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
 from radar_service.spoke_source import SpokeSourceInfo
+from radar_service.world.error import SceneError
+from radar_service.world.outline import SceneOutline
 
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
@@ -49,9 +53,10 @@ class Station:
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
-    stopping: whether new clients are refused.
+    stopping: whether new clients are refused; end: why another scene has ended it, "" until then; ended: set then.
     failed: called, from another thread, when the radar has failed.
-    preparations: where its scenes are prepared; the radars of a server share them.
+    preparations: where its scenes are prepared; the radars of a server share them, and so
+    stations: all of them.
     """
 
     def __init__(
@@ -59,14 +64,15 @@ class Station:
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
         group: RadarGroup | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
-        start_utc: datetime | None = None,
+        start_utc: datetime | None = None, worker: SpokeWorker | None = None,
     ) -> None:  # fmt: skip
         """restarts: of failed spoke sources, see RestartLimiter; sinks: take the spokes too, beside the feed; group: that
         it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
-        recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second."""
+        recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second;
+        worker: of the spoke source, where that has computed its first spokes."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
-        self.stopping = False
+        self.stopping, self.end, self.ended = False, "", asyncio.Event()
         self.group = group or RadarGroup()
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
@@ -76,15 +82,19 @@ class Station:
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, SentNotices(self.truth_stream))
         self.transmitter = Transmitter(
-            spoke_source, settings or Settings(), sinks, clock, make_spoke_source, restarts=restarts,
+            worker or spoke_source, settings or Settings(), sinks, clock, make_spoke_source, restarts=restarts,
             command_worker=self.group.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
             sources=lambda: self.feed.requested() | recorded, describe=self.radar_info, start_utc=start_utc,
         )  # fmt: skip
         self.commands = self.transmitter.commands
-        self.preparations = Preparations()
+        self.preparations, self.stations = Preparations(), Stations((self,))
         self._make_spoke_source = make_spoke_source
-        self._wait_for, self._clock = wait_for, clock
+        self._wait_for = wait_for
+        self._options: Any = {
+            "allow_truth": allow_truth, "clock": clock, "restarts": restarts, "recorded": recorded, "group": self.group,
+            "start_utc": self.start_utc,
+        }  # fmt: skip
         self.group.join(identity, self.transmitter)
         self._lead = LEAD  # s from an agreement of a handover to it
 
@@ -109,12 +119,14 @@ class Station:
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
-    async def stop(self, reason: str = "the server is stopping") -> None:
-        """Sends `bye` to every client and ends the threads."""
+    async def stop(self, reason: str = STOPPING) -> None:
+        """Sends `bye` to every client and ends the threads; where another scene has ended it, after what waits for the client."""
         self.stopping = True
-        self.hub.close(reason, STOP_DRAIN)
+        self.hub.close(reason, DRAIN if self.end else STOP_DRAIN)
         self.truth_stream.end(reason)
-        await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT, reason)
+        if self.end:  # the service goes on: its ports are told, and clients are waited for
+            await asyncio.to_thread(self.errors.close, reason)
         self.feed.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
@@ -124,7 +136,7 @@ class Station:
         if client.truth and not self.allow_truth:
             raise FeedRefused("truth: this server does not send it; it must be started with --truth")
         if self.stopping:
-            raise FeedRefused("the server is stopping")
+            raise FeedRefused(STOPPING)
         if self.transmitter.fault:
             raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
@@ -138,7 +150,7 @@ class Station:
     def follow_truth(self, radiometric: bool = False) -> Follower:
         """Returns a client of the truth, also of the power of each body. Raises FeedRefused with the reason."""
         if self.stopping:
-            raise FeedRefused("the server is stopping")
+            raise FeedRefused(STOPPING)
         return self.truth_stream.join(radiometric)
 
     def leave(self, client: ClientQueue) -> None:
@@ -147,20 +159,42 @@ class Station:
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
     async def swap(self, scene_request: SceneRequest, job: str | None = None) -> tuple[str, SpokeSourceInfo]:
-        """Prepares another scene beside the running one and lets it take over, for all radars of this group; returns the epoch
-        and what is known of the spoke source of this one.
+        """Prepares another scene beside the running one and lets its radars take over from all of this group; returns the epoch
+        and what is known of the spoke source of this one, or of the scene's first radar where it has not this one.
 
-        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
-        running scene goes on.
+        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and
+        SceneError where another group has a radar of the same id; the running scene then goes on.
         """
-        return await self._run(self.group.scene_requests(scene_request), job)
 
-    async def _run(self, scene_requests: Mapping[str, SceneRequest], job: str | None = None) -> tuple[str, SpokeSourceInfo]:
-        """Prepares the scene requests of all radars of this group and lets them take over, as `swap`."""
-        request = self.group.request()
-        workers = await self.preparations.workers(self._make_spoke_source, scene_requests, job, self.group.check)
-        epochs = self.group.switch_to(request, workers, stopping=self.stopping)
-        return epochs[self.identity], workers[self.identity].spoke_source.info
+        request, identities = self.group.request(), list[str]()
+
+        def others(scene: SceneOutline) -> dict[str, SceneRequest]:
+            identities[:] = self.group.identities_in(scene)
+            self.stations.check(self.group, identities)
+            return {radar: replace(scene_request, radar=radar) for radar in scene.radar_ids[1:]}
+
+        prepared = await self.preparations.workers(self._make_spoke_source, {"": scene_request}, job, others)
+        return await self._let_take_over(request, dict(zip(identities, prepared.values(), strict=True)))
+
+    async def _let_take_over(self, request: int, workers: Mapping[str, SpokeWorker]) -> tuple[str, SpokeSourceInfo]:
+        """Lets prepared radars take over from all of this group; returns as `swap`."""
+        new, held = list[Station](), self.group.clock.held
+        pace = self.stations[self.group.identities[0]].settings.pace
+
+        def begin(identity: str, worker: SpokeWorker) -> Transmitter:
+            station = Station(
+                identity, worker.spoke_source, self._make_spoke_source, settings=Settings(pace=pace), worker=worker,
+                failed=self.failed, sinks=self.stations.sinks(identity), wait_for=self._wait_for if held else 0, **self._options,
+            )  # fmt: skip
+            station.preparations, station.stations = self.preparations, self.stations
+            new.append(station)
+            return station.transmitter
+
+        stopping = any(station.stopping for station in self.stations.values())
+        epochs = self.group.switch_to(request, workers, begin, stopping=stopping)
+        await self.stations.exchange(self.group, new)
+        identity = self.identity if self.identity in workers else next(iter(workers))
+        return epochs[identity], workers[identity].spoke_source.info
 
     async def prepare(self, scene_request: SceneRequest, job: str | None = None) -> SceneSpokeSource:
         """Returns a scene as this radar would run it. Raises what `Preparations.spoke_source` raises."""
@@ -194,7 +228,10 @@ class Station:
             if (
                 supervisor.has_pending and not supervisor.pending_spoke_source.scene_request.goes_on
             ):  # another scene comes first
-                await self._run(self.group.changed_requests(self.identity, scene_request))
+                scene_requests = self.group.changed_requests(self.identity, scene_request)
+                request = self.group.request()
+                workers = await self.preparations.workers(self._make_spoke_source, scene_requests)
+                await self._let_take_over(request, workers)
                 return
             with contextlib.suppress(SceneChanged):
                 if await self._has_gone_on(request, replace(scene_request, origin=None)):
@@ -209,7 +246,7 @@ class Station:
         agree = partial(self.transmitter.agree, request, scene_request, self._lead)
         try:
             scene_requests = {self.identity: scene_request}
-            workers = await self.preparations.workers(self._make_spoke_source, scene_requests, None, self.group.check, agree)
+            workers = await self.preparations.workers(self._make_spoke_source, scene_requests, agree=agree)
         except Overtaken:
             return True
         except BaseException:
@@ -243,3 +280,70 @@ class Station:
     def _report_failure(self, reason: str) -> None:
         log_event("radar failed", logging.ERROR, radar=self.identity, reason=reason)
         self.failed()
+
+
+class Stations(UserDict[str, Station]):
+    """The radars of a service, by their ids; those of a scene come and go with it. Belongs to the event loop, but for `of`.
+
+    sinks: returns those of the ports for a radar; came, went: called with a radar that has begun, and with one that ends.
+    """
+
+    def __init__(self, stations: Iterable[Station] = ()) -> None:
+        self.sinks: Callable[[str], Sequence[SpokeSink]] = lambda identity: ()
+        self.came: Callable[[Station], None] = lambda station: None
+        self.went: Callable[[Station], None] = lambda station: None
+        self._changing, self._ending = asyncio.Lock(), dict[asyncio.Task[None], Station]()
+        super().__init__(
+            {station.identity: station for station in stations}
+        )  # `data` is replaced whole: other threads read it
+
+    def of(self, identity: str | None) -> Station | None:
+        """Returns the radar of that id, None where it is not on the air; without an id the first one. From any thread."""
+        everyone = self.data
+        return next(iter(everyone.values()), None) if identity is None else everyone.get(identity)
+
+    def add(self, station: Station) -> None:
+        """Adds a radar, before the service starts. Raises SceneError where another one has its id."""
+        self.check(None, [station.identity])
+        self.data = {**self.data, station.identity: station}
+
+    def check(self, group: RadarGroup | None, identities: Iterable[str]) -> None:
+        """Raises SceneError where a radar that is not of this group has one of these ids."""
+        for identity in identities:
+            if identity in self and self[identity].group is not group:
+                raise SceneError(
+                    f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the '
+                    "scenes apart"
+                )
+
+    async def exchange(self, group: RadarGroup, new: Sequence[Station]) -> None:
+        """Starts the radars that a group has now and had not, and ends those that it has no more."""
+        before = self.data
+        everyone = before | {station.identity: station for station in new}
+        kept = [station for station in everyone.values() if station.group is not group]
+        kept += [everyone[identity] for identity in group.identities]
+        self.data = {station.identity: station for station in sorted(kept, key=lambda station: station.group.number)}
+        async with self._changing:
+            await asyncio.gather(*(station.start() for station in new))
+            for station in new:
+                self.came(station)
+            for station in before.values():
+                if station not in kept:
+                    self._end(station)
+
+    def _end(self, station: Station) -> None:
+        radars = ", ".join(station.group.identities)
+        station.end = f"radar {station.identity} has ended: another scene runs, with {radars}"
+        station.ended.set()
+        self.went(station)
+        ending = asyncio.create_task(station.stop(station.end))
+        self._ending[ending] = station
+        ending.add_done_callback(self._ending.pop)
+
+    async def stop(self) -> None:
+        """Ends all radars."""
+        for station in self._ending.values():
+            station.hub.close(STOPPING, STOP_DRAIN)
+        await asyncio.gather(*(station.stop() for station in self.data.values()))
+        if self._ending:
+            await asyncio.wait(self._ending, timeout=LEAVE_TIMEOUT)

@@ -36,6 +36,7 @@ from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name, whole_second
 from radar_service.world.commands import Command
 
+STOPPING = "the server is stopping"
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the run control again
 Report = Callable[[str], None]
 
@@ -53,14 +54,14 @@ class Transmitter:
     """
 
     def __init__(
-        self, spoke_source: SceneSpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
+        self, source: SceneSpokeSource | SpokeWorker, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_spoke_source: MakeSpokeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
         start_utc: datetime | None = None,
     ) -> None:  # fmt: skip
-        """make_spoke_source: makes another spoke source by the scene request of a failed one, at most `restarts` times
-        within RESTART_WINDOW.
+        """source: of spokes, or its worker where that computes already; make_spoke_source: makes another one by the scene
+        request of a failed one, at most `restarts` times within RESTART_WINDOW.
 
         command_worker: of its group, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
         transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes;
@@ -71,7 +72,7 @@ class Transmitter:
         self._group_clock = self._command_worker.clock
         self.pacer = Pacer(settings, clock, self._group_clock, held)
         self.supervisor = WorkerSupervisor(
-            spoke_source, make_spoke_source, RestartLimiter(restarts, clock), self._group_clock.changed
+            source, make_spoke_source, RestartLimiter(restarts, clock), self._group_clock.changed
         )
         self.epoch = self._epoch(new_epoch_name(), settings.range)
         self.state = TransmitterState()
@@ -96,10 +97,16 @@ class Transmitter:
         self.state.on(Event.START)
         self._thread.start()
 
-    def stop(self, timeout: float) -> None:
-        """Ends both threads and waits for each at most `timeout` [s]."""
+    def leave(self) -> None:
+        """Leaves the group, and sends nothing more; `stop` comes next."""
+        self._group_clock.leave(self.pacer)
+        self._command_worker.leave(self._commanded)
         self.pacer.stop()
-        self.commands.close("the server is stopping")
+
+    def stop(self, timeout: float, reason: str = STOPPING) -> None:
+        """Ends both threads and waits for each at most `timeout` [s]. reason: for those whose commands wait."""
+        self.pacer.stop()
+        self.commands.close(reason)
         self.supervisor.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)

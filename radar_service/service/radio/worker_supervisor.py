@@ -44,11 +44,11 @@ class WorkerSupervisor:
     """
 
     def __init__(
-        self, spoke_source: SceneSpokeSource, make_spoke_source: MakeSpokeSource, limiter: RestartLimiter,
+        self, source: SceneSpokeSource | SpokeWorker, make_spoke_source: MakeSpokeSource, limiter: RestartLimiter,
         lock: AbstractContextManager[Any] | None = None,
     ) -> None:  # fmt: skip
         """lock: guards the pending worker and the replacement of `worker`. It is reentrant; commands are carried out under it."""
-        self.worker = SpokeWorker(spoke_source)
+        self.worker = source if isinstance(source, SpokeWorker) else SpokeWorker(source)
         self.restarts = 0
         self._make_spoke_source, self._limiter = make_spoke_source, limiter
         self._lock = lock or threading.RLock()

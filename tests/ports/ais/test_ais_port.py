@@ -17,7 +17,7 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
-from tests.ports.nmea.test_nmea_port import SITES, Kept, OneStation, simulator_of, stations_of
+from tests.ports.nmea.test_nmea_port import SITES, Kept, on_the_air, simulator_of, stations_of
 from tests.ports.nmea.test_senders import free_port
 from tests.reference.true_north import true_deg
 
@@ -43,7 +43,8 @@ OWN = {"speed_kn": 15, "course_deg": 200, "mmsi": 200, "turn_rate_deg_s": -1.0, 
 def started(simulator: Any, **more: Any) -> tuple[AisPort, Kept]:
     kept = Kept()
     port = AisPort([kept], **more)
-    asyncio.run(port.start(cast(Service, SimpleNamespace(stations={"0": OneStation(simulator)}, threads=()))))
+    port.check(on_the_air(**{"0": simulator}))
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=()))))
     return port, kept
 
 

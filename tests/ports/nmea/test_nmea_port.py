@@ -24,6 +24,7 @@ from radar_service.scene_file.describe import json_schema
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.service.radio.station import Station, Stations
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.geo import geographic_from_map
@@ -61,8 +62,8 @@ class Kept:
 class OneStation:
     """What the port takes of a station."""
 
-    def __init__(self, simulator: Any, start: datetime = START) -> None:
-        self.identity, self.start_utc, self.errors = "0", start, ErrorStage(simulator, [])
+    def __init__(self, simulator: Any, start: datetime = START, identity: str = "0") -> None:
+        self.identity, self.start_utc, self.errors = identity, start, ErrorStage(simulator, [])
         self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
 
 
@@ -76,13 +77,15 @@ SITES = {
 }  # fmt: skip
 
 
-def stations_of(scene: dict[str, Any]) -> dict[str, OneStation]:
+def on_the_air(**simulators: Any) -> Stations:
+    """Stations with these simulators, by their ids."""
+    return Stations(cast(Station, OneStation(simulator, identity=name)) for name, simulator in simulators.items())
+
+
+def stations_of(scene: dict[str, Any]) -> Stations:
     """The stations of a scene with several radars."""
-    loaded, result = load_scene(scene), {}
-    for radar in loaded.radar_ids:
-        result[radar] = OneStation(Simulator(loaded, fidelity="fast", radar=radar))
-        result[radar].identity = radar
-    return result
+    loaded = load_scene(scene)
+    return on_the_air(**{radar: Simulator(loaded, fidelity="fast", radar=radar) for radar in loaded.radar_ids})
 
 
 def test_a_fixed_site_has_a_stream_of_its_own() -> None:
@@ -115,7 +118,8 @@ def test_a_fixed_site_has_a_stream_of_its_own() -> None:
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
     kept = Kept()
     port = NmeaPort([kept], radar, tells_truth)
-    service = SimpleNamespace(stations={"0": OneStation(simulator)}, threads=())
+    service = SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=())
+    port.check(service.stations)
     asyncio.run(port.start(cast(Service, service)))
     return port, kept
 

@@ -379,8 +379,8 @@ UNFIT = {
 def test_a_scene_that_sentences_cannot_steer_ends_the_start(words: str) -> None:
     host = PortHost([SteeringPort([])])
     with pytest.raises(UsageError, match=f"--nmea-in: .*{words}"):
-        host.check([station(UNFIT[words])])
-    host.check([station(scene({"steerable": {}}))])
+        host.check({"0": station(UNFIT[words])})
+    host.check({"0": station(scene({"steerable": {}}))})
 
 
 def test_the_command_says_so_in_a_sentence(tmp_path: Path) -> None:

@@ -13,7 +13,9 @@ from radar_service.radar.parameters import Origin, Radar
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.handover import Handover, Overtaken
+from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.station import Station
+from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.simulator import Simulator
@@ -207,6 +209,11 @@ def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() 
     assert len(play(test, FAST, late).epochs) == 1 and late.made[0].closed
 
 
+def never(identity: str, worker: SpokeWorker) -> Transmitter:
+    """Begins no radar."""
+    raise AssertionError(identity)
+
+
 @pytest.mark.parametrize("swap_first", [False, True])
 def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> None:
     """A scene that was requested later has its own rate of rotation, one that was requested earlier takes the new one."""
@@ -220,8 +227,8 @@ def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> No
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(slow.asked.wait, 10)
         if swap_first:
-            workers = await station.preparations.workers(make, station.group.scene_requests(SceneRequest(other)))
-            station.group.switch_to(request, workers, stopping=False)
+            workers = await station.preparations.workers(make, {"0": SceneRequest(other)})
+            station.group.switch_to(request, workers, never, stopping=False)
         else:
             await station.swap(SceneRequest(other))
         await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].info.scene.name == "other")

@@ -94,7 +94,7 @@ def test_a_kept_scene_that_has_died_is_made_anew() -> None:
     play(test)
 
 
-def refusing(scene: SceneOutline) -> None:
+def refusing(scene: SceneOutline) -> dict[str, SceneRequest]:
     raise ValueError(f"not {scene.name}")
 
 
@@ -104,8 +104,19 @@ def test_a_scene_that_is_refused_is_ended_before_its_first_spokes(kept: bool) ->
         if kept:
             preparations.keep(await preparations.spoke_source(make, FIRST))
         with pytest.raises(ValueError, match="not first"):
-            await preparations.workers(make, {"0": FIRST}, check=refusing)
+            await preparations.workers(make, {"0": FIRST}, others=refusing)
         assert [engine.blocks_made for engine in made] == [0] and made[0].closed
+
+    play(test)
+
+
+def test_the_first_radar_of_a_scene_tells_which_others_there_are() -> None:
+    async def test(preparations: Preparations) -> None:
+        workers = await preparations.workers(make, {"": FIRST}, others=lambda scene: {"a": SECOND, "b": FIRST})
+        assert [worker.spoke_source.scene_request for worker in workers.values()] == [FIRST, SECOND, FIRST]
+        assert list(workers) == ["", "a", "b"] and len(made) == 3
+        for worker in workers.values():
+            worker.stop()
 
     play(test)
 

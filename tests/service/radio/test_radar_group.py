@@ -1,36 +1,43 @@
 """Radars of one world on the air: one scene and one clock for all of them."""
 
 import asyncio
+import threading
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from typing import Any
 
 import pytest
 
+from radar_service import wire
+from radar_service.processes.call import UNFOLLOWED
 from radar_service.scene_file.load import load_scene
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.feed_request import View
+from radar_service.service.feed_request import Mode, View
 from radar_service.service.radio import status
+from radar_service.service.radio.command_worker import NoRadarError
 from radar_service.service.radio.radar_group import RadarGroup
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
-from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory, scene, scene_of_several
+from radar_service.world.scene import Scene
+from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory, made_by, scene, scene_of_several
 
 IDS = ("bow", "pier")
 OTHER = SceneRequest(scene_of_several("pier", "bow", name="other"))  # in another order: bow has 36 rpm here
 
 
-def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **options: Any) -> None:
-    """Stations of a world with radars of these ids."""
+def play(test: Callable[[Stations], Awaitable[None]], *ids: str, make: Any = None, **options: Any) -> None:
+    """Stations of a world with radars of these ids. make: makes further engines."""
 
     async def body() -> None:
-        world, of = RadarGroup(), scene_of_several(*ids)
-        stations: dict[str, Station] = {}
+        world, of, stations = RadarGroup(), scene_of_several(*ids), Stations()
         for each in ids:
-            engine = FakeEngine(of.for_radar(each))
-            engine.scene_request = SceneRequest(of, radar=each)
-            stations[each] = Station(each, engine, factory(), settings=Settings(pace=Pace("pause")), group=world, **options)
+            engine = (make or factory())(SceneRequest(of, radar=each), UNFOLLOWED)
+            pause = Settings(pace=Pace("pause"))
+            station = Station(each, engine, make or factory(), settings=pause, group=world, **options)
+            station.stations = stations
+            stations.add(station)
         for station in stations.values():
             await station.start()
         try:
@@ -39,7 +46,7 @@ def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **opt
             for station in stations.values():
                 for client in list(station.hub.clients):  # the station waits for those that stay
                     station.leave(client)
-                await station.stop()
+            await stations.stop()
 
     asyncio.run(asyncio.wait_for(body(), 60))
 
@@ -54,7 +61,7 @@ def rpm(station: Station) -> float:
 
 
 def test_another_scene_for_one_radar_replaces_the_world() -> None:
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
         await until(lambda: bow.transmitter.sent == 3 and pier.transmitter.pacer.idle)
@@ -62,61 +69,154 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
         await until(lambda: all(station.epoch.info.scene.name == "other" for station in stations.values()))
         await until(lambda: pier.hub.epoch == epoch)
         assert pier.epoch.info.scene == known.scene and pier.epoch.spoke_source is not bow.epoch.spoke_source
-        assert (rpm(bow), rpm(pier)) == (36, 24)
+        assert (rpm(bow), rpm(pier)) == (36, 24) and set(stations.values()) == {bow, pier}
         assert [station.transmitter.simulated for station in stations.values()] == [0.0, 0.0]
-        assert [station.epoch.scene_request.radar for station in stations.values()] == list(IDS)
+        assert [station.epoch.info.scene.radar_id for station in stations.values()] == ["pier", "bow"]
 
     play(test, *IDS)
 
 
-@pytest.mark.parametrize(
-    "order",
-    [
-        SceneRequest(scene_of_several("bow", "pier", "mast")),
-        SceneRequest(scene_of_several("bow", "mast")),
-        SceneRequest(scene()),
-    ],
-    ids=["one more", "another", "none of them"],
-)
-def test_a_scene_with_other_radars_is_refused_and_all_go_on(order: SceneRequest) -> None:
-    async def test(stations: dict[str, Station]) -> None:
-        before = {name: station.epoch.spoke_source for name, station in stations.items()}
-        with pytest.raises(SceneError, match="radar"):
-            await stations["bow"].swap(order)
+def of_clients(station: Station, mode: Mode = "live") -> ClientQueue:
+    """A client that has joined a radar."""
+    client = ClientQueue(View("u8"), mode)
+    station.join(client)
+    return client
+
+
+async def last_of(client: ClientQueue) -> tuple[Any, int]:
+    """What a client reads last, and its close code; it leaves as soon as it has read that."""
+    last = None
+    while (item := await client.get()) is not None:
+        last = wire.unpack(item.data)
+    return last, client.code
+
+
+def test_a_scene_brings_its_radars() -> None:
+    """Radars that it has not end, with a reason; one that stays goes on with another epoch, and all begin together."""
+
+    async def test(stations: Stations) -> None:
+        bow, pier = stations.values()
+        await bow.change({"pace": {"state": "step", "steps": 3}})
+        await until(lambda: bow.transmitter.sent == 3 and pier.transmitter.pacer.idle)
+        gone, stays = of_clients(bow), of_clients(pier)
+        told = asyncio.create_task(last_of(gone))
+        scene_request = SceneRequest(scene_of_several("mast", "pier", "aft", name="other"))
+        epoch, known = await bow.swap(scene_request)
+        assert list(stations) == ["mast", "pier", "aft"] and stations["pier"] is pier
+        assert known.scene.radar_id == "mast" and stations["mast"].epoch.name == epoch
+        last, code = await told
+        bow.leave(gone)
+        assert (last["type"], code) == ("bye", 1001)
+        assert last["reason"] == "radar bow has ended: another scene runs, with mast, pier, aft"
+        await until(lambda: pier.epoch.info.scene.name == "other")
+        await until(
+            lambda: {station.hub.epoch for station in stations.values()} == {s.epoch.name for s in stations.values()}
+        )
+        assert [station.settings.pace for station in stations.values()] == [Pace("pause")] * 3
+        assert [station.transmitter.simulated for station in stations.values()] == [0.0] * 3
+        assert [round(rpm(station)) for station in stations.values()] == [24, 36, 48]
+        assert not stays.closed and pier.hub.clients == {stays}
+        pier.leave(stays)
+        await stations["aft"].change({"pace": {"state": "run"}})
+        await until(lambda: all(station.transmitter.simulated > 1.0 for station in stations.values()))
+        assert bow.transmitter.sent == 3
+
+    play(test, *IDS)
+
+
+def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
+    made: list[FakeEngine] = []
+    before = Counter(thread.name for thread in threading.enumerate())  # of other tests
+
+    def engine(of: Scene) -> FakeEngine:
+        made.append(FakeEngine(of))
+        return made[-1]
+
+    async def test(stations: Stations) -> None:
+        await stations["bow"].change({"pace": {"state": "run", "factor": 50.0}})
+        for number in range(20):
+            ids = ("bow", "pier", "mast")[: 1 + (number + 1) % 3] if number % 2 else ("aft", "pier")
+            await next(iter(stations.values())).swap(SceneRequest(scene_of_several(*ids)))
+            assert list(stations) == list(ids)
+            await until(lambda: all(station.transmitter.simulated > 0.5 for station in stations.values()))
+        await until(lambda: sum(not each.closed for each in made) == len(stations))
+        expected = {"radar commands": 1, "radar engine": len(stations), "radar transmitter": len(stations)}
+        await until(lambda: Counter(t.name for t in threading.enumerate() if t.name in expected) - before == expected)
+
+    play(test, "bow", make=made_by(engine))
+
+
+def test_a_radar_of_another_scene_on_the_server_keeps_its_id() -> None:
+    async def test(stations: Stations) -> None:
+        other = Station("mast", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")), group=RadarGroup(1))
+        stations.add(other)
+        before = dict(stations)
+        with pytest.raises(SceneError, match='radar.id: "mast" is the id of two radars; ids are unique on a server'):
+            await stations["bow"].swap(SceneRequest(scene_of_several("pier", "mast")))
+        assert dict(stations) == before
         await stations["bow"].change({"pace": {"state": "step", "steps": AZIMUTHS}})
         await until(lambda: stations["bow"].transmitter.sent == AZIMUTHS)
-        assert {name: station.epoch.spoke_source for name, station in stations.items()} == before
 
     play(test, *IDS)
 
 
-def test_the_refusal_names_both_lists() -> None:
-    async def test(stations: dict[str, Station]) -> None:
-        with pytest.raises(SceneError) as refused:
-            await stations["bow"].swap(SceneRequest(scene_of_several("bow", "pier", "mast")))
-        assert refused.value.problems == (
-            "radar: the scene has bow, pier, mast, but bow, pier runs here; give a scene with the same radars, or start the "
-            "server with this one",
-        )
+def test_a_single_radar_takes_the_only_one_of_a_scene() -> None:
+    """With its own id. A radar without an id that follows several has the number of the scene on the command line."""
 
-    play(test, *IDS)
-
-
-def test_a_single_radar_takes_the_only_one_of_a_scene_but_none_of_several() -> None:
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         alone = stations["bow"]
+        for of in (scene("plain"), scene_of_several("mast", name="named")):
+            epoch, known = await alone.swap(SceneRequest(of))
+            assert known.scene.name == of.name and dict(stations) == {"bow": alone}
+        await until(lambda: alone.epoch.name == epoch)
+        await alone.swap(OTHER)
+        assert list(stations) == ["pier", "bow"] and stations["bow"] is alone
         await alone.swap(SceneRequest(scene("plain")))
-        await until(lambda: alone.epoch.info.scene.name == "plain")
-        await alone.swap(SceneRequest(scene_of_several("mast", name="named")))
-        await until(lambda: alone.epoch.info.scene.name == "named")
-        with pytest.raises(SceneError, match="the scene has pier, bow, but bow runs here"):
-            await alone.swap(OTHER)
+        assert list(stations) == ["0"]
 
     play(test, "bow")
 
 
+def test_a_scene_that_was_requested_later_wins_also_where_its_radar_has_ended() -> None:
+    async def test(stations: Stations) -> None:
+        bow = stations["bow"]
+        later = SceneRequest(scene_of_several("pier", "aft", name="later"))
+        await asyncio.gather(bow.swap(SceneRequest(scene_of_several("pier", "mast"))), bow.swap(later))
+        assert list(stations) == ["pier", "aft"] and stations["aft"].epoch.info.scene.name == "later"
+
+    play(test, *IDS)
+
+
+@pytest.mark.parametrize("has_clients", [False, True])
+def test_new_radars_wait_for_clients_while_their_group_does(has_clients: bool) -> None:
+    async def test(stations: Stations) -> None:
+        bow = stations["bow"]
+        await bow.change({"pace": {"state": "run"}})
+        clients = [(station, of_clients(station)) for station in stations.values() if has_clients]
+        await bow.swap(SceneRequest(scene_of_several("bow", "pier", "mast")))
+        assert [status.state(station) == "waiting" for station in stations.values()] == [not has_clients] * 3
+        clients += [(station, of_clients(station)) for station in stations.values() if not has_clients]
+        await until(lambda: all(station.transmitter.sent > 0 for station in stations.values()))
+
+    play(test, *IDS, wait_for=1)
+
+
+def test_commands_reach_a_radar_that_has_come() -> None:
+    async def test(stations: Stations) -> None:
+        of = load_scene({"radar": [RADAR | {"id": each} for each in ("bow", "mast")], "own_ship": {"steerable": {}}})
+        pier = stations["pier"]
+        await stations["bow"].swap(SceneRequest(of))
+        await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
+        await stations["mast"].commands.command(None, lambda time: {"speed_kn": 1.0})
+        assert [len(station.epoch.commands) for station in stations.values()] == [1, 1]
+        with pytest.raises(NoRadarError, match="radar pier has ended: another scene runs, with bow, mast"):
+            await pier.commands.command(None, lambda time: {"speed_kn": 2.0})
+
+    play(test, *IDS)
+
+
 def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         bow, pier = stations.values()
         before = pier.epoch.spoke_source
         await bow.change({"rpm": 48.0})
@@ -131,7 +231,7 @@ def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
 
 
 def test_requests_of_several_radars_are_met_in_their_order() -> None:
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         later = SceneRequest(scene_of_several(*IDS, name="later"))
         await asyncio.gather(stations["bow"].swap(OTHER), stations["pier"].swap(later))
         await until(lambda: all(station.epoch.info.scene.name == "later" for station in stations.values()))
@@ -140,7 +240,7 @@ def test_requests_of_several_radars_are_met_in_their_order() -> None:
 
 
 def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "run"}})
         bow.join(ClientQueue(View("u8")))
@@ -158,7 +258,7 @@ def test_a_command_to_one_radar_acts_on_all() -> None:
          "own_ship": {"steerable": {}}}
     )  # fmt: skip
 
-    async def test(stations: dict[str, Station]) -> None:
+    async def test(stations: Stations) -> None:
         await stations["bow"].swap(SceneRequest(of))
         await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
         await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
