@@ -49,12 +49,12 @@ def _run(arguments: Sequence[str] | None) -> int:
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
         return 2
+    except (UsageError, RecordingError, MissingExtra) as error:
+        print(error, file=sys.stderr)
+        return 2
     except ImportError as error:
         if not (error.name or "").startswith("radar_service.kernels."):
             raise
-        print(error, file=sys.stderr)
-        return 2
-    except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
     except KeyboardInterrupt:
