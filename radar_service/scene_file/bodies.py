@@ -170,15 +170,14 @@ class BodyLoader:
 
     def _judge(self, model: BodyOfAKind, mesh: Mesh, material: Material, scattering: str, location: str) -> None:
         """Keeps hints about the size and the axes of a body. Raises SceneError for one that is too large to be computed."""
-        if isinstance(model, HeightMapBodyModel):
-            return
         size = np.ptp(mesh.vertices, axis=0)
-        hints = [*size_findings(model, size, _is_vessel(model, material) or is_under_way(model))]
-        if isinstance(model, MeshBodyModel):
-            hints += axis_findings(model, mesh, float(self._start(model)[2]))
-            self.hints.append((f"{location}.mesh", model.mesh, hints))
-        else:
-            self.hints.append((location, model.name, hints))
+        if not isinstance(model, HeightMapBodyModel):
+            hints = [*size_findings(model, size, _is_vessel(model, material) or is_under_way(model))]
+            if isinstance(model, MeshBodyModel):
+                hints += axis_findings(model, mesh, float(self._start(model)[2]))
+                self.hints.append((f"{location}.mesh", model.mesh, hints))
+            else:
+                self.hints.append((location, model.name, hints))
         if scattering == "optics":
             check_optics_area(model, mesh, size, location)
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from radar_service.numerics.types import Floats
 from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.scene_file.model.ais import TransponderModel
-from radar_service.scene_file.model.body import BodyOfAKind, ShapeBodyModel
+from radar_service.scene_file.model.body import BodyOfAKind, HeightMapBodyModel, ShapeBodyModel
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 
@@ -51,7 +51,9 @@ def check_optics_area(body: BodyOfAKind, mesh: Mesh, size: Floats, location: str
 
 
 def _remedy(body: BodyOfAKind) -> str:
-    """Which keys correct the size of a body."""
+    """Which keys correct the size of a body, or what it is made of."""
+    if isinstance(body, HeightMapBodyModel):
+        return 'set material = "land"'
     return f"correct {', '.join(body.sizes())}" if isinstance(body, ShapeBodyModel) else SCALE
 
 

@@ -156,7 +156,7 @@ class BodyModel(NamedSection):
     latitude_deg: Latitude | None = None
     longitude_deg: Longitude | None = None
     up_m: Height | None = Field(None, description="height above the sea, with latitude_deg and longitude_deg")
-    material: str = "steel"
+    material: str = Field("steel", description='of a height map "land"')
     scattering: ScatteringName | None = Field(None, description="default by material")
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
@@ -273,6 +273,7 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
     """Land from a height map: it has north at its top, and neither moves nor goes."""
 
     can_carry = False
+    material: str = "land"
 
     @property
     def is_geographic(self) -> bool:

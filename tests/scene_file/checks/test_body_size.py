@@ -54,6 +54,16 @@ def test_a_mesh_is_compared_with_what_ais_says(ais: dict[str, Any], keys: list[s
     assert [warning.split(": ")[0] for warning in scene.warnings] == ["body[0]"] * bool(keys)
 
 
+def test_a_height_map_is_land_and_a_large_one_of_metal_is_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "h.npy", np.full((3, 3), 20.0))
+    table = {"name": "shore", "heightmap": "h.npy", "extent_m": [2000, 1000], "position_m": [0, 900, 0]}
+    assert rs.load_scene({"body": [table]}, folder=tmp_path).bodies[0].material.name == "land"
+    with pytest.raises(
+        SceneError, match=r"^body\[0\]: shore is 2000 m .* km2 of steel; .*: set material = \"land\", or give"
+    ):
+        rs.load_scene({"body": [table | {"material": "steel"}]}, folder=tmp_path)
+
+
 def test_a_mesh_in_millimetres_is_refused_before_it_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     """At rest, under way, in a seaway, and as a platform; of shapes the keys of their sizes are named."""
     for module, name in ((body_columns, "cut_triangles"), (facets, "cut_facets")):
