@@ -66,7 +66,7 @@ class Effort:
     turns: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # three minutes for a big scene
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # two minutes for a big scene
 QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
 PANELS = ("field", "power", "scattering")
 
