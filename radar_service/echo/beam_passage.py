@@ -225,9 +225,10 @@ class BeamPassages:
         time = self._scene.radar.time_of_spokes(spokes.astype(np.float64))
         return model.turned(local, self._scene.antenna(time), time)
 
-    def nodes(self, n: int, crossing: int) -> Indices:
-        """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
-        return np.concatenate([part.nodes for part in self.parts(n, crossing)])
+    def nodes(self, n: int, crossing: int, time: float | None = None) -> Indices:
+        """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing; time: as of
+        `parts`."""
+        return np.concatenate([part.nodes for part in self.parts(n, crossing, time)])
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""

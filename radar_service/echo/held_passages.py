@@ -24,7 +24,7 @@ from radar_service.world.scene import Scene
 
 CELLS_PER_RANGE = 2.0  # in a range resolution: centres move by a quarter of one at most
 CELLS_PER_BEAM = 4.0  # in a beamwidth, at least: sidelobes, half as wide as the main lobe, are followed
-CELL_PHASE = 1.0  # rad at most by which the way by the farthest structure differs in a cell: 2 rad make 0.4 to 1 dB too much
+CELL_PHASE = 1.0  # rad at most by which the way by the farthest structure differs in a cell
 PASSAGES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 TINY = 1e-30  # m^2
 
@@ -32,11 +32,10 @@ TINY = 1e-30  # m^2
 class HeldPassages(BeamPassages):
     """All bodies of a set, each with one aspect for all azimuths about a crossing. Safe to call from several threads."""
 
-    def __init__(self, scene: Scene, visibility: Visibility, direct: BeamPassages, finer: float = 1.0) -> None:
-        """direct: passages of the same bodies, but for those at rest, as their direct echoes have them; finer: times as many
-        cells along bearing."""
+    def __init__(self, scene: Scene, visibility: Visibility, direct: BeamPassages) -> None:
+        """direct: passages of the same bodies, but for those at rest, as their direct echoes have them."""
         super().__init__(scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, np.pi)
-        self._direct, self._finer = direct, finer
+        self._direct = direct
         self._in_direct = {int(key): number for number, key in enumerate(direct.key.tolist())}
         count = PASSAGES_PER_BODY * max(1, len(self))
         self._held: ResultCache[tuple[int, int, bytes], ObservedEchoes] = ResultCache(count, scene.revision)
@@ -63,7 +62,7 @@ class HeldPassages(BeamPassages):
             return self._cells(n, self.evaluated(n, crossing, time), crossing)
         if number is None:
             return self._resting.get(n, lambda: self._cells(n, self._unshaded(n, crossing, time), crossing))
-        nodes = np.concatenate([part.nodes for part in self._direct.parts(number, crossing, time)])
+        nodes = self._direct.nodes(number, crossing, time)
         node = int(nodes[np.abs(nodes - crossing).argmin()])
         return self._cells(n, self._direct.node(number, crossing, node, time), node)
 
@@ -77,21 +76,21 @@ class HeldPassages(BeamPassages):
     def _cells(self, n: int, observed: ObservedEchoes, node: int) -> ObservedEchoes:
         """Echoes of body n as it is at a node, summed in cells."""
         antenna = self._scene.antenna(self._scene.radar.time_of_spokes(float(node)))[0]
-        return in_cells(observed, self._aspects[n].body, antenna, self._scene, self._line_of_sight, self._finer)
+        return in_cells(observed, self._aspects[n].body, antenna, self._scene, self._line_of_sight)
 
 
 def in_cells(
-    observed: ObservedEchoes, body: int, antenna: Floats, scene: Scene, line_of_sight: OcclusionScene, finer: float = 1.0
+    observed: ObservedEchoes, body: int, antenna: Floats, scene: Scene, line_of_sight: OcclusionScene
 ) -> ObservedEchoes:
     """Echoes of one body, with its index, summed in cells of range and bearing: each at the middle of their power, with the field
-    of all together for the antenna (3,) [m], by the sea too. finer: as of `HeldPassages`; line_of_sight: past all bodies."""
+    of all together for the antenna (3,) [m], by the sea too. line_of_sight: past all bodies."""
     echoes, radar, earth_radius = observed.echoes, scene.radar, effective_earth_radius(scene.environment.earth_factor)
     if not len(echoes):
         return replace(observed, echoes=replace(echoes, body=np.full(0, body)))
     polar = polar_from_map(observed.position, antenna, earth_radius)
     farthest = max(structure.distance for structure in radar.structures)
     widest = min(radar.beamwidth / CELLS_PER_BEAM, CELL_PHASE * radar.wavelength / (2.0 * np.pi * farthest))
-    steps = radar.range_resolution / CELLS_PER_RANGE, widest / finer
+    steps = radar.range_resolution / CELLS_PER_RANGE, widest
     aside, path = wrap_angle(polar.azimuth - polar.azimuth[0]), np.minimum(echoes.path, DIRECT)
     cells = np.stack([np.floor(polar.range / steps[0]), np.floor(aside / steps[1]), path.astype(np.float64)])
     _, first, cell = np.unique(cells, axis=1, return_index=True, return_inverse=True)

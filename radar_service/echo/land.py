@@ -59,21 +59,14 @@ class LandPassages:
     """Pieces of land at rest on the map, as the antenna of a scene passes it."""
 
     def __init__(
-        self,
-        scene: Scene,
-        key: Indices,
-        line_of_sight: OcclusionScene,
-        max_range: float,
-        points: RestingPoints,
-        per_piece: int = PIECE,
+        self, scene: Scene, key: Indices, line_of_sight: OcclusionScene, max_range: float, points: RestingPoints
     ) -> None:
-        """key: (B,) index in the scene of each body that `points` name; max_range: beyond it no echo is received [m]; per_piece:
-        azimuths of a piece.
+        """key: (B,) index in the scene of each body that `points` name; max_range: beyond it no echo is received [m].
 
         top_way: of the antenna while boresight turns by 1 rad, at its highest speed [m]; least_border: of any piece [m].
         """
         self._scene, self._key, self._line_of_sight, self._max_range = scene, key, line_of_sight, max_range
-        self.points, self.track, self.per_piece = points, BoresightTrack(scene), per_piece
+        self.points, self.track = points, BoresightTrack(scene)
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
         self.top_way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
@@ -83,7 +76,7 @@ class LandPassages:
 
     def of_scene(self, scene: Scene) -> "LandPassages":
         """Returns the passages in a scene whose rotation has another origin."""
-        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points, self.per_piece)
+        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points)
 
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner."""
@@ -101,7 +94,7 @@ class LandPassages:
 
     def piece(self, number: int) -> LandPiece:
         """The piece of that number; number 0 begins at azimuth number 0."""
-        first, end = number * self.per_piece, (number + 1) * self.per_piece
+        first, end = number * PIECE, (number + 1) * PIECE
         part = self.track.between(first - 1.0, end + 1.0)
         (antenna,), _, _ = part.at(np.array([part.middle]))
         way = self.way_at(part.middle)
@@ -132,7 +125,7 @@ class LandPassages:
     def _facing(self, antenna: Floats, boresight: float, reach: float) -> tuple[Indices, Complexes]:
         """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
         cross-sections [m]; those that the beam may pass meanwhile, all within `reach` [m], and some more."""
-        points, sway, turn = self.points, self._scene.own_ship.sway, self.per_piece * self._scene.radar.azimuth_step
+        points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
         wedge = BearingWedge(antenna, boresight, half, reach)
         which = points.cells.within(wedge)

@@ -70,7 +70,6 @@ class LandRows:
         echoes: MovingEchoes,
         fidelity: Fidelity,
         compression: Compression,
-        rings: int = RINGS,
     ) -> None:
         radar = scene.radar
         self.passages, self.echoes = passages, echoes
@@ -78,16 +77,16 @@ class LandRows:
         band = BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # cycles per radian, either way
         band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
         least = 4.0 * np.pi * band / radar.azimuths  # rows an azimuth without oversampling
-        by_azimuth = passages.per_piece * int(np.ceil(OVERSAMPLING * least))
-        enough = int(np.ceil(ENOUGH * least * passages.per_piece))
+        by_azimuth = PIECE * int(np.ceil(OVERSAMPLING * least))
+        enough = int(np.ceil(ENOUGH * least * PIECE))
         self._rows_per_piece = min(by_azimuth, enough)  # a piece begins on a row
-        self._rows_per_azimuth = self._rows_per_piece / passages.per_piece
+        self._rows_per_azimuth = self._rows_per_piece / PIECE
         self._kernel = Kernel(fidelity.beam_kernel_width, self._rows_per_azimuth / least)
         self._table = KernelTable(self._kernel.tables()[0])
         self._extent = fidelity.beam_extent * radar.beamwidth
-        self._rings, ring = rings, np.arange(rings)
-        self._ring_begin = np.append(0.0, NEAREST_BORDER * rings / (rings - ring[1:]))
-        self._ring_middle = np.asarray(NEAREST_BORDER * rings / (rings - ring - 0.5), dtype=np.float64)
+        ring = np.arange(RINGS)
+        self._ring_begin = np.append(0.0, NEAREST_BORDER * RINGS / (RINGS - ring[1:]))
+        self._ring_middle = np.asarray(NEAREST_BORDER * RINGS / (RINGS - ring - 0.5), dtype=np.float64)
         covered = 2.0 * (self._extent / radar.azimuth_step * self._rows_per_azimuth + EDGE + self._kernel.width)
         pieces = 2 + int(covered) // self._rows_per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
@@ -95,12 +94,12 @@ class LandRows:
     def of_scene(self, scene: Scene) -> "LandRows":
         """Returns the rows in a scene whose rotation has another origin."""
         passages, echoes = self.passages.of_scene(scene), self.echoes.of_scene(scene)
-        return LandRows(scene, passages, echoes, self._fidelity, self._compression, self._rings)
+        return LandRows(scene, passages, echoes, self._fidelity, self._compression)
 
     def holds(self, azimuths: AzimuthTimes) -> bool:
         """Whether the land at these azimuths is taken from the grid."""
-        pieces, per_piece = self._pieces_of(azimuths), self.passages.per_piece
-        return self.passages.is_regular(pieces[0] * per_piece, (pieces[-1] + 1) * per_piece)
+        pieces = self._pieces_of(azimuths)
+        return self.passages.is_regular(pieces[0] * PIECE, (pieces[-1] + 1) * PIECE)
 
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""
@@ -130,7 +129,7 @@ class LandRows:
         total = np.zeros((len(azimuths.number), self._compression.size), dtype=np.complex64)
         first = min((piece.first_column for piece in pieces.values()), default=0)
         last = max((piece.first_column + piece.rows.shape[1] for piece in pieces.values()), default=0)
-        filled = [ring for ring in range(self._rings) if max(edges[ring], first) < min(edges[ring + 1], last)]
+        filled = [ring for ring in range(RINGS) if max(edges[ring], first) < min(edges[ring + 1], last)]
         for ring, weights in zip(filled, self._weights(azimuths, rows, self._ring_middle[filled]), strict=True):
             for number, piece in pieces.items():
                 begin = max(edges[ring], piece.first_column)
@@ -190,14 +189,14 @@ class LandRows:
         return np.ascontiguousarray(corrected, dtype=np.complex64)
 
 
-def follows_own_ship(scene: Scene, fidelity: Fidelity, per_piece: int = PIECE) -> bool:
+def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
     """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
     beam covers no point twice, no structures shadow it, its pulse has the first echoes alone, and is not its own kernel, and own
     ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
     rows = 2.0 * OVERSAMPLING * BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # per radian, or more
     edges = 2.0 * (EDGE + fidelity.beam_kernel_width) / rows
-    narrow = beam + edges + 4 * per_piece * radar.azimuth_step < MAX_BEAM
+    narrow = beam + edges + 4 * PIECE * radar.azimuth_step < MAX_BEAM
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
     if scene.own_ship.at_rest or radar.structures or fidelity.azimuths_per_block <= 1:
         return False

@@ -1,6 +1,5 @@
 """Tiles of the engine with what is requested of their sources: labels, and the power of each source."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -29,14 +28,14 @@ class SourceTiles:
     """The tiles of an engine. Powers are computed anew.
 
     request: what they tell of sources; it may change between scans.
-    length, passage: azimuths in a tile, and tiles in which the beam meets a body; 0 for the specification as printed.
+    length: azimuths in a tile; 0 for the specification as printed.
     """
 
     def __init__(self, engine: AzimuthEngine, pulses: Sequence[Prepared], request: SourceRequest) -> None:
         """pulses: the scene prepared for each, as of EngineSetUp; the specification as printed has none, and no sources."""
         self.engine, self.request = engine, request
         self._pulses = pulses
-        self.length, self.passage = (pulses[-1].tile, _passage(pulses[-1])) if pulses else (0, 0)
+        self.length = pulses[-1].tile if pulses else 0
 
     @cached_property
     def _powers(self) -> list[PulsePowers]:
@@ -57,10 +56,3 @@ class SourceTiles:
         powers = ScanPowers(self._powers, scan, request.powers) if request.powers else None
         for start, field, power, labels in tiles:
             yield SourceTile(start, field, power, labels, powers.between(start, start + len(field)) if powers else None)
-
-
-def _passage(prepared: Prepared) -> int:
-    """The number of tiles in which the beam may meet a body."""
-    radar = prepared.scene.radar
-    beam = 2.0 * prepared.fidelity.beam_extent * radar.beamwidth / radar.azimuth_step
-    return math.ceil(min(beam, radar.azimuths) / prepared.tile) + 1

@@ -33,7 +33,7 @@ from radar_service.world.commands import Command
 from radar_service.world.steering import Steering, same_at_first
 
 CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
-UNEVEN = 1.25  # times that the best shares take, from which shares are made anew: what was computed ahead is lost then
+UNEVEN = 1.25  # times that new shares take, from which shares are made anew: what was computed ahead is lost then
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
@@ -80,7 +80,7 @@ class TileProcesses:
         self._tiles, self._steering, self._length = tiles, steering, tiles.length
         self._count = count if CAN_FORK and self._length else 1
         self._children: list[_Child] = []
-        self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)), tiles.passage)
+        self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)))
         self._requested: Flags | None = None
         self._now: Round | None = None  # whose tiles they compute: those of the scan that was begun last
         self._ahead: Round | None = None  # what they compute where nobody has asked yet
@@ -150,10 +150,8 @@ class TileProcesses:
         goes_on: whether the same azimuths of the next scan are likely to be asked for.
         """
         due = Round(scan, starts, self.request, self._steering.followed)
-        if self._ahead != due or self._shares.end_late(len(self._children), UNEVEN):
+        if self._ahead != due or self._shares.are_uneven(len(self._children), UNEVEN):
             self._order(due, requested, goes_on)
-        else:
-            self._shares.go_on()
         self._now, self._ahead = due, None
         for start in starts:
             yield self._received(start // self._length)

@@ -69,11 +69,6 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.3g} {unit}"
 
 
-def rate(per_second: float) -> str:
-    """Returns a rate for a reader: 0.1, 50, 3,000."""
-    return f"{per_second:.3g}" if per_second < 1.0 else f"{per_second:,.0f}"
-
-
 def percent(share: float) -> str:
     """Returns a share for a reader: 0.52 %."""
     return f"{100.0 * share:.2g} %" if share < 0.1 else f"{100.0 * share:.0f} %"

@@ -18,11 +18,10 @@ import pytest
 import radar_service as rs
 from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices
 from radar_service.processes.channel import Channel
 from radar_service.radar.parameters import Origin
 from radar_service.records.spokes import SpokeBlock
-from radar_service.simulation import tile_processes, tile_shares
+from radar_service.simulation import tile_processes
 from radar_service.simulation.tile_processes import CAN_FORK, Order
 from tests.scenes import point, scene
 
@@ -132,17 +131,6 @@ def test_processes_go_on_without_an_order(monkeypatch: pytest.MonkeyPatch) -> No
         for _ in simulator(2, **more).blocks(scans=4):
             pass
         assert [order.scan for order in orders] == expected
-
-
-def test_a_process_may_have_both_ends_of_a_scan(monkeypatch: pytest.MonkeyPatch) -> None:
-    def ends_and_middle(seconds: Floats, again: Floats, count: int) -> Indices:
-        tiles = np.arange(len(seconds))
-        return np.where((tiles < 1) | (tiles > len(tiles) - 2), 0, 1)
-
-    monkeypatch.setattr(tile_shares, "shares", ends_and_middle)
-    sim = simulator(2)
-    assert digest(sim.blocks(scans=4)) == digest(simulator(1).blocks(scans=4))
-    assert len(set(sim.processes)) == 2
 
 
 def test_a_reader_that_leaves_within_a_scan_finds_the_next_one_whole() -> None:

@@ -5,7 +5,7 @@ import sys
 
 import matplotlib
 
-from radar_service.study.plotting import duration, new_figure, number, percent, png_bytes, rate, style
+from radar_service.study.plotting import duration, new_figure, number, percent, png_bytes, style
 
 
 def test_neither_the_library_nor_the_service_loads_matplotlib_and_nothing_pyplot() -> None:
@@ -32,6 +32,5 @@ def test_settings_of_the_user_change_nothing() -> None:
 
 def test_numbers_for_readers() -> None:
     assert [duration(t) for t in (1.0, 3.47e-3, 2e-5, 1e-9)] == ["1 s", "3.47 ms", "20 us", "1 ns"]
-    assert [rate(r) for r in (0.1, 50.0, 3000.0)] == ["0.1", "50", "3,000"]
     assert [percent(share) for share in (0.0052, 0.633, 1.0)] == ["0.52 %", "63 %", "100 %"]
     assert [number(x) for x in (0.0, 1024.0, 0.66, 3.4028e38)] == ["0", "1,020", "0.66", "3.4e38"]

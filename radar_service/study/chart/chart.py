@@ -16,21 +16,14 @@ from tqdm import tqdm
 from radar_service.batch.jobs import Executor, Job, run
 from radar_service.numerics.types import Floats
 from radar_service.study.chart.closed_form import closed_form_error_db
-from radar_service.study.chart.dents_panel import METHODS as DENTS_METHODS
-from radar_service.study.chart.dents_panel import dents_points
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
-from radar_service.study.chart.indirect_panel import METHODS as INDIRECT_METHODS
-from radar_service.study.chart.indirect_panel import indirect_points
-from radar_service.study.chart.land_panel import METHODS as LAND_METHODS
-from radar_service.study.chart.land_panel import land_points, land_under_way
 from radar_service.study.chart.point import Point, pareto
 from radar_service.study.chart.power_panel import power_points, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.samplers import samplers
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
-from radar_service.study.chart.ships_panel import METHODS, rolling_ships, ships_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
@@ -59,11 +52,7 @@ class Effort:
     seconds: CPU time after which a panel repeats nothing [s];
     rays: largest number of rays in a box of 3 x 3 beamwidths;
     lattice: columns and rows of the reference lattice of rays;
-    turns: random turns of the canonical targets;
-    scans: in each of which the beam passes the ships;
-    azimuths: of land under way, in each of `scans` runs;
-    aspects: of a dented ship, in each of `scans`;
-    looks: scans in which indirect echoes are compared.
+    turns: random turns of the canonical targets.
     """
 
     echoes: int
@@ -75,15 +64,11 @@ class Effort:
     rays: int
     lattice: tuple[int, int]
     turns: int
-    scans: int
-    azimuths: int
-    aspects: int
-    looks: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16, 2, 64, 6, 16)  # three minutes for a big scene
-QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4, 1, 16, 2, 3)
-PANELS = ("field", "power", "scattering", "ships", "land", "dents", "indirect")
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # two minutes for a big scene
+QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
+PANELS = ("field", "power", "scattering")
 
 
 @dataclass(frozen=True)
@@ -124,7 +109,7 @@ def measure(
     """
     points: list[Point] = []
     facts: dict[str, Any] = {"seed": seed}
-    for panels in ((_field, _power), (_scattering, _ships, _land, _dents, _indirect)):
+    for panels in ((_field, _power), (_scattering,)):
         jobs = [Job(panel.__name__, (panel, scene, seed, effort, progress and executor is None)) for panel in panels]
         for panel_points, panel_facts in run(_measured, jobs, executor):
             points += panel_points
@@ -193,50 +178,6 @@ def _scattering(scene: Scene, seed: int, effort: Effort, progress: bool) -> Pane
     return points, {}
 
 
-def _ships(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of ships in a seaway, none if there is no ship."""
-    return _of_ships(scene, "ships", METHODS, progress, effort.scans, ships_points)
-
-
-def _dents(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of the dents of the largest ship of `_ships`, none if there is none."""
-
-    def points(ships: list[Scene], scans: int, done: Callable[[], object]) -> list[Point]:
-        return dents_points(ships[0], effort.aspects, scans, done)
-
-    return _of_ships(scene, "dents", DENTS_METHODS, progress, effort.scans, points)
-
-
-def _indirect(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of the indirect echoes of the largest ship of `_ships`, none if there is none."""
-
-    def points(ships: list[Scene], scans: int, done: Callable[[], object]) -> list[Point]:
-        return indirect_points(ships[0], scans, done)
-
-    return _of_ships(scene, "indirect echoes", INDIRECT_METHODS, progress, effort.looks, points)
-
-
-def _of_ships(
-    scene: Scene, title: str, methods: int, progress: bool, scans: int,
-    points: Callable[[list[Scene], int, Callable[[], object]], list[Point]],
-) -> PanelResult:  # fmt: skip
-    """Returns points of the ships of a scene (`rolling_ships`), by so many methods in so many scans; none if there is no ship."""
-    ships = rolling_ships(scene)
-    return (_with_bar(title, scans * methods, progress, lambda done: points(ships, scans, done)) if ships else []), {}
-
-
-def _land(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
-    """Returns the points of land under way, none if there is no land, or no grid for it."""
-    land_scene = land_under_way(scene)
-    if land_scene is None:
-        return [], {}
-    points = _with_bar(
-        "land under way", effort.scans * LAND_METHODS, progress,
-        lambda done: land_points(land_scene, effort.azimuths, effort.scans, seed, done),
-    )  # fmt: skip
-    return points, {}
-
-
 def _reference_powers(
     scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
 ) -> tuple[Floats, Floats]:
@@ -278,15 +219,6 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
         "field": ("Signal chain: field against the closed form", field_error, FLOOR_DB, False),
         "power": ("Samplers: mean power of diffuse targets", power_error, 0.01, True),
         "scattering": ("Scattering models: targets of known cross-section", power_error, 0.1, True),
-        "ships": ("Ships rolling by 5 degrees: power against finer facets and tubes", power_error, 0.01, True),
-        "land": ("Land under way at 8 kn: field against visibility each 0.1 m", field_error, FLOOR_DB, False),
-        "dents": (
-            "A ship rolling by 5 degrees: power without dents, against each aspect with them",
-            power_error,
-            0.01,
-            True,
-        ),
-        "indirect": ("Her indirect echoes by a funnel: mean power over aspects", "error of mean power [dB]", 0.01, True),
     }
     return [
         Panel(title, ylabel, chart.of_panel(panel), lowest, notes[panel], log)

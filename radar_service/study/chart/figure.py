@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import BboxBase
 
 from radar_service.study.chart.point import Point, pareto
-from radar_service.study.plotting import COLOURS, LIMIT, SMALL, TEXT, WIDTH, duration, new_figure, rate, style
+from radar_service.study.plotting import COLOURS, LIMIT, SMALL, TEXT, WIDTH, duration, new_figure, style
 
 Position = tuple[float, float]
 Box = tuple[float, float, float, float]  # left, bottom, right, top
@@ -24,9 +24,9 @@ DIRECTIONS = 16
 LEADER = 2.0  # a label farther than this [text heights] has a leader line
 MARKERS = ("o", "s", "^", "D", "v", "h", "p", "X")
 FRONT = "#c4c4c4"
-HEAD, ABOVE, BELOW = 0.5, 0.72, 0.48  # inches: title of the figure; above and below the axes of each panel
+HEAD, ABOVE, BELOW = 0.5, 0.36, 0.5  # inches: title of the figure; above and below the axes of each panel
 LEFT, RIGHT, NOTES = 0.68, 5.7, 5.85  # inches: the axes, and the column of legend and summary
-TALL, SHORT = 3.7, 2.4  # inches: height of axes with many points, and with few
+TALL, SHORT = 3.0, 2.2  # inches: height of axes with many points, and with few
 MAX_SHORT = 8  # points on short axes
 LETTERS = 39  # of a line of the summary
 MARK = 7.0  # points: size of a mark
@@ -192,18 +192,12 @@ def _set_scales(axes: Axes, panel: Panel, real_time: float) -> None:
     else:
         margin = 0.08 * (max(errors) - min(errors)) + 5.0
         axes.set_ylim(min(errors) - margin, max(errors) + margin)
-    axes.set_title(panel.title, pad=30)
+    axes.set_title(panel.title)
     axes.set_xlabel("CPU time per azimuth")
     axes.set_ylabel(panel.ylabel)
-    top = axes.twiny()
-    top.set_xscale("log")
-    top.set_xlim(axes.get_xlim())
-    top.set_xlabel("azimuths per second", fontsize=SMALL, color=TEXT)
-    top.grid(False)
-    for each, text in ((axes, duration), (top, lambda seconds: rate(1.0 / seconds))):
-        each.xaxis.set_major_locator(LogLocator(numticks=12))
-        each.xaxis.set_major_formatter(FuncFormatter(lambda x, _, text=text: text(x)))
-        each.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_locator(LogLocator(numticks=12))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: duration(x)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_band(axes: Axes) -> None:

@@ -15,8 +15,7 @@ MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may mis
 class Point:
     """One method at one setting.
 
-    panel: "field" (signal chain), "power" (samplers), "scattering" (models), "ships", "land" (under way), "dents" or
-      "indirect" (echoes); errors of two panels are not comparable;
+    panel: "field" (signal chain), "power" (samplers), "scattering" (models); errors of two panels are not comparable;
     family, setting: the method and its setting;
     times: CPU time per azimuth of each repeat [s];
     extrapolated: whether the times were measured on a subset of the echoes and scaled up;

@@ -7,24 +7,13 @@ from radar_service.study.plotting import duration, percent
 
 BUDGET_DB = -40.0  # default error budget of the field
 UNDER_WAY = " under way"
-TITLES = {
-    "field": "Signal chain", "power": "Samplers", "scattering": "Scattering models", "ships": "Ships",
-    "land": "Land under way", "dents": "Dents", "indirect": "Indirect echoes",
-}  # fmt: skip
+TITLES = {"field": "Signal chain", "power": "Samplers", "scattering": "Scattering models"}
 
 
 def summary(points: Sequence[Point], real_time: float) -> dict[str, list[str]]:
     """Returns the lines of each panel that has points; real_time: time of one azimuth at the scene's rpm [s]."""
-    field, power, models, ships, land, dents, indirect = ([p for p in points if p.panel == panel] for panel in TITLES)
-    lines = {
-        "field": _field(field, real_time),
-        "power": _samplers(power),
-        "scattering": [_model(p) for p in models],
-        "ships": [f"{_model(p)}, {duration(p.seconds)}" for p in ships],
-        "land": _land(land, real_time),
-        "dents": [f"{_model(p)}, {duration(p.seconds)}" for p in dents],
-        "indirect": [_mean(p) for p in indirect],
-    }
+    field, power, models = ([p for p in points if p.panel == panel] for panel in TITLES)
+    lines = {"field": _field(field, real_time), "power": _samplers(power), "scattering": [_model(p) for p in models]}
     return {panel: panel_lines for panel, panel_lines in lines.items() if panel_lines}
 
 
@@ -43,22 +32,13 @@ def _field(points: Sequence[Point], real_time: float) -> list[str]:
     corrected = next((p for p in points if p.family == "integer-delay chirps" and not p.preset), None)
     if corrected is not None:
         lines.append(f"documented chain with corrected beam: {corrected.error_db or 0.0:.0f} dB")
-    return [*lines, *_fastest(points), *_slow(points, real_time)]
-
-
-def _land(points: Sequence[Point], real_time: float) -> list[str]:
-    presets = [f"{p.preset} ({p.family}, {p.setting}): {_error(p)}" for p in points if p.preset]
-    return [*presets, *_fastest(points), *_slow(points, real_time)]
-
-
-def _fastest(points: Sequence[Point]) -> list[str]:
     accurate = [p for p in pareto(points) if (p.error_db or 0.0) <= BUDGET_DB]
-    return [f"fastest within {BUDGET_DB:g} dB: {_name(accurate[0])}, {_error(accurate[0])}"] if accurate else []
-
-
-def _slow(points: Sequence[Point], real_time: float) -> list[str]:
+    if accurate:
+        lines.append(f"fastest within {BUDGET_DB:g} dB: {_name(accurate[0])}, {_error(accurate[0])}")
     late = [p for p in points if p.seconds > real_time]
-    return [f"slower than real time ({duration(real_time)}): {len(late)} of {len(points)} settings"] if points else []
+    if points:
+        lines.append(f"slower than real time ({duration(real_time)}): {len(late)} of {len(points)} settings")
+    return lines
 
 
 def _samplers(points: Sequence[Point]) -> list[str]:
@@ -83,11 +63,6 @@ def _mean_and_spread(point: Point) -> str:
     if point.error_db is None or point.spread_db is None:
         return f"no target met{missed}"
     return f"mean {point.error_db:.2g} dB, spread {point.spread_db:.2g} dB{missed}"
-
-
-def _mean(point: Point) -> str:
-    preset = f" = {point.preset}" if point.preset else ""
-    return f"{point.family}, {point.setting}{preset}: {point.error_db or 0.0:.2g} dB, {duration(point.seconds)}"
 
 
 def _name(point: Point) -> str:

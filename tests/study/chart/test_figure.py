@@ -51,7 +51,7 @@ def test_every_axis_has_a_title_and_every_setting_a_label() -> None:
     words = [text.get_text() for text in texts(figure)]
     for panel, axes in zip(panels(), (a for a in figure.axes if a.get_ylabel()), strict=True):
         assert axes.get_xlabel() == "CPU time per azimuth" and axes.get_ylabel() == "error [dB]" and panel.title in words
-    assert words.count("azimuths per second") == words.count("slower than real time") == 2
+    assert words.count("slower than real time") == 2
     labels = ", ".join(words)
     assert all(point.setting.split()[0] in labels for panel in panels() for point in panel.points)
     assert "no target\nmet" in words and any("= balanced" in text for text in words)

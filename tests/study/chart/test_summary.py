@@ -29,9 +29,6 @@ def test_the_summary_names_misses_and_models() -> None:
         Point("power", "uniform rays", "500", (1e-4,), False, None, None, 1.0),
         Point("power", "uniform rays", "8000", (1e-3,), False, 1.0, 2.0, 0.016),
         Point("scattering", "physical optics", "2 bounces", (1e-5,), False, 23.0, 18.0, 0.0, "fast"),
-        Point("ships", "aspects share a trace", "0.1 degrees", (1.2e-3,), False, 0.8, 1.1, None, "balanced"),
-        Point("dents", "dents left out", "4 mm", (2e-3,), False, 1.5, 0.4),
-        Point("indirect", "one aspect a scan", "cells of 1 rad", (2e-4,), False, 0.33, preset="balanced"),
     ]
     lines = summary(points, 3.5e-3)
     assert lines["power"] == [
@@ -41,22 +38,5 @@ def test_the_summary_names_misses_and_models() -> None:
         "miss more than half of their targets: 2 of 4 settings",
     ]
     assert lines["scattering"] == ["physical optics, 2 bounces = fast: mean 23 dB, spread 18 dB"]
-    assert lines["ships"] == ["aspects share a trace, 0.1 degrees = balanced: mean 0.8 dB, spread 1.1 dB, 1.2 ms"]
-    assert lines["dents"] == ["dents left out, 4 mm: mean 1.5 dB, spread 0.4 dB, 2 ms"]
-    assert lines["indirect"] == ["one aspect a scan, cells of 1 rad = balanced: 0.33 dB, 200 us"]
     text = summary_text(lines)
     assert text.startswith("Samplers\n- balanced") and "\nScattering models\n- physical optics" in text
-
-
-def test_the_summary_names_presets_of_land_and_the_fastest_within_the_budget() -> None:
-    points = [
-        Point("land", "grid, rings", "8 rings", (2e-3,), False, -45.0, preset="balanced"),
-        Point("land", "grid, visibility", "each 1.8 m", (1e-3,), False, -35.0),
-        Point("land", "azimuth by azimuth", "each 1 m", (0.08,), False, -44.0, preset="reference"),
-    ]
-    assert summary(points, 3.5e-3)["land"] == [
-        "balanced (grid, rings, 8 rings): -45 dB in 2 ms",
-        "reference (azimuth by azimuth, each 1 m): -44 dB in 80 ms",
-        "fastest within -40 dB: grid, rings (8 rings), -45 dB in 2 ms",
-        "slower than real time (3.5 ms): 1 of 3 settings",
-    ]
