@@ -225,9 +225,8 @@ const behindReason = (lag) => (lag >= BEHIND_S ? `Behind by ${Math.round(lag)} s
 
 function showStatus() {
   const reason = stopReason();
-  const { lag } = meter;
-  status.showBanner(reason || behindReason(lag) || slowReason(), !reason, connection[0] === "waiting");
-  if (feed) status.showFeed(feed.sequence, meter.rate(now()), lag, frames.rates(now()));
+  status.showBanner(reason || behindReason(meter.certainLag) || slowReason(), !reason, connection[0] === "waiting");
+  if (feed) status.showFeed(feed.sequence, meter.rate(now()), meter.lag, frames.rates(now()));
 }
 
 /** Asks the service for its simulated time, which tells how far the picture is behind. */
@@ -244,7 +243,7 @@ function everySecond() {
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service resets its clock when it continues
   else if (now() > askedAt + (meter.lag > BEHIND_S / 4 ? 1.5 : SYNCHRONISE_S)) askTime();
-  if (connection[0] === "live" && thinning.takes(meter.lag, now())) feed.reconnect("", true);
+  if (connection[0] === "live" && thinning.takes(meter.certainLag, now())) feed.reconnect("", true);
   const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());
   if (connection[0] === "live" && !idle && dead) {
     lastSpokeAt = now();

@@ -22,13 +22,21 @@ export class Meter {
   /** Takes the simulated time [s] of the service, which was asked at `now` [s, page clock]: spokes of that time have no lag. The
    *  service may have lost time since it was asked last. */
   synchronise(time, now) {
-    if (this.factor) this.minDelay = now - time / this.factor;
+    if (!this.factor) return;
+    this.minDelay = now - time / this.factor;
+    this.isSynchronised = true;
+  }
+
+  /** The lag by the service's time [s]; null until that is known: spokes of a burst come earlier than they are due. */
+  get certainLag() {
+    return this.isSynchronised ? this.lag : null;
   }
 
   /** Discards the smallest delay after the pace or the epoch changed. */
   restart() {
     this.minDelay = Infinity;
     this.lag = null;
+    this.isSynchronised = false;
   }
 
   /** Spokes per second over the last two seconds before `now` [s]. */
