@@ -4,8 +4,7 @@ A grid of narrow beams, some millimetres wide at the body, leaves the antenna, a
 in each beam says by first hits which surfaces the beam meets in a row. The beam itself is unfolded at their planes: its
 footprint on the last one is a parallelogram, whose currents are integrated in closed form with the phase at the beam's
 middle. So everything is exact but the rims of what is lit. Beams that meet other surfaces than one of their neighbours are
-therefore parted into FINER^2, and the currents of these are those where their rays meet them, drawn at random: their
-errors fall with their width. Convergence is shown by
+therefore parted into FINER^2, so that errors at rims, which are drawn, fall with the width of these. Convergence is shown by
 two widths. All ways out and back are launched: direct, by the sea, and each order of both.
 
 Author: this project, from J = 2 n x H (Knott, Shaeffer, Tuley 1985) and geometrical optics at all but the last surface. The earth
@@ -191,7 +190,7 @@ def profile(
             for begin in range(0, fine.shape[1], AT_ONCE):
                 add(
                     total,
-                    followed(fine[:, begin : begin + AT_ONCE], frame, step / FINER, by_sea, setting, rng, True)[1],
+                    followed(fine[:, begin : begin + AT_ONCE], frame, step / FINER, by_sea, setting, rng)[1],
                     first,
                 )
     return Profile(first, total)
@@ -218,12 +217,12 @@ def add(total: Complexes, returned: list[Returns], first: float, kept: NDArray[n
 
 
 def followed(
-    grid: Floats, frame: Floats, step: float, by_sea: int, setting: Setting, rng: np.random.Generator, at_rim: bool = False
+    grid: Floats, frame: Floats, step: float, by_sea: int, setting: Setting, rng: np.random.Generator
 ) -> tuple[NDArray[np.int64], list[Returns]]:
     """What beams (M,) at places (2, M) of a grid meet: a mark (M,) of it, and what they return. frame: eye and axes (4, 3);
-    step: of the grid [rad]; at_rim: whether beams are taken at their rays, as some end inside of them."""
+    step: of the grid [rad]."""
     mesh, result, marks = setting.mesh, [], np.zeros(grid.shape[1], dtype=np.int64)
-    beams = launched(frame, step, grid, setting.polarization, rng, at_rim)
+    beams = launched(frame, step, grid, setting.polarization, rng)
     if by_sea and setting.water is not None:
         beams = risen(beams, mesh, setting.receivers[0], setting.water)
     for _ in range(setting.bounces):
@@ -238,7 +237,7 @@ def followed(
             marks[beams.number[some]] += (back + 1) * 1_000_003
             seen = beams.chosen(some)
             ways = np.full(len(some), by_sea + back)
-            result.append(Returns(seen.number, ways, *returns(seen, step, normal[some], receiver, setting, at_rim)))
+            result.append(Returns(seen.number, ways, *returns(seen, step, normal[some], receiver, setting)))
         offset = dots(normal, beams.begin)
         turned = beams.direction - 2.0 * dots(beams.direction, normal)[:, None] * normal
         unfolded, begin = beams.unfolded.at(normal, offset), beams.begin + mesh.rise * normal
@@ -246,14 +245,13 @@ def followed(
     return marks, result
 
 
-def launched(frame: Floats, step: float, grid: Floats, polarization: str, rng: np.random.Generator, at_rim: bool) -> Beams:
+def launched(frame: Floats, step: float, grid: Floats, polarization: str, rng: np.random.Generator) -> Beams:
     """Beams at places (2, M) of a grid, in each of which a ray is drawn; frame, step: as of `followed`."""
 
     def along(place: Floats) -> Floats:
         return unit(frame[1] + place[0][:, None] * frame[2] + place[1][:, None] * frame[3])
 
-    drawn = step * (grid + rng.random(grid.shape) - 0.5)
-    place = drawn if at_rim else step * grid
+    place, drawn = step * grid, step * (grid + rng.random(grid.shape) - 0.5)
     middle = along(place)
     eye, ahead, across, up = (np.broadcast_to(axis, middle.shape) for axis in frame)
     return Beams(
@@ -287,9 +285,7 @@ def reached(point: Floats, mesh: Mesh, receiver: Floats, antenna: Floats, water:
     return mesh.clear(begin, foot) & mesh.clear(foot, np.broadcast_to(antenna, foot.shape))
 
 
-def returns(
-    beams: Beams, step: float, normal: Floats, receiver: Floats, setting: Setting, at_rim: bool
-) -> tuple[Floats, Complexes]:
+def returns(beams: Beams, step: float, normal: Floats, receiver: Floats, setting: Setting) -> tuple[Floats, Complexes]:
     """Half paths (M,) [m] and amplitudes (M,) [m] of what beams leave where they arrive toward a receiver (3,)."""
     unfolded, (u, v), offset = beams.unfolded, beams.place, dots(normal, beams.begin)
     way = unfolded.ahead + u[:, None] * unfolded.across + v[:, None] * unfolded.up
@@ -300,7 +296,7 @@ def returns(
     area = np.linalg.norm(np.cross(*sides), axis=1)
     travel, back = unit(way), unit(point - receiver)
     path = along * np.linalg.norm(way, axis=1) + np.linalg.norm(point - receiver, axis=1)
-    for side in [] if at_rim else sides:
+    for side in sides:
         area = area * np.sinc(dots(travel + back, side) / setting.wavelength)
     received = polarized(back, setting.polarization)
     current = dots(received, travel) * dots(normal, unfolded.field) - dots(received, unfolded.field) * dots(normal, travel)
