@@ -73,8 +73,9 @@ def _joined(mesh: Mesh, outside: NDArray[np.int8]) -> tuple[Floats, Indices, Flo
     normal, patch, side = np.empty((faces, 3)), np.empty(faces, dtype=np.int64), np.empty(faces, dtype=np.int8)
     taken = map(np.ascontiguousarray, (mesh.vertices, mesh.faces, outside))
     count = KERNELS.planar_pieces(len(mesh.vertices), faces, *taken, corner, first, normal, patch, side)
-    end = first[count] if count else 0
-    return corner[:end].copy(), first[: count + 1].copy(), normal[:count].copy(), patch[:count].copy(), side[:count].copy()
+    if 2 * count < faces:  # else what is left over is not worth a second copy
+        corner, first, normal = corner[: first[count]].copy(), first[: count + 1].copy(), normal[:count].copy()
+    return corner[: first[count]], first[: count + 1], normal[:count], patch[:count], side[:count]
 
 
 def _along_curve(middle: Floats) -> Indices:

@@ -151,6 +151,41 @@ def test_a_boat_meets_brute_force(polarization: str) -> None:
     assert np.abs(fields - exact).max() < 0.02 and np.abs(exact).max() > 0.3
 
 
+@pytest.mark.parametrize(
+    "screen",
+    [
+        sheet([1.1, 1.0, 0.1], [0.3, -0.1, 0.05], [0.05, 0.02, 0.4], 1),
+        sheet([0.05, 0.05, 0.1], [0.2, 0.21, 0.0], [0.0, 0.0, 0.4], 1),
+    ],
+    ids=["before one wall", "between the walls"],
+)
+def test_screens_take_from_a_corner_what_brute_force_says(screen: Floats) -> None:
+    """A dihedral of 0.6 m from 200 m, a screen aslant before one wall, or edge-on between both: to 1 % of the whole corner."""
+    walls = np.concatenate([sheet([0, 0, 0], [0.6, 0, 0], [0, 0, 0.6], 1), sheet([0, 0, 0], [0, 0, 0.6], [0, 0.6, 0], 1)])
+    antenna = 200.0 * np.array([1.0, 1.02, 0.01]) / np.sqrt(2.0)
+    whole, shaded = (
+        seen(optics(welded(mesh)), antenna).amplitude.sum() for mesh in (walls, np.concatenate([walls, screen]))
+    )
+    brute = narrow_beams.profile(np.concatenate([walls, screen]), antenna, 0.004).field[0].sum()
+    assert abs(shaded - brute) < 0.01 * abs(whole)
+    assert abs(shaded - whole) > 0.2 * abs(whole)
+
+
+def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
+    """A house on a flat hull, 60 m off: rays of the image that would rise inside of the hull stop at its side, on their way down
+    to the sea. They would light 0.3 m of the wall's 1.6 m."""
+    x, y, z = np.array([8.0, 0, 0]), np.array([0, 5.0, 0]), np.array([0, 0, 0.8])
+    foot = np.array([-4.0, -2.5, -0.5])
+    hull = np.concatenate([sheet(foot, x, z, 1), sheet(foot + z, x, y, 1), sheet(foot + y, z, x, 1), sheet(foot, y, x, 1),
+                           sheet(foot, z, y, 1), sheet(foot + x, y, z, 1)])  # fmt: skip
+    mesh = np.concatenate([hull, sheet([-1.0, 0.0, 0.3], [2.0, 0, 0], [0, 0, 1.6], 1)])
+    antenna = np.array([0.7, -60.0, 15.0])
+    echoes = seen(optics(welded(mesh), 1), antenna, 0.0, 0.3)
+    brute = narrow_beams.profile(mesh, antenna, 0.012, bounces=1, water=0.0).field.sum(axis=1)
+    for way in range(3):
+        assert abs(echoes.amplitude[echoes.ways == way].sum() - brute[way]) < 0.01 * np.abs(brute).max()
+
+
 @pytest.mark.study
 @pytest.mark.parametrize(
     ("kind", "size", "width"), [("pilot", (12.0, 3.0, 4.3), 0.005), ("cargo", (150.0, 26.0, 20.0), 0.025)]
