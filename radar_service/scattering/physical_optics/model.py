@@ -34,12 +34,12 @@ from radar_service.scattering.physical_optics.mesh_quality import (
 )
 from radar_service.scattering.physical_optics.optical_body import (
     OpticalBody,
-    PathCentres,
     facet_enlargement,
     optical_bodies,
 )
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import is_concave
+from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect

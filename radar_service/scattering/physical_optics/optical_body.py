@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.body_columns import BodyColumn, body_columns
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
@@ -21,6 +21,7 @@ from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimi
 from radar_service.scattering.physical_optics.illumination import Illumination, KeptTubes, lit_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import faces_itself, outward_side, patch_spans, ranks
+from radar_service.scattering.physical_optics.path_centres import PATHS, PathCentres, flattest, over_nodes
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
     Wave,
@@ -33,7 +34,6 @@ from radar_service.scattering.physical_optics.path_fields import (
 from radar_service.scattering.physical_optics.plating import PlatedWalls, plated_fields
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
-from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.surface_sampling import normals_and_areas
@@ -47,21 +47,6 @@ MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at t
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
-DIVERGING = 0.99  # of the field: what the curved sea lowers less is shared linearly
-NO_FIELD = 1e-9  # beyond the horizon
-PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
-
-
-Factors = Floats | Complexes | float
-
-
-class PathCentres(NamedTuple):
-    """Scattering centres (C,) of one path: how many of its ways go by the sea, position (C, 3) [m] in the body's frame, and
-    amplitude (C,) [m]. A mixed path holds the sum of both orders."""
-
-    path: int
-    position: Floats
-    amplitude: Complexes
 
 
 class _Bounces(NamedTuple):
@@ -202,9 +187,12 @@ class OpticalBody:
         parts = [[field for ways, field in tubes if ways == out + back] for out, back in paths]
         position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
-        lattice = Lattice.over(position, cell, _flattest(legs), water)
+        lattice = Lattice.over(position, cell, flattest(legs), water)
         lengths = [leg.length(lattice.nodes) for leg in legs]
-        weights, received = _over_nodes(legs, lattice, lit.points, parts[0]), legs[0].weight(lattice.nodes) ** 2
+        weights, received = (
+            over_nodes(legs, lattice, lit.points, [part.both_ends for part in parts[0]]),
+            legs[0].weight(lattice.nodes) ** 2,
+        )
         result, begin = [], len(lit.points)
         for (out, back), field, part in zip(paths, fields, parts, strict=True):
             facets, tubes_there = weights[out + back]
@@ -303,38 +291,6 @@ class OpticalBody:
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
         """A column cut to this longest edge [m]."""
         return body_facets(self.columns[number], cell, edge)
-
-
-def _over_nodes(
-    legs: tuple[BodyLeg, ...], lattice: Lattice, points: Floats, tubes: list[PathFields]
-) -> list[tuple[Factors, Factors]]:
-    """What legs weigh fields by where they are, over what the nodes next to them have, by the number of ways by the sea.
-
-    For facets at the first points (M, 3) of a lattice, and for tubes at the next ones: these where a leg stands for all paths.
-    """
-    nodes = legs[-1].weight(lattice.nodes)
-    if len(legs) == 1:
-        if legs[0].sea is None:
-            return [(1.0, 1.0)]
-        at_points = np.concatenate([legs[0].weight(points) ** 2, *(tube.both_ends for tube in tubes)])
-        ratio = _ratio(at_points, lattice.between(nodes**2))
-        return [(ratio[: len(points)], ratio[len(points) :])]
-    if np.abs(nodes).min(initial=1.0) > DIVERGING:
-        return [(1.0, 1.0)] * 3
-    at_points = legs[-1].weight(points)
-    return [(_ratio(at_points**ways, lattice.between(nodes**ways)[: len(points)]), 1.0) for ways in range(3)]
-
-
-def _ratio(values: Floats | Complexes, shared: Floats | Complexes) -> Floats | Complexes:
-    """Values (M,) over shared ones, 0 where there is no field."""
-    return np.asarray(np.divide(values, shared, out=np.zeros_like(values), where=np.abs(shared) > NO_FIELD))
-
-
-def _flattest(legs: tuple[BodyLeg, ...]) -> float:
-    """The height that cells may have [m]."""
-    if legs[0].sea is not None:
-        return legs[0].sea.flattest
-    return FLATTEST if len(legs) > 1 else np.inf
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:

@@ -16,8 +16,9 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, optical_bodies
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_bodies
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
+from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import pose_at
