@@ -81,7 +81,7 @@ class _AlongRange(ABC):
         if cells < 2 * edge + side:
             raise ValueError(
                 f"window: guards and windows of {self.guard:g} and {self.window:g} m need {2 * edge + side} cells; spokes have "
-                f"{cells}: choose shorter ones"
+                f"{cells}: set a shorter guard or window"
             )
         both_sides, one_side = self._factors
         near = self._level(power, 0, edge, [(guard + 1, 2 * side)])

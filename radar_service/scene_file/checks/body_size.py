@@ -16,7 +16,7 @@ DIFFERENT = 1.25  # times: AIS tells whole metres, and some meshes leave out a b
 MAX_OPTICS_AREA = (
     1e6  # m^2 of what is longer than LONGEST: 100 m off a scan takes 54 s, 1.1 GB; the largest ship has 0.2 km2
 )
-SCALE = "set scale to the metres per unit of the file (0.001 for mm, 0.0254 for inches)"
+SCALE = "set scale to the metres per unit of the file (0.001 for mm, 0.0254 for inches, 0.3048 for feet)"
 
 
 def size_findings(body: BodyOfAKind, size: Floats, is_afloat: bool) -> Iterator[str]:
