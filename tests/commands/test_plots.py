@@ -55,7 +55,7 @@ def test_plots_nearer_than_a_distance_are_left_out(
         (["--pfa", "nan"], "nan is not allowed; a probability"),
         (["--guard-m", "x"], "x is not allowed; a length above 0 m"),
         (["--fidelity", "documented"], "documented has no labels"),
-        (["--window-m", "5000"], "window: .* choose shorter ones"),
+        (["--window-m", "5000"], "window: .* set a shorter guard or window"),
         (["-o", "/dev/null/plots.json"], "a file is in the way of this folder"),
         (["--png", "plots.jpg"], "does not end in .png"),
     ],

@@ -101,5 +101,5 @@ def test_lengths_are_checked(make: Any) -> None:
         make(radar(**NOISY), 1e-4, -1.0)
     with pytest.raises(ValueError, match="window: inf is not allowed"):
         make(radar(**NOISY), 1e-4, 1.0, np.inf)
-    with pytest.raises(ValueError, match="spokes have 50: choose shorter ones"):
+    with pytest.raises(ValueError, match="spokes have 50: set a shorter guard or window"):
         make(radar(**NOISY)).of(np.ones((2, 50), np.float32))
