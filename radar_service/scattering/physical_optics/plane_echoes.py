@@ -4,6 +4,8 @@ An eye is a point: the antenna, its image in the sea, and images of these in pie
 the planes through the eye and the edges of what lies before them. Of a bounce the eye is mirrored in the first piece, and the
 second one is lit by it through the first as through a window; of two bounces likewise again. Fields are sums over the edges of
 what is lit, away from specular directions, and closed forms near them (the kernel says how).
+
+The engine does not call this yet: plating, other bodies before a ship, and diffraction at bounces are missing.
 """
 
 from dataclasses import dataclass, replace
