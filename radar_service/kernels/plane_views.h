@@ -9,6 +9,23 @@
 
 enum { WAYS = 2, LEVELS = 12, FAN = 8, CELLS = 128 };
 
+/* Adds the planes through an eye and the edges of a convex polygon, its middle above them, to the `count` that are there. */
+static int add_planes_of_edges(const Vec *corner, int corners, Vec eye, Vec middle, Plane *planes, int count) {
+    for (int i = 0; i < corners; i++) {
+        Vec next = corner[i + 1 == corners ? 0 : i + 1], normal = vcross(vsub(corner[i], eye), vsub(next, corner[i]));
+        double size = size_of(normal);
+        if (size < 1e-12) continue;
+        Plane side = {vscale(normal, 1.0 / size), 0.0};
+        side.offset = vdot(side.normal, eye);
+        if (height_over(side, middle) < 0.0) {
+            side.normal = vscale(side.normal, -1.0);
+            side.offset = -side.offset;
+        }
+        planes[count++] = side;
+    }
+    return count;
+}
+
 /* Takes out of regions the shadow that a convex occluder, with its plane, throws from an eye. What no shadow meets stays as it is. */
 static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plane plane) {
     Plane sides[MOST + 1];
@@ -20,18 +37,7 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
     middle = vscale(middle, 1.0 / corners);
     sides[count].normal = vscale(plane.normal, toward > 0.0 ? -1.0 : 1.0); /* the eye is below, the shadow above */
     sides[count++].offset = toward > 0.0 ? -plane.offset : plane.offset;
-    for (int i = 0; i < corners; i++) {
-        Vec next = occluder[i + 1 == corners ? 0 : i + 1], normal = vcross(vsub(occluder[i], eye), vsub(next, occluder[i]));
-        double size = size_of(normal);
-        if (size < 1e-12) continue;
-        Plane side = {vscale(normal, 1.0 / size), 0.0};
-        side.offset = vdot(side.normal, eye);
-        if (height_over(side, middle) < 0.0) {
-            side.normal = vscale(side.normal, -1.0);
-            side.offset = -side.offset;
-        }
-        sides[count++] = side;
-    }
+    count = add_planes_of_edges(occluder, corners, eye, middle, sides, count);
     int64_t before = list->n;
     list->work += before;
     for (int64_t k = 0; k < before && !list->failed; k++) {
@@ -200,18 +206,7 @@ static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
     Vec middle = middle_of(window);
     beam.n = 0;
     beam.at[beam.n++] = beyond;
-    for (int i = 0; i < window->n; i++) {
-        Vec next = window->at[i + 1 == window->n ? 0 : i + 1], normal = vcross(vsub(window->at[i], eye), vsub(next, window->at[i]));
-        double size = size_of(normal);
-        if (size < 1e-12) continue;
-        Plane side = {vscale(normal, 1.0 / size), 0.0};
-        side.offset = vdot(side.normal, eye);
-        if (height_over(side, middle) < 0.0) {
-            side.normal = vscale(side.normal, -1.0);
-            side.offset = -side.offset;
-        }
-        beam.at[beam.n++] = side;
-    }
+    beam.n = add_planes_of_edges(window->at, window->n, eye, middle, beam.at, beam.n);
     return beam;
 }
 
