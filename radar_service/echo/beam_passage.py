@@ -10,11 +10,9 @@ Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to fir
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
-from collections.abc import Hashable
 from dataclasses import replace
 from functools import partial
-from math import ceil
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +20,6 @@ from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, sidelobe_envelope, stretches
-from radar_service.echo.passage_tables import PassageTable, joined
-from radar_service.echo.passage_traces import TraceRun, trace_runs
 from radar_service.echo.shadow_nodes import ShadowRates, telling_nodes
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
@@ -90,17 +86,10 @@ class BeamPassages:
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         count = max(1, len(bodies))
-        self._nodes: ResultCache[tuple[int, int, TraceRun | None, bytes], ObservedEchoes] = ResultCache(
+        self._nodes: ResultCache[tuple[int, int, bytes], ObservedEchoes] = ResultCache(
             NODES_PER_BODY * count, scene.revision
         )
-        self._runs: ResultCache[tuple[int, int, bytes], dict[int, TraceRun]] = ResultCache(4 * count, scene.revision)
-        self._traces: ResultCache[tuple[int, TraceRun, bytes], Any] = ResultCache(TRACES_PER_BODY * count, scene.revision)
-        self._aspect_traces: ResultCache[tuple[int, Hashable], Any] = ResultCache(2 * count)
         self._schedules: ResultCache[tuple[int, int, bytes], tuple[Part, ...]] = ResultCache(4 * count, scene.revision)
-        shown = ceil(count * min(2.0, 2.0 * extent / np.pi))  # bodies that the beam covers, and as many
-        self._tables: ResultCache[tuple[int, bytes, bytes], PassageTable | None] = ResultCache(
-            max(MIN_TABLES, shown), scene.revision
-        )
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._alone: ResultCache[int, BodyEchoes] = ResultCache(count)  # at rest, as no mover shades them
@@ -115,77 +104,28 @@ class BeamPassages:
         if not self._aspects:
             return []
         spoke = self._scene.radar.spokes_at(azimuths.time)
-        single, shared = list[ObservedEchoes](), list[ObservedEchoes]()
+        parts = list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self.key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
             for part in self.parts(n, crossing, azimuths.middle) if present[n] else ():
                 weights = part.weights(spoke)
                 if not weights.any():
                     continue
-                if table := self._table(n, part.nodes, azimuths.middle):
-                    shared.append(table.observed(weights))
-                    continue
                 for node, fade in zip(part.nodes.tolist(), weights, strict=True):
                     if fade.any():
-                        observed = self.node(n, crossing, node, azimuths.middle)
-                        single.append(replace(observed, fade=np.broadcast_to(fade, (len(observed.echoes), len(spoke)))))
-        return joined(single) + joined(shared)
-
-    def _table(self, n: int, nodes: Indices, time: float) -> PassageTable | None:
-        """The echoes of body n at two nodes or more, where its model has them at once; None elsewhere. time: as of `node`."""
-        if len(nodes) < 2 or self._at_rest:
-            return None
-        key = n, nodes.tobytes(), self._line_of_sight.presences.state(time)
-        return self._tables.get(key, lambda: self._computed_table(n, nodes, time))
-
-    def _computed_table(self, n: int, nodes: Indices, time: float) -> PassageTable | None:
-        model, local, body = self._aspects[n]
-        times, middle = self._scene.radar.time_of_spokes(nodes.astype(np.float64)), int(nodes[len(nodes) // 2])
-        _, instant = self._observed(middle, time)
-        result = model.passage_echoes(local, self._scene.antenna(times), times, instant)
-        if result is None:
-            return None
-        echoes, amplitude = result
-        return PassageTable.of(echoes, amplitude, body, self._placed(n, echoes, instant.time))
+                        observed = self.node(n, node, azimuths.middle)
+                        parts.append(replace(observed, fade=np.broadcast_to(fade, (len(observed.echoes), len(spoke)))))
+        return ObservedEchoes.joined(parts)
 
     def _placed(self, n: int, echoes: BodyEchoes, time: float) -> Floats:
         """Positions (M, 3) of echoes of body n on the map at `time` [s]."""
         return self._poses.at(np.array([time]), np.array([n])).map_from_bodies(0, echoes.position, np.full(len(echoes), n))
 
-    def node(self, n: int, crossing: int, spoke: int, time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke about a crossing; those bodies occlude that are present at `time` [s]."""
-        return self._kept(n, spoke, time, self.runs(n, crossing, time).get(spoke))
-
-    def _kept(self, n: int, spoke: int, time: float, run: TraceRun | None = None) -> ObservedEchoes:
-        """The echoes that `evaluated` computes, kept for all azimuths that need them."""
-        key = n, spoke, run, self._line_of_sight.presences.state(time)
-        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time, run))
-
-    def _trace(self, n: int, run: TraceRun, time: float) -> Any:
-        """What a run of nodes of body n shares; time: as of `node`."""
-        model, local, _ = self._aspects[n]
-
-        def traced() -> Any:
-            times = self._scene.radar.time_of_spokes(np.array(run.nodes, dtype=np.float64))
-            return model.traced(local, *self._observed(run.spoke, time), times)
-
-        return self._traces.get((n, run, self._line_of_sight.presences.state(time)), traced)
-
-    def _is_steady(self, n: int, spoke: int) -> bool:
-        """Whether body n turns so slowly about a spoke that it has nearly the same aspect a scan later: by less than what runs of
-        nodes may turn. Neither it nor the antenna sways, and it is far off."""
-        model, local, _ = self._aspects[n]
-        sways = self._bodies[n].motion.sway is not None or self._scene.own_ship.sway is not None
-        if self._at_rest or sways or model.trace_step(local) == 0.0 or self._half_angle(n, spoke) > MAX_STEADY_ANGLE:
-            return False
-        turned = self.turned(n, np.array([spoke - 1, spoke + 1]))[-1]
-        return bool(turned * self._scene.radar.azimuths / 2.0 < model.trace_step(local))
-
-    def _aspect_trace(self, n: int, antenna: Floats, instant: Instant) -> Any:
-        """What body n has in common with itself at the same rounded aspect in other scans; antenna: (3,) at the instant."""
-        model, local, _ = self._aspects[n]
-        aspect = model.rounded_aspect(local, antenna, instant.time)
-        return self._aspect_traces.get((n, aspect), lambda: model.traced_at(local, aspect, instant))
+    def node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, kept for all azimuths that need them; those bodies occlude that are present
+        at `time` [s]."""
+        key = n, spoke, self._line_of_sight.presences.state(time)
+        return self._nodes.get(key, lambda: self.evaluated(n, spoke, time))
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
         """The antenna (3,) and the instant of a spoke; presence_time: as of `node`."""
@@ -207,23 +147,10 @@ class BeamPassages:
         key, time = self._passage(n, crossing, time)
         return self._schedules.get(key, lambda: self._scheduled(n, crossing, time))
 
-    def runs(self, n: int, crossing: int, time: float | None = None) -> dict[int, TraceRun]:
-        """The runs of nodes of body n around a crossing that share a trace, by node; none for shadows over bodies at rest, where
-        shadows move over it, and where the antenna is so near that parts of the body turn otherwise than its middle. time: as of
-        `parts`."""
-        key, time = self._passage(n, crossing, time)
-        return self._runs.get(key, lambda: self._found_runs(n, crossing, time))
-
     def _passage(self, n: int, crossing: int, time: float | None) -> tuple[tuple[int, int, bytes], float]:
         """What a passage of body n depends on, and the time at which bodies are present [s]; time: as of `parts`."""
         time = self._scene.radar.time_of_spokes(float(crossing)) if time is None else time
         return (n, crossing, self._line_of_sight.presences.state(time)), time
-
-    def turned(self, n: int, spokes: Indices) -> Floats:
-        """By how much body n has turned as the antenna sees it (K,) [rad], since the first of spokes (K,) from the start."""
-        model, local, _ = self._aspects[n]
-        time = self._scene.radar.time_of_spokes(spokes.astype(np.float64))
-        return model.turned(local, self._scene.antenna(time), time)
 
     def nodes(self, n: int, crossing: int, time: float | None = None) -> Indices:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing; time: as of
@@ -300,7 +227,7 @@ class BeamPassages:
             return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
 
         def evaluate(spoke: int) -> BodyEchoes:
-            return self._kept(n, spoke, time).echoes
+            return self.node(n, spoke, time).echoes
 
         parts = []
         for stretch in stretches(corners.tolist(), reach):
@@ -310,22 +237,11 @@ class BeamPassages:
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
             shaded = bool(casters) and self._bodies[n].motion.sway is None and len(nodes) > 1
-            if shaded and self._table(n, nodes, time) is None:
+            if shaded:
                 unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
             parts.append(Part(first, last, nodes, shaded))
         return tuple(parts)
-
-    def _found_runs(self, n: int, crossing: int, time: float) -> dict[int, TraceRun]:
-        """Computes `runs` anew."""
-        model, local, _ = self._aspects[n]
-        half_angle, runs = self._half_angle(n, crossing), dict[int, TraceRun]()
-        step = 0.0 if self._at_rest or half_angle >= np.pi else model.trace_step(local)
-        for part in self.parts(n, crossing, time) if step > 0.0 else ():
-            if len(part.nodes) > 1 and not part.shaded:
-                away = np.abs(part.nodes - crossing) * self._scene.radar.azimuth_step - half_angle
-                runs |= trace_runs(part.nodes, self._gain(away) > MAIN_BEAM, self.turned(n, part.nodes), step)
-        return runs
 
     def _half_angle(self, n: int, crossing: int) -> float:
         """Half the angle that body n fills at a crossing [rad]."""
@@ -358,19 +274,11 @@ class BeamPassages:
     def _envelope_gain(self, offset: Floats) -> Floats:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int, presence_time: float, run: TraceRun | None = None) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke; presence_time: as of `node`; run: whose trace serves, None: it is traced."""
+    def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke; presence_time: as of `node`."""
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(spoke, presence_time)
-        if run is not None:
-            echoes = model.body_echoes(local, antenna, instant, lambda: self._trace(n, run, presence_time))
-        elif self._is_steady(n, spoke):
-            echoes = model.body_echoes(local, antenna, instant, lambda: self._aspect_trace(n, antenna, instant))
-        else:
-            at_once = (
-                None if self._at_rest else model.passage_echoes(local, antenna[None], np.array([instant.time]), instant)
-            )
-            echoes = model.body_echoes(local, antenna, instant) if at_once is None else at_once[0]
+        echoes = model.body_echoes(local, antenna, instant)
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])

@@ -10,7 +10,7 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import Polar, polar_from_map
-from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.scattering.model import BodyEchoes
 from radar_service.world.poses import PoseArrays
 
@@ -21,12 +21,20 @@ class ObservedEchoes:
 
     echoes: in the bodies' own frames.
     position: (M, 3) on the map [m]; of bodies at rest it holds at any time.
-    fade: (M, K) weight of each echo at each azimuth of a block, complex where its phase changes too; None: 1.
+    fade: (M, K) weight of each echo at each azimuth of a block; None: 1.
     """
 
     echoes: BodyEchoes
     position: Floats
-    fade: Singles | Profiles | None = None
+    fade: Singles | None = None
+
+    @classmethod
+    def joined(cls, parts: "list[ObservedEchoes]") -> "list[ObservedEchoes]":
+        """The echoes of several parts as one; none of none. All have fades, or none has."""
+        if len(parts) < 2:
+            return parts
+        echoes, fades = BodyEchoes.joined([part.echoes for part in parts]), [part.fade for part in parts if part.fade is not None]
+        return [cls(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades) if fades else None)]
 
 
 class BlockGeometry(NamedTuple):

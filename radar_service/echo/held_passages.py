@@ -45,10 +45,7 @@ class HeldPassages(BeamPassages):
         time = azimuths.middle
         present = self._line_of_sight.present(time)[self.key]
         parts = [self.held(n, crossing, time) for n, crossing in self.passing(time, middle, half) if present[n]]
-        if not parts:
-            return []
-        echoes = BodyEchoes.joined([part.echoes for part in parts])
-        return [ObservedEchoes(echoes, np.concatenate([part.position for part in parts]))]
+        return ObservedEchoes.joined(parts)
 
     def held(self, n: int, crossing: int, time: float) -> ObservedEchoes:
         """The echoes of body n for all azimuths about a crossing; those bodies occlude that are present at `time` [s]."""
@@ -64,7 +61,7 @@ class HeldPassages(BeamPassages):
             return self._resting.get(n, lambda: self._cells(n, self._unshaded(n, crossing, time), crossing))
         nodes = self._direct.nodes(number, crossing, time)
         node = int(nodes[np.abs(nodes - crossing).argmin()])
-        return self._cells(n, self._direct.node(number, crossing, node, time), node)
+        return self._cells(n, self._direct.node(number, node, time), node)
 
     def _unshaded(self, n: int, crossing: int, time: float) -> ObservedEchoes:
         """The echoes of body n, which rests as the antenna does, without shadows of moving bodies."""

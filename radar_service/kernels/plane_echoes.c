@@ -16,6 +16,7 @@ static const double ENDS = 20.0;     /* rad along an edge, from which on its two
 typedef struct {
     Vec point, place, gradient; /* place: where its echo lies; gradient: of the path's length, along the piece */
     double path, steep, weight; /* length [m], square of the gradient, field over surface */
+    double begins;              /* height at which it meets the first piece */
     Complex phasor;
 } At;
 
@@ -56,6 +57,7 @@ static At at_point(const Aspect *a, const Path *path, const View *back, Vec norm
     away = vscale(away, 1.0 / away_length);
     leaves = vscale(leaves, 1.0 / first_length);
     at.point = at.place = point;
+    at.begins = begin.z;
     at.path = in_length + away_length;
     if (path->n) { /* between both ends, behind them by half of what lies between: its range is half the path */
         Vec middle = vscale(vadd(begin, point), 0.5), slope = vscale(vadd(leaves, away), 0.5);
@@ -75,17 +77,24 @@ static At at_point(const Aspect *a, const Path *path, const View *back, Vec norm
     return at;
 }
 
-static void emit(Output *o, Vec place, Complex amplitude, const Path *path, const View *back) {
+static void emit(Output *o, const At *at, Complex amplitude, const Path *path, const View *back) {
     if (o->count < o->room) {
         double *to = o->position + 3 * o->count;
-        to[0] = place.x;
-        to[1] = place.y;
-        to[2] = place.z;
+        to[0] = at->place.x;
+        to[1] = at->place.y;
+        to[2] = at->place.z;
+        o->ends[2 * o->count] = at->begins;
+        o->ends[2 * o->count + 1] = at->point.z;
         o->amplitude[o->count] = amplitude;
         o->ways[o->count] = path->leg + back->level;
         o->surfaces[o->count] = path->n + 1;
     }
     o->count++;
+}
+
+/* Edge over which a field may be taken as linear, where a path has a length. */
+static inline double longest_at(const Output *o, double path) {
+    return smaller(o->longest, smaller(0.5 * o->wide * path, o->bend * sqrt(0.5 * path)));
 }
 
 /* The field of a triangle, in closed form where its edges are short enough, shared by its corners. */
@@ -99,7 +108,8 @@ static void triangle_field(Aspect *a, const Path *path, const View *back, Vec no
         edge[i] = vdot(e, e);
         if (edge[i] > edge[longest]) longest = i;
     }
-    if (edge[longest] > o->longest * o->longest && depth < 40) {
+    double most = longest_at(o, p.path);
+    if (edge[longest] > most * most && depth < 40) {
         At one = corner[longest], other = corner[(longest + 1) % 3], third = corner[(longest + 2) % 3];
         At middle = at_point(a, path, back, normal, vscale(vadd(one.point, other.point), 0.5));
         triangle_field(a, path, back, normal, one, middle, third, depth + 1);
@@ -122,7 +132,7 @@ static void triangle_field(Aspect *a, const Path *path, const View *back, Vec no
     ordered_means(phases, at_corner, bends, means);
     for (int i = 0; i < 3; i++) {
         const At *at = corner + (first + i) % 3;
-        emit(o, at->place, turned(scaled(means[i], at->weight * area), -1.0), path, back);
+        emit(o, at, turned(scaled(means[i], at->weight * area), -1.0), path, back);
     }
 }
 
@@ -151,15 +161,15 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
             sum[i] = plus(sum[i], turned(scaled(at[i].phasor, here / turn_here), 1.0));
             continue;
         }
-        int parts = (int)ceil(length / o->longest);
-        double path_before = at[i].path, step = length / parts;
-        Vec place_before = at[i].place, point_before = at[i].point;
-        Complex before = at[i].phasor, carried = complex_of(0.0, 0.0);
+        int parts = (int)ceil(length / longest_at(o, at[i].path));
+        double step = length / parts;
+        At before = at[i];
+        Complex carried = complex_of(0.0, 0.0);
         for (int s = 1; s <= parts; s++) {
             int last = s == parts;
             At next = last ? at[j] : at_point(a, path, back, normal, vadd(p->at[i], vscale(along, step * s)));
-            double bend = -k * (length_at(a, path, back, vscale(vadd(point_before, next.point), 0.5)) - 0.5 * (path_before + next.path));
-            EdgeMoments e = edge_moments(-k * (next.path - path_before), before, next.phasor);
+            double bend = -k * (length_at(a, path, back, vscale(vadd(before.point, next.point), 0.5)) - 0.5 * (before.path + next.path));
+            EdgeMoments e = edge_moments(-k * (next.path - before.path), before.phasor, next.phasor);
             Complex half = scaled(times(bubble_of(bend), e.bubble), 0.5);
             double low = here + (there - here) * (s - 1) / parts, high = here + (there - here) * s / parts;
             Complex to_before = scaled(plus(minus(e.plain, e.toward), half), low * step);
@@ -167,16 +177,13 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
             if (s == 1)
                 sum[i] = plus(sum[i], to_before);
             else
-                emit(o, place_before, plus(carried, to_before), path, back);
+                emit(o, &before, plus(carried, to_before), path, back);
             carried = to_next;
-            path_before = next.path;
-            place_before = next.place;
-            point_before = next.point;
-            before = next.phasor;
+            before = next;
         }
         sum[j] = plus(sum[j], carried);
     }
-    for (int i = 0; i < p->n; i++) emit(o, at[i].place, sum[i], path, back);
+    for (int i = 0; i < p->n; i++) emit(o, at + i, sum[i], path, back);
     return 1;
 }
 
@@ -369,20 +376,22 @@ static void bounces(Aspect *a, const double *reach, double water) {
 /* One aspect, and its result. Of a body: `pieces`, first (P + 1), corner (C, 3) [m], normal (P, 3), patch (P) as of `planar_pieces`,
  * one-sided. legs: 1 or 2, of each eye (legs, 3) and by_sea (legs). bounces: surfaces in a row. level: whether the polarization is
  * "h". position, antenna (3), cosine, sine, earth_radius: as of `leg_rays`. water: height of the sea; -inf: there is none. skip,
- * bounce_skip: fields that are left out [m]. longest: edge over which a field is linear [m]. most_work: after so many cuts and pairs
- * of pieces all else is left out; work (1): how many there were. place (room, 3), amplitude (room) with the phase of the whole path,
+ * bounce_skip: fields that are left out [m]. Edges over which fields are linear: longest [m], wide times the distance, and bend
+ * times its root [m]. screens: triangles screen (S, 3, 3) of other bodies, from screen_first (legs + 1) on of each leg. most_work: after so many cuts and pairs
+ * of pieces all else is left out; work (1): how many there were. place (room, 3), ends (room, 2): heights at the first and the last piece [m], amplitude (room) with the phase of the whole path,
  * ways (room) by the sea, surfaces (room) in a row. */
 typedef struct {
     int64_t pieces, legs, bounces, level, most_work, room;
-    double water, wavelength, longest, skip, bounce_skip;
+    double water, wavelength, longest, wide, bend, skip, bounce_skip;
     const int64_t *first;
     const double *corner, *normal;
     const int64_t *patch;
     const double *eye;
     const int64_t *by_sea;
-    const double *position, *antenna;
+    const int64_t *screen_first;
+    const double *screen, *position, *antenna;
     double cosine, sine, earth_radius;
-    double *place;
+    double *place, *ends;
     Complex *amplitude;
     int64_t *ways, *surfaces, *work;
 } PlaneAspect;
@@ -435,7 +444,8 @@ static void reach_of_pieces(const Aspect *a, double *reach) {
 
 /* The echoes of one aspect; returns how many there are, of which `room` are in the result. */
 /* Arrays: legs from 1 < 3; bounces from 1 < 4; first (pieces + 1) < C + 1; corner (C, 3); normal (pieces, 3); patch (pieces);
- * eye (legs, 3); by_sea (legs); position, antenna (3); place (room, 3); amplitude, ways, surfaces (room); work (1) */
+ * eye (legs, 3); by_sea (legs); screen_first (legs + 1) < S + 1; screen (S, 3, 3); position, antenna (3); place (room, 3);
+ * ends (room, 2); amplitude, ways, surfaces (room); work (1) */
 KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     PlaneAspect of = *aspect;
     Scene scene;
@@ -445,7 +455,8 @@ KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     a.most_work = of.most_work;
     a.legs = (int)of.legs;
     a.bounces = (int)of.bounces;
-    Output out = {TURN / of.wavelength, of.wavelength, of.longest, of.level, of.room, 0, of.place, of.amplitude, of.ways, of.surfaces};
+    Output out = {TURN / of.wavelength, of.wavelength, of.longest, of.wide, of.bend, of.level, of.room, 0, of.place, of.ends, of.amplitude,
+                  of.ways, of.surfaces};
     a.out = out;
     a.skip = of.skip;
     a.bounce_skip = larger(of.bounce_skip, 1e-12);
@@ -459,9 +470,10 @@ KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     sound = sound && reach && a.near_list && a.from_first && a.from_second;
     for (int s = 0; s < a.legs && sound; s++) {
         Leg leg = {vec(of.eye[3 * s], of.eye[3 * s + 1], of.eye[3 * s + 2]), vec(0.0, 0.0, 0.0), of.by_sea[s], of.position,
-                   of.antenna, of.cosine, of.sine, of.earth_radius};
+                   of.antenna, of.cosine, of.sine, of.earth_radius, (int)(of.screen_first[s + 1] - of.screen_first[s]),
+                   (const Vec *)of.screen + 3 * of.screen_first[s]};
         leg.ahead = unit_of(vsub(scene.middle, leg.eye));
-        sound = look(&a.view[s], &scene, &leg, s, of.water);
+        sound = leg.screens >= 0 && look(&a.view[s], &scene, &leg, s, of.water);
     }
     if (sound) {
         single_fields(&a, of.water);

@@ -87,6 +87,8 @@ typedef struct {
     int64_t by_sea;
     const double *position, *antenna;
     double cosine, sine, earth_radius;
+    int screens; /* triangles of other bodies that hide parts of this one on this way, in its frame */
+    const Vec *screen;
 } Leg;
 
 /* What a leg is longer than the straight line from its eye to a point. */
@@ -115,7 +117,7 @@ typedef struct {
 } Tree;
 
 /* What lies before an eye: projected boxes of the pieces that face it, in a grid. By the sea their images in it come after them,
- * numbered from n on: they stop rays on their way down. */
+ * numbered from n on: they stop rays on their way down. Other bodies' screens are numbered from 2 n on. */
 typedef struct {
     Leg leg;
     int level; /* of the leg: 0 direct, 1 by the sea */
@@ -133,9 +135,9 @@ enum Seen { BACK = 0, HIDDEN, UNKNOWN, PARTLY, WHOLE };
 
 /* What was gathered for the result. */
 typedef struct {
-    double wavenumber, wavelength, longest;
-    int64_t level, room, count; /* level: whether the polarization is "h" */
-    double *position;
+    double wavenumber, wavelength, longest, wide, bend; /* longest, wide, bend: as of `PlaneAspect` */
+    int64_t level, room, count;                         /* level: whether the polarization is "h" */
+    double *position, *ends;
     Complex *amplitude;
     int64_t *ways, *surfaces;
 } Output;
@@ -281,8 +283,16 @@ static void box_in(const View *view, const Polygon *p, double box[6]) {
     }
 }
 
-/* The occluder of a number: a piece, or from n on the image in the sea of one; its plane too. */
-static Polygon occluder_of(const Scene *scene, int number, double water, Plane *plane) {
+/* The occluder of a number in a leg's view: a piece, from n on the image in the sea of one, or a screen; its plane too. */
+static Polygon occluder_of(const Scene *scene, const Leg *leg, int number, double water, Plane *plane) {
+    if (number >= 2 * scene->n) {
+        Polygon screen;
+        screen.n = 3;
+        memcpy(screen.at, leg->screen + 3 * (number - 2 * scene->n), 3 * sizeof(Vec));
+        plane->normal = unit_of(vcross(vsub(screen.at[1], screen.at[0]), vsub(screen.at[2], screen.at[0])));
+        plane->offset = vdot(plane->normal, screen.at[0]);
+        return screen;
+    }
     int i = number < scene->n ? number : number - scene->n;
     Polygon p = piece_of(scene, i);
     *plane = scene->plane[i];
@@ -302,7 +312,7 @@ static inline void cells_of(const View *view, const double *box, int cell[4]) {
 }
 
 static int look(View *view, const Scene *scene, const Leg *leg, int level, double water) {
-    int most = level ? 2 * scene->n : scene->n;
+    int most = 2 * scene->n + leg->screens;
     Vec other = fabs(leg->ahead.z) < 0.9 ? vec(0.0, 0.0, 1.0) : vec(1.0, 0.0, 0.0);
     memset(view, 0, sizeof *view);
     view->leg = *leg;
@@ -317,14 +327,14 @@ static int look(View *view, const Scene *scene, const Leg *leg, int level, doubl
     double high[2] = {-INFINITY, -INFINITY};
     view->low[0] = view->low[1] = INFINITY;
     for (int number = 0; number < most; number++) {
-        int piece = number < scene->n ? number : number - scene->n;
+        int image = number >= scene->n && number < 2 * scene->n, piece = image ? number - scene->n : number;
         Plane plane;
-        int empty = scene->first[piece] == scene->first[piece + 1];
+        int empty = number < 2 * scene->n && scene->first[piece] == scene->first[piece + 1];
         if (number < scene->n) view->seen[piece] = !empty && height_over(scene->plane[piece], leg->eye) > THIN ? UNKNOWN : BACK;
-        if (empty) continue;
+        if (empty || (image && !level)) continue;
         if (number < scene->n && view->seen[piece] == BACK) continue;
-        Polygon p = occluder_of(scene, number, water, &plane);
-        if (number >= scene->n && height_over(plane, leg->eye) <= THIN) continue;
+        Polygon p = occluder_of(scene, leg, number, water, &plane);
+        if (image && height_over(plane, leg->eye) <= THIN) continue;
         double box[6];
         box_in(view, &p, box);
         memcpy(view->box + 5 * view->n, box, 5 * sizeof(double));
@@ -396,7 +406,7 @@ static inline void shade_by_view(Aspect *a, Regions *list, const View *view, int
     int number = view->which[f];
     if (number == own || (number < scene->n && scene->patch[number] == scene->patch[own])) return;
     Plane plane;
-    Polygon occluder = occluder_of(scene, number, water, &plane);
+    Polygon occluder = occluder_of(scene, &view->leg, number, water, &plane);
     if (path && !keep_before(&occluder, scene->plane[own])) return;
     Path none = {0, {0, 0}, 0, {eye, eye, eye}};
     shade_by(scene, list, &occluder, plane, path ? path : &none, 0, eye);

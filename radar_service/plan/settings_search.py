@@ -35,7 +35,7 @@ MULTIPATH_PEAK_DB = 4.3  # |F|^4 is 16 at its peaks and 6 on average over all ph
 BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, and 18 dB less for 8 times as many entries
 RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
-KEPT_DB = 0.3  # rms error of power of ships that share a trace (docs/engine.md#errors)
+KEPT_DB = 0.3  # rms error of power below which false echoes of ships have aspects of their own (docs/engine.md#errors)
 VISIBILITY_STEPS = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m, by the minimum budget [dB]: those of the three presets
 ALIASING_MARGIN = 20.0  # dB that kernels keep: their aliases lie along the whole profile, beside still weaker targets
 NEAR_BEST = 1.0  # dB: where no setting keeps the budget, the cheapest within this of the best
@@ -144,7 +144,6 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
         scatterers_per_cell=next((n for n in DENSITIES if density_db(n) <= budget.target_db), DENSITIES[-1]),
         min_scatterers=_min_scatterers(scene, budget),
         visibility_step=next(step for minimum, step in VISIBILITY_STEPS.items() if budget.target_db >= minimum),
-        trace_step_deg=Fidelity.trace_step_deg if budget.target_db >= KEPT_DB else 0.0,
         held_false_echoes=budget.target_db >= KEPT_DB,
         bounces=2 if budget.target_db > 1.0 else 3,
         error_db=budget.target_db,

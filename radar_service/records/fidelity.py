@@ -26,8 +26,6 @@ class Fidelity:
         the full circle.
     azimuths_per_block: azimuths over which range histories of moving echoes are interpolated, by the sea too; 16 errs by -71
         dB, 1 computes each azimuth at its own time. Where there are few echoes and none is near, a longer block keeps the limits.
-    trace_step_deg: by which metal may have turned within a passage of the beam since its shadows and ray tubes were traced; 0:
-        each aspect is traced.
     held_false_echoes: whether indirect echoes of metal have the aspect of the beam's crossing, in cells; else aspects are as
         close as on boresight.
     visibility_step: relative motion [m] after which line of sight and scattering are computed again.
@@ -46,7 +44,6 @@ class Fidelity:
     beam_kernel_width: int = 4
     beam_extent: float = 12.0
     azimuths_per_block: int = 16
-    trace_step_deg: float = 0.1
     held_false_echoes: bool = True
     visibility_step: float = 5.0
     beam_table_oversampling: int = 1
@@ -59,7 +56,7 @@ PRESETS: dict[str, Fidelity] = {
     "balanced": Fidelity("balanced"),
     "reference": Fidelity(
         "reference", scatterers_per_cell=16.0, kernel_width=8, beam_kernel_width=6, beam_extent=inf, azimuths_per_block=1,
-        trace_step_deg=0.0, held_false_echoes=False, visibility_step=1.0, beam_table_oversampling=8,
+        held_false_echoes=False, visibility_step=1.0, beam_table_oversampling=8,
     ),
 }  # fmt: skip
 

@@ -4,9 +4,9 @@ To add a model: write a class like `ScatteringModel` in a file of this package, 
 then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
 """
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol, Self
+from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -225,43 +225,8 @@ class AspectModel(ScatteringModel, Protocol):
 
     upright: ClassVar[float]
 
-    def body_echoes(self, b: int, antenna: Floats, instant: Instant, trace: Callable[[], Any] | None = None) -> BodyEchoes:
-        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`.
-
-        trace: computes that of body b at an instant or an aspect near by, as from `traced` or `traced_at`, of which it uses what
-        holds; None: echoes are exactly those of the instant.
-        """
-        ...
-
-    def passage_echoes(
-        self, b: int, antenna: Floats, times: Floats, instant: Instant
-    ) -> "tuple[BodyEchoes, Complexes] | None":
-        """Echoes (M,) of body b alone at times (S,) [s], for antennas (S, 3) [m], and their amplitudes (M, S) there; those of the
-        echoes are undefined. None where they are computed instant by instant, as `body_echoes` has them. instant: one of
-        them."""
-        ...
-
-    def trace_step(self, b: int) -> float:
-        """By which body b may have turned, as of `turned`, since it was traced for `body_echoes` [rad]; 0: it is traced anew."""
-        ...
-
-    def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
-        """By how much body b has turned (K,) [rad] since the first of times (K,) [s], as antennas (K, 3) see it: the sum over
-        steps of the root of the squares of how its aspect turned and how it leaned."""
-        ...
-
-    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Any:
-        """What takes long to find out of body b at an instant, for others near by (K,) [s]; None where that holds for this
-        instant alone."""
-        ...
-
-    def rounded_aspect(self, b: int, antenna: Floats, time: float) -> Hashable:
-        """The aspect near by that body b may have been traced at, for an antenna (3,) at `time` [s]."""
-        ...
-
-    def traced_at(self, b: int, aspect: Any, instant: Instant) -> Any:
-        """What takes long to find out of body b alone at an aspect as from `rounded_aspect`: of the instant it has no more than
-        the earth and the maximum range. None where that says too little of other aspects."""
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
+        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`."""
         ...
 
     def casters(

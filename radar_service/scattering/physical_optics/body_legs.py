@@ -1,4 +1,4 @@
-"""Legs in the frame of a body: direct or by the sea, with their polarization, their wavefronts and what they can reach."""
+"""Legs in the frame of a body: direct or by the sea, with their rays, their lengths, and what hides the body on the way."""
 
 import math
 from dataclasses import dataclass
@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import map_from_body
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
+from radar_service.numerics.frames import body_rotation, map_from_body
+from radar_service.numerics.types import Complexes, Flags, Floats
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
-from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.world.poses import BodyPose
 
 
@@ -40,36 +39,6 @@ class LegRays(NamedTuple):
         """Unit vectors (M, 3) of travel."""
         return np.stack([self.east * self.flat, self.north * self.flat, self.rise], axis=1)
 
-    @property
-    def level(self) -> Floats:
-        """Horizontal unit vectors (M, 3) across the rays."""
-        return np.stack([self.north, -self.east, np.zeros(len(self.rise))], axis=1)
-
-    @property
-    def upright(self) -> Floats:
-        """Unit vectors (M, 3) across the rays in the vertical plane."""
-        return np.stack([-self.east * self.rise, -self.north * self.rise, self.flat], axis=1)
-
-    def polarization(self, name: str) -> Floats:
-        """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves, the same out and back."""
-        return self.level if name == "h" else self.upright
-
-    def chosen(self, which: Indices) -> "LegRays":
-        """The rays `which` (N,)."""
-        return LegRays._make(column.take(which, axis=0) for column in self)
-
-    def along(self, vector: Floats) -> Floats:
-        """Components (..., M) of vectors (3, ..., M) along the rays."""
-        return np.asarray((vector[0] * self.east + vector[1] * self.north) * self.flat + vector[2] * self.rise)
-
-    def sags(self, edge: Floats) -> Floats:
-        """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
-        edge is than the mean of those to its ends, negative."""
-        bends = np.empty((edge.shape[1], edge.shape[2]))
-        taken = (edge, self.east, self.north, self.rise, self.flat, self.length, self.curvature)
-        KERNELS.sags(edge.shape[2], len(bends), *map(np.ascontiguousarray, taken), bends)
-        return bends
-
 
 @dataclass(frozen=True)
 class BodyLeg:
@@ -79,31 +48,42 @@ class BodyLeg:
     pose: of the body.
     antenna: (3,) on the map [m].
     earth_radius: effective, inf for flat [m].
-    visible: which points on which triangles the leg reaches past the body itself, and past all others where `others` is None.
-    others: the shadows of all others, where they are few enough to be exact.
-    edges: finds the edges of its own shadows exactly; None where shadows are searched for by `visible` alone.
-    crowded: whether `visible` holds the shadows of other bodies.
-    strength: no less than the field by this leg over that by the direct one, anywhere on the body.
     sea: the field of this leg where diffraction counts; of all paths where it stands for them; None: that of a ray.
+    others: what other bodies hide; None: nothing.
     """
 
     by_sea: bool
     pose: BodyPose
     antenna: Floats
     earth_radius: float
-    visible: Visible
-    edges: Edges | None = None
-    crowded: bool = True
-    strength: float = 1.0
     sea: SeaField | None = None
     others: CastShadows | None = None
 
-    def reaches(self, points: Floats, triangle: Indices) -> Flags:
-        """Which points (M, 3) in the body's frame [m] on triangles (M,) the leg reaches past all bodies."""
-        seen = self.visible(points, triangle)
-        if self.others is not None and len(self.others):
-            seen &= self.others.visible(self.on_map(points))
-        return seen
+    def eye(self, middle: Floats) -> Floats:
+        """The point (3,) in the body's frame from which straight lines run as the leg does about the middle (3,) of the body
+        [m]."""
+        rays = self.rays(middle[None])
+        return np.asarray(middle - rays.length[0] * rays.direction[0] / np.linalg.norm(rays.direction[0]))
+
+    def screens(self, middle: Floats, eye: Floats) -> Floats:
+        """The triangles (T, 3, 3) of other bodies that hide parts of this one, as the eye has them in the body's frame [m];
+        middle, eye: as of `eye`."""
+        if self.others is None or not len(self.others):
+            return np.zeros((0, 3, 3))
+        flipped = np.array([1.0, 1.0, -1.0 if self.by_sea else 1.0])
+
+        def turned(virtual: Floats) -> Floats:
+            return np.asarray(virtual * flipped @ body_rotation(self.pose.heading))
+
+        ahead, seen = middle - eye, turned(self.others.picture.virtual(self.on_map(middle)))
+        level = ahead[:2] / max(np.hypot(*ahead[:2]), 1e-9)
+        lift = np.arctan2(ahead[2], ahead[:2] @ level) - np.arctan2(seen[2], seen[:2] @ level)
+        corners = turned(self.others.corners)
+        along, up = corners[..., :2] @ level, corners[..., 2]
+        farther = along * (np.cos(lift) - 1.0) - up * np.sin(lift)
+        corners[..., :2] += farther[..., None] * level
+        corners[..., 2] = along * np.sin(lift) + up * np.cos(lift)
+        return np.asarray(eye + corners)
 
     def on_map(self, points: Floats) -> Floats:
         """Points (..., 3) of the body's frame on the map [m]."""

@@ -7,15 +7,14 @@ the reflection by what stands in the one by the sea. The edges of all shadows to
 facet is in the shadow as a whole, or not at all. Rough land has many that other land hides: these cut nothing.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from typing import NamedTuple, Self
 
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scattering.physical_optics.facets import box_around
+from radar_service.numerics.types import Flags, Floats
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.triangle_cuts import above_water
 from radar_service.trace.triangle_clusters import TriangleClusters
@@ -72,48 +71,6 @@ class CastShadows:
     def visible(self, position: Floats) -> Flags:
         """Which points (M, 3) on the map [m] lie in no shadow."""
         return self._lit(self.picture.virtual(position))
-
-    def dark(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Flags:
-        """Which triangles (M, 3, 3) of a body lie as a whole in the shadow of one triangle; on_map: as of `cut`."""
-        virtual = self._virtual(corners, on_map)
-        dark = np.zeros(len(corners), dtype=np.bool_)
-        KERNELS.cast_dark(len(corners), len(self), *map(np.ascontiguousarray, (virtual, self.plane, self.offset)), dark)
-        return dark
-
-    def cut(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> tuple[Floats, Indices, Flags]:
-        """Cuts those triangles (M, 3, 3) of a body on which shadows lie: parts (N, 3, 3), the triangle that each comes from
-        (N,), and whether it is in the light (N,).
-
-        on_map: positions in the body's frame on the map [m].
-        """
-        if not len(corners):
-            return corners, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
-        virtual = self._virtual(corners, on_map)
-        return self.chosen(self.on(box_around(virtual))).cut_at(corners, virtual)
-
-    def cut_at(self, corners: Floats, virtual: Floats) -> tuple[Floats, Indices, Flags]:
-        """What `cut` returns; virtual: the same triangles (M, 3, 3) at virtual positions."""
-        room, edges = 2 * len(corners) + 64, self._ends()
-        taken = tuple(map(np.ascontiguousarray, (corners, virtual, *edges, self.plane, self.offset)))
-        while True:
-            parts = np.empty((room, 3, 3)), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_)
-            count = KERNELS.cast_cuts(len(corners), len(edges[0]), len(self), room, *taken, *parts)
-            if count <= room:
-                return parts[0][:count], parts[1][:count], parts[2][:count]
-            room = count
-
-    def _virtual(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> Floats:
-        """Corners (M, 3, 3) of triangles at virtual positions [m]; on_map: as of `cut`."""
-        return self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
-
-    def _ends(self) -> tuple[Floats, Floats]:
-        """Where shadows may end: planes (E, 4, 3) and offsets (E, 4) [m]. The first plane cuts what lies on the inner side of the
-        others. Shadows end at silhouettes, and where a body's triangle meets one that casts a shadow."""
-        plane, offset = silhouettes(self.corners)
-        return (
-            np.concatenate([plane, self.plane[:, [3, 0, 1, 2]]]),
-            np.concatenate([offset, self.offset[:, [3, 0, 1, 2]]]),
-        )
 
     def _lit(self, virtual: Floats) -> Flags:
         """Which points (M, 3) at virtual positions lie in no shadow."""

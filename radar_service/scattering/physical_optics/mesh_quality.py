@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, centroids, edge_limits
-from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.embree import TriangleScene
@@ -50,7 +48,7 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
     scene = TriangleScene(corners.reshape(-1, 3), np.arange(3 * len(area)).reshape(-1, 3))
     doubled = np.zeros(len(area), dtype=np.bool_)
     for out in (normal, -normal):
-        begin = centroids(corners) + TOLERANCE * out
+        begin = corners.mean(axis=1) + TOLERANCE * out
         hit = scene.first_hit(begin, -out)
         near = scene.hit_distance(hit, begin, -out) < 2.0 * TOLERANCE
         alike = np.einsum("ij,ij->i", normal, normal[hit])
@@ -62,16 +60,15 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
 def mesh_quality(body: Body, radar: Radar, bounces: int, distance: float) -> list[str]:
     """Sentences about a body by physical optics at its least distance over the run [m]."""
     assert body.mesh is not None
-    limit, mesh = edge_limits(radar, body.mesh).longest_edge(distance), mesh_sample(body.mesh)
+    mesh, large = mesh_sample(body.mesh), list[str]()
     if mesh is body.mesh:
-        outside, large = outward_side(mesh), _enlargement(body, radar, distance)
+        outside = outward_side(mesh)
     else:
         outside = np.full(len(mesh.faces), outward_winding(body.mesh), dtype=np.int8)
         large = [f"these are remarks on {len(mesh.faces)} of {len(body.mesh.faces)} facets, in slices across the body"]
     corners, facing = mesh.vertices[mesh.faces], concave(mesh, outside)
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
-    cut = f", cut to {limit:.3g} m" if longest > limit else ""
-    sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(facing, len(mesh.faces), bounces)}"]
+    sentences = [f"optics: facets up to {longest:.3g} m long; {_concavity(facing, len(mesh.faces), bounces)}"]
     return sentences + _sides(outside) + _layers(mesh, outside) + _curves(mesh, radar) + large
 
 
@@ -145,13 +142,3 @@ def curve_sag(mesh: Mesh) -> float:
     for edge in pairs[:, curved]:
         np.add.at(sag, edge // 3, bend[curved] * height.ravel()[edge] / 8.0)
     return float(sag.max(initial=0.0))
-
-
-def _enlargement(body: Body, radar: Radar, distance: float) -> list[str]:
-    times = facet_enlargement(body, radar, distance)
-    if times == 1.0:
-        return []
-    return [
-        f"too large for fine facets: at most {MAX_FACETS}, {times:.1f} times longer than they should be, so that echoes spread "
-        "over a cell or two and flashes at short range are too bright; split the body or declare rcs_dbsm"
-    ]

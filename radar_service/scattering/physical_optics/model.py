@@ -4,27 +4,21 @@ Equal bodies share what does not depend on their motion.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import ClassVar, NamedTuple, Self
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, Self
 
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.frames import body_rotation, map_from_body
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
+from radar_service.numerics.frames import map_from_body
+from radar_service.numerics.types import Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.multipath import reflection_points
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, most_triangles
-from radar_service.scattering.physical_optics.convex_bodies import Centres
-from radar_service.scattering.physical_optics.convex_sights import casters_over, plain_sights
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, edge_limits
-from radar_service.scattering.physical_optics.illumination import Illumination, lift
+from radar_service.scattering.physical_optics.cast_shadows import Onlooker
+from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
@@ -32,25 +26,16 @@ from radar_service.scattering.physical_optics.mesh_quality import (
     length_text,
     mesh_quality,
 )
-from radar_service.scattering.physical_optics.optical_body import (
-    OpticalBody,
-    facet_enlargement,
-    optical_bodies,
-)
-from radar_service.scattering.physical_optics.own_shadows import OwnShadows
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_bodies
 from radar_service.scattering.physical_optics.patches import is_concave
 from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.plating import dents_db
-from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
-from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before, strength_by_sea
-from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
+from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before
 from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
-from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
+from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import normals_and_areas
-from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Body
 from radar_service.world.poses import BodyPose, pose_at
 
@@ -58,40 +43,7 @@ from radar_service.world.poses import BodyPose, pose_at
 # is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
-SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (shadow_edges)
-SIMPLE = 200  # triangles: a plain hull has 104, and sharing its trace saves a quarter of its time
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
-
-
-class _View(NamedTuple):
-    """A body as an antenna has it: prepared for its pose, in the frame in which the sea is level, with the legs to it.
-
-    lean: from its own frame to that one; None: they are the same. by_paths: echoes by the sea are apart. on_land: land reflects.
-    """
-
-    optical: OpticalBody
-    legs: tuple[BodyLeg, ...]
-    pose: BodyPose
-    lean: Floats | None
-    by_paths: bool
-    on_land: bool
-
-    @property
-    def water(self) -> float:
-        """Height of the sea, or of the land that reflects in its place [m]."""
-        return -float(self.pose.position[2])
-
-    @property
-    def is_shaded(self) -> bool:
-        """Whether another body or the horizon may shade it, or diffraction counts: what it shows then hangs on more than its
-        pose."""
-        return self.on_land or any(
-            leg.edges is None or leg.others is None or len(leg.others) > 0 or leg.sea is not None for leg in self.legs
-        )
-
-    def traced(self) -> Illumination | None:
-        """What the legs reach, for other poses near by; None where that hangs on more than the pose."""
-        return None if self.is_shaded else self.optical.illuminated(self.legs, self.water)
 
 
 class PhysicalOptics(AspectModel):
@@ -113,12 +65,11 @@ class PhysicalOptics(AspectModel):
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
         self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
         self._over_horizon = diffraction_height(context.radar, context.environment)
-        self._trace_step = math.radians(context.fidelity.trace_step_deg)
 
     @classmethod
     @override
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        optical = optical_bodies(bodies, context.radar, context.fidelity.bounces, context.rays)
+        optical = optical_bodies(bodies, context.radar, context.fidelity.bounces)
         return cls(bodies, key, optical, context)
 
     @override
@@ -128,7 +79,7 @@ class PhysicalOptics(AspectModel):
     def coherence(self, b: int, distance: float) -> float:
         """Size [m] over which phases are summed into one echo of body b at `distance` [m]: echoes hold while its aspect
         turns by much less than a wavelength over this."""
-        return self._optical[b].coherence(distance)
+        return self._optical[b].limits.coherence(distance - self.bodies[b].radius)
 
     def clear(self) -> None:
         """Clears nothing: no cache depends on an instant."""
@@ -142,96 +93,41 @@ class PhysicalOptics(AspectModel):
         return [int(b) for b in np.flatnonzero(near)]
 
     @override
-    def body_echoes(
-        self, b: int, antenna: Floats, instant: Instant, trace: Callable[[], Illumination | None] | None = None
-    ) -> BodyEchoes:
-        seen = self._view(b, antenna, instant, pose_at(self.bodies[b], instant.time))
-        kept = None if trace is None or seen.is_shaded else trace()
-        if kept is not None:
-            centres = seen.optical.echoes_near(kept, seen.legs, seen.water)
-        else:
-            centres = seen.optical.echoes(seen.legs, seen.water)
-        if seen.lean is not None:
-            centres = [path._replace(position=path.position @ seen.lean) for path in centres]
-        return BodyEchoes.joined([_body_echoes(b, path, seen.by_paths) for path in centres])
-
-    @override
-    def passage_echoes(
-        self, b: int, antenna: Floats, times: Floats, instant: Instant
-    ) -> tuple[BodyEchoes, Complexes] | None:
-        optical, middle = self._optical[b], len(times) // 2
-        pose = pose_at(self.bodies[b], float(times[middle]))
-        plain = optical.is_small_and_convex and instant.movers and not self._ground(optical, pose, antenna[middle], instant)
-        sights = plain_sights(self.bodies[b], self._radar, self._environment, antenna, times, instant) if plain else None
-        if sights is None:
-            return None
-        onlooker = self._onlooker(optical, pose, antenna[middle], instant, sights.legs > 1)
-        casters = casters_over(int(self.key[b]), onlooker, antenna, times, instant)
-        centres = optical.centres_at(sights, casters, most_triangles(len(optical.mesh.faces)))
-        if centres is None:
-            each = zip(antenna, times.tolist(), strict=True)
-            centres = Centres.of([self.body_echoes(b, at, replace(instant, time=time)) for at, time in each])
-        count = len(centres.path)
-        path = centres.path if sights.legs > 1 else np.full(count, ALL_PATHS)
-        return BodyEchoes(
-            centres.position, centres.amplitude[:, 0], np.full(count, b), path, np.zeros(count)
-        ), centres.amplitude
-
-    @override
-    def trace_step(self, b: int) -> float:
-        few = self.bodies[b].motion.sway is not None and len(self._optical[b].mesh.faces) <= SIMPLE  # a trace takes little
-        return self._trace_step if self._optical[b].is_concave and not few else 0.0
-
-    @override
-    def turned(self, b: int, antenna: Floats, time: Floats) -> Floats:
-        position, matrix = _poses(self.bodies[b], time)
-        view = antenna - position
-        distance = np.maximum(np.linalg.norm(view, axis=1, keepdims=True), 1e-9)
-        toward = np.einsum("ki,kij->kj", view / distance, matrix)
-        step = np.linalg.norm(np.diff(np.concatenate([toward, matrix[:, 2]], axis=1), axis=0), axis=1)
-        return np.concatenate([[0.0], np.cumsum(step)])
-
-    @override
-    def traced(self, b: int, antenna: Floats, instant: Instant, times: Floats) -> Illumination | None:
-        body = self.bodies[b]
-        assert body.mesh is not None
-        height = lift(body.mesh.vertices, *_poses(body, np.append(instant.time, times)))
-        return self._view(b, antenna, instant, pose_at(body, instant.time).lifted(height)).traced()
-
-    @override
-    def rounded_aspect(self, b: int, antenna: Floats, time: float) -> RoundedAspect:
-        body = self.bodies[b]
-        return RoundedAspect.of(antenna, pose_at(body, time), 2.0 * self._trace_step, body.middle, body.radius)
-
-    @override
-    def traced_at(self, b: int, aspect: RoundedAspect, instant: Instant) -> Illumination | None:
-        return self._view(b, aspect.antenna, instant, aspect.pose, alone=True).traced()
-
-    def _view(self, b: int, antenna: Floats, instant: Instant, posed: BodyPose, alone: bool = False) -> _View:
-        """Body b as the antenna has it in a pose at an instant, above what reflects; alone: as if there were no others."""
-        lean, scene = posed.lean, instant.line_of_sight
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
+        posed, scene, over_sea = pose_at(self.bodies[b], instant.time), instant.line_of_sight, self._environment.multipath
+        lean = posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
-        over_sea = self._environment.multipath and antenna[2] > 0.0
+        over_sea = over_sea and antenna[2] > 0.0
         sea = self._sea_field(b, optical, posed.upright, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        others = [] if alone else scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        own = scene.occluder_of(int(self.key[b]), instant.time, instant.movers)
-        own = own if own is not None and self._in_reach(b, posed.upright, antenna, instant) else None
-        ground = self._ground(optical, posed.upright, antenna, instant) if by_paths and sea is None and not alone else 0.0
-        posed, antenna = posed.lifted(-ground), antenna - [0.0, 0.0, ground]
-        onlooker = self._onlooker(optical, posed.upright, antenna, instant, by_paths)
+        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        ground = self._ground(optical, posed.upright, antenna, instant) if by_paths and sea is None else 0.0
+        pose, antenna = posed.lifted(-ground).upright, antenna - [0.0, 0.0, ground]
+        onlooker = self._onlooker(optical, pose, antenna, instant, by_paths)
         posed_others = scene.posed_triangles(others, antenna, instant.time)
-        shadows = onlooker.shadows([(triangles, pose.lifted(-ground)) for triangles, pose in posed_others])
+        shadows = onlooker.shadows([(triangles, each.lifted(-ground)) for triangles, each in posed_others])
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own, ground)
-            for leg, cast in zip(onlooker.legs, shadows, strict=True)
+            BodyLeg(by_sea, pose, antenna, scene.earth_radius, sea if by_sea == by_paths else None, cast)
+            for by_sea, cast in zip((False, True), shadows, strict=False)
         ]
-        legs[-1] = replace(legs[-1], sea=sea)
-        return _View(optical, tuple(legs), posed.upright, lean, by_paths, ground > 0.0)
+        centres = optical.echoes(tuple(legs), self._lowest(b, pose, antenna, scene.earth_radius))
+        if lean is not None:
+            centres = [path._replace(position=path.position @ lean) for path in centres]
+        return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
 
     def _ground(self, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
         """`ground_before` a body in a pose."""
         return ground_before(self._radar, self._environment, instant.line_of_sight, antenna, _box(optical, pose))
+
+    def _lowest(self, b: int, pose: BodyPose, antenna: Floats, earth_radius: float) -> float:
+        """Height [m] in the frame of body b below which nothing scatters: of the sea, or where nothing diffracts of the way over
+        the horizon to its middle."""
+        water, height = -float(pose.position[2]), max(float(antenna[2]), 0.0)
+        if height < self._over_horizon:
+            return water
+        middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
+        beyond = math.dist(middle[:2], antenna[:2]) - float(horizon(0.0, height, earth_radius))
+        return water + (max(beyond, 0.0) ** 2 / (2.0 * earth_radius))
 
     @override
     def casters(
@@ -251,46 +147,6 @@ class PhysicalOptics(AspectModel):
         radius = instant.line_of_sight.earth_radius
         legs = tuple(Picture(antenna, radius, by_sea) for by_sea in (False, True)[: 1 + by_paths])
         return Onlooker(_box(optical, pose), legs, len(optical.mesh.faces))
-
-    def _leg(
-        self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None, own: Occluder | None, ground: float,
-    ) -> BodyLeg:  # fmt: skip
-        """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
-
-        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach. ground: height of what
-        reflects above the sea [m]; pose and antenna are above that.
-        """
-        scene, key, pose, up = instant.line_of_sight, int(self.key[b]), posed.upright, np.array([0.0, 0.0, ground])
-
-        def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
-            position = map_from_body(points, pose.position, pose.heading)
-            surface = SurfacePoints(np.full(len(points), key), triangle, position + up)
-            seen = (antenna + up, instant.time, instant.max_range, instant.movers, bodies)
-            if not by_sea:
-                return scene.visible(surface, *seen, over_horizon=self._over_horizon)
-            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0] + up, *seen)
-
-        crowded = shadows is None
-        edges: Edges | None = None
-        seen: Visible = partial(visible, bodies=others if crowded else [])
-        if own is not None and not crowded:
-            own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
-            seen, edges = own_shadows.visible, own_shadows.edges
-        place = (*self._reach_and_top(b, optical, pose, antenna), antenna[2])
-        strength = 1.0 if ground or not by_sea else strength_by_sea(self._radar, self._environment, *place)
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
-
-    def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
-        """Whether all of body b above the sea lies this side of the horizon, if it has one, and of the maximum range."""
-        body = self.bodies[b]
-        middle = map_from_body(body.middle, pose.position, pose.heading)
-        distance = math.dist(middle, antenna) + body.diagonal
-        low = max(float(antenna[2]), float(middle[2]) + body.diagonal) < self._over_horizon
-        return distance < instant.max_range and (
-            low or distance < float(horizon(0.0, max(float(antenna[2]), 0.0), instant.line_of_sight.earth_radius))
-        )
 
     def _sea_field(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> SeaField | None:
         """The field of all paths at body b where diffraction counts, and None elsewhere."""
@@ -315,12 +171,9 @@ class PhysicalOptics(AspectModel):
     @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
         assert body.mesh is not None
-        distance = math.dist(body.middle_at(0.0), conditions.antenna) - body.radius
-        times = facet_enlargement(body, conditions.radar, distance)
-        coarse = "" if times == 1.0 else f"; facets {times:.1f} times longer than they should be, at most {MAX_FACETS}"
         if not is_concave(body.mesh):
-            return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}{coarse}"
-        return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}{coarse}"
+            return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}"
+        return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}"
 
     @staticmethod
     def sampling_db(scatterers: int, multipath: bool) -> float:
@@ -335,20 +188,11 @@ class PhysicalOptics(AspectModel):
 
     @staticmethod
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
-        """Errors of facets at the closest approach, beyond those of plates and corners."""
+        """Errors of curves, beyond those of plates and corners."""
         assert body.mesh is not None
-        distance, radar = max(run.nearest, NEAREST), conditions.radar
-        times, edge = facet_enlargement(body, radar, distance), edge_limits(radar, body.mesh).longest_edge(distance)
-        shadow = SHADOW_SHARE / math.sqrt(2.0) * min(1.0, times * edge / body.diagonal) ** 1.5
-        errors, remarks = [20.0 * math.log10(1.0 + shadow)], []
-        if times > 1.0:
-            errors.append(FACETS_DB * times**2)
-        if times > 1.0 and times > facet_enlargement(body, radar, max(run.start - body.radius, NEAREST)):
-            remarks.append(
-                f"at its closest, {run.nearest:.0f} m, facets are {times:.1f} times too long: {errors[-1]:.1g} dB"
-            )
+        errors, remarks = [], list[str]()
         sag = curve_sag(body.mesh)
-        curves = CURVES_DB * sag / (MAX_SAG * radar.wavelength)
+        curves = CURVES_DB * sag / (MAX_SAG * conditions.radar.wavelength)
         if 0.0 < curves <= MAX_CURVES_DB:
             errors.append(curves)
             remarks.append(f"curves sag by {length_text(sag)}: {curves:.1g} dB")
@@ -362,7 +206,7 @@ class PhysicalOptics(AspectModel):
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
         """The longer side of the cells in which facets are summed."""
         assert body.mesh is not None
-        return max(edge_limits(radar, body.mesh).at(nearest))
+        return EdgeLimits.of(radar, body.mesh).coherence(nearest)
 
     @staticmethod
     @override
@@ -386,11 +230,3 @@ def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:
     count = len(centres.amplitude)
     path = np.full(count, centres.path if by_paths else ALL_PATHS)
     return BodyEchoes(centres.position, centres.amplitude, np.full(count, b), path, np.zeros(count))
-
-
-def _poses(body: Body, time: Floats) -> tuple[Floats, Floats]:
-    """Positions (K, 3) on the map [m] and rotations (K, 3, 3) map_from_body of a body at times (K,) [s]."""
-    pose = body.motion.pose(time)
-    if pose.rotation is not None:
-        return pose.position, pose.rotation
-    return pose.position, np.array([body_rotation(heading) for heading in pose.heading.tolist()])

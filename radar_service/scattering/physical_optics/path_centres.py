@@ -6,6 +6,7 @@ import numpy as np
 
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.plane_echoes import PlaneEchoes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
 from radar_service.scattering.physical_optics.sea_field import FLATTEST
 
@@ -24,25 +25,19 @@ class PathCentres(NamedTuple):
     amplitude: Complexes
 
 
-def over_nodes(
-    legs: tuple[BodyLeg, ...], lattice: Lattice, points: Floats, both_ends: list[Complexes | Floats]
-) -> list[tuple[Factors, Factors]]:
-    """What legs weigh fields by where they are, over what the nodes next to them have, by the number of ways by the sea.
-
-    For facets at the first points (M, 3) of a lattice, and for tubes at the next ones: these where a leg stands for all paths.
-    both_ends: of tubes, as of `PathFields`.
-    """
+def over_nodes(legs: tuple[BodyLeg, ...], lattice: Lattice, echoes: PlaneEchoes) -> list[Factors]:
+    """What legs weigh echoes by where they are, over what the nodes of their lattice next to them have, by the number of ways by
+    the sea; where a leg stands for all paths, at both ends of bounces."""
     nodes = legs[-1].weight(lattice.nodes)
     if len(legs) == 1:
         if legs[0].sea is None:
-            return [(1.0, 1.0)]
-        at_points = np.concatenate([legs[0].weight(points) ** 2, *both_ends])
-        ratio = _ratio(at_points, lattice.between(nodes**2))
-        return [(ratio[: len(points)], ratio[len(points) :])]
+            return [1.0]
+        both_ends = legs[0].sea.at(echoes.ends + float(legs[0].pose.position[2])).prod(axis=1)
+        return [_ratio(both_ends, lattice.between(nodes**2))]
     if np.abs(nodes).min(initial=1.0) > DIVERGING:
-        return [(1.0, 1.0)] * 3
-    at_points = legs[-1].weight(points)
-    return [(_ratio(at_points**ways, lattice.between(nodes**ways)[: len(points)]), 1.0) for ways in range(3)]
+        return [1.0] * 3
+    at_points = legs[-1].weight(echoes.place)
+    return [_ratio(at_points**ways, lattice.between(nodes**ways)) for ways in range(3)]
 
 
 def _ratio(values: Floats | Complexes, shared: Floats | Complexes) -> Floats | Complexes:

@@ -10,21 +10,14 @@ Of bounces only the coherent part counts: its field is lowered at each plated wa
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.special import j0
 
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facet_integral import phasors
-from radar_service.scattering.physical_optics.illumination import lit_facets
-from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.patches import is_concave, patch_spans
-from radar_service.scattering.physical_optics.path_fields import LegPhases, Wave, facet_fields, facet_phases
-from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, dot
 from radar_service.scattering.physical_optics.vessel_walls import STEEPEST
 from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.surface_sampling import triangle_frames
@@ -127,30 +120,6 @@ class PlatedWalls:
         away = np.abs(np.angle(np.exp(2j * (facing[:, None] - middle)))) / 2.0
         return bool((away <= half + ASLANT * width).any())
 
-    def of_tubes(self, tubes: RayTubes, normal: Floats) -> Floats:
-        """The share (M,) of the field that tubes keep over all their bounces. normal: (F, 3) of the triangles."""
-        direction = tubes.launch.direction.take(tubes.launched, axis=1)
-        kept = np.ones(len(tubes))
-        for triangle in tubes.chain:
-            there = by_axis(normal.take(triangle, axis=0))
-            facing = dot(there, direction)
-            kept *= self.coherent(facing, triangle)
-            direction = np.where(triangle >= 0, direction - 2.0 * facing * there, direction)
-        return kept
-
-    def fading(self, lit: LitFacets, lean: Floats | None) -> Floats:
-        """How much of its dents each facet (M,) has: 1 near the normal of its wall, 0 where it is flat."""
-        axis = self.axis[lit.triangle]
-        east, north, _ = lit.normal if lean is None else lean.T @ lit.normal
-        rays, turn = lit.rays[0], np.eye(3) if lean is None else lean.T
-        direction = turn @ np.stack([rays.east * rays.flat, rays.north * rays.flat, rays.rise])
-        level = np.maximum(np.hypot(east, north), 1.0 - STEEPEST)
-        along = (direction[0] * north - direction[1] * east) / level  # of travel, along the level tangent
-        step = np.where(axis == 0, np.abs(north), np.abs(east)) / level  # of the axis of frames, along that tangent
-        turns = self.wavenumber / np.pi * self.plating.frame * np.abs(along) / np.maximum(step, 0.5)
-        share = np.clip((self.zone[0] - turns) / FADING, 0.0, 1.0)
-        return np.where(axis >= 0, share * share * (3.0 - 2.0 * share), 0.0)
-
 
 def dents_db(body: Body, conditions: Conditions, aspects: Floats) -> float | None:
     """`ScatteringModel.dents_db` of a body by physical optics."""
@@ -174,101 +143,3 @@ def _drawn(plating: Plating, wall: Indices, bay: Indices, tier: Indices) -> Floa
         bits = bits ^ (bits >> np.uint64(31))
     uniform = (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
     return np.asarray(plating.depth * (1.0 + SPREAD * np.sqrt(12.0) * (uniform - 0.5)))
-
-
-class _Strips(NamedTuple):
-    """Parts (K,) of triangles: the triangle that each comes from, and weights (K, 3, 3) of its corners at those of each part."""
-
-    parent: Indices
-    weights: Floats
-
-
-def strips(place: Floats) -> _Strips:
-    """Cuts triangles where a coordinate, by which their corners have places (3, N), is a whole number."""
-    order = np.argsort(place, axis=0)
-    low, middle, high = np.take_along_axis(place, order, axis=0)
-    share = np.divide(middle - low, high - low, out=np.full(len(low), 0.5), where=high > low)
-    corner = np.eye(3)
-    opposite = share[:, None] * (corner[2] - corner[0]) + corner[0]  # on the longest edge, level with the middle corner
-    parents, parts = [], []
-    for apex, start, way, size in ((corner[0], low, 1.0, share), (corner[2], high, -1.0, 1.0 - share)):
-        span, first = np.abs(middle - start), np.ceil(way * start) - way * start
-        first = np.where(first <= 0.0, 1.0, first)
-        count = 1 + np.maximum(np.ceil(span - first).astype(np.int64), 0)
-        parent = np.repeat(np.arange(len(low)), count)
-        number = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
-        length = np.maximum(span, TINY)[parent]
-        begin, end = (np.clip((first[parent] + number + n) / length, 0.0, 1.0) for n in (-1, 0))
-        begin[number == 0] = 0.0
-        end[number == count[parent] - 1] = 1.0
-        across, near, far = opposite[parent], begin[:, None], end[:, None]
-        a, b = apex + near * (corner[1] - apex), apex + far * (corner[1] - apex)
-        c, d = apex + far * (across - apex), apex + near * (across - apex)
-        area = (end - begin) * size[parent]
-        for wide, quad in ((end, (a, b, c)), (begin, (a, c, d))):  # by the share of the area of the triangle
-            kept = np.flatnonzero(area * wide > TINY)
-            parents.append(parent[kept])
-            parts.append(np.stack([point[kept] for point in quad], axis=1))
-    joined, sorted_weights = np.concatenate(parents), np.concatenate(parts)
-    weights = np.empty(sorted_weights.shape)
-    np.put_along_axis(weights, order.T[joined][:, None, :], sorted_weights, axis=2)
-    return _Strips(joined, weights)
-
-
-def plated_fields(
-    walls: PlatedWalls, lit: LitFacets, planes: Planes, legs: Sequence[BodyLeg], lean: Floats | None, wave: Wave,
-    paths: Sequence[tuple[int, int]],
-) -> list[Complexes]:  # fmt: skip
-    """The `facet_fields` (V,) of lit facets by each path, plated ones dented. lean: of the frame from the body's own."""
-    fading = walls.fading(lit, lean)
-    dented = np.flatnonzero(fading > 0.0)
-    flat = replace(lit, share=np.where((fading > 0.0)[:, None], 0.0, lit.share))
-    phases = facet_phases(flat, wave)
-    fields = [facet_fields(flat, phases, out, back, wave) for out, back in paths]
-    for first in range(0, len(dented), AT_ONCE):
-        some = dented[first : first + AT_ONCE]
-        index, weights, parts, dents = _dented(walls, lit, some, fading, planes, legs, lean)
-        phases = [
-            _with_dents(phase, dents, np.abs(rays.along(parts.normal)), wave)
-            for phase, rays in zip(facet_phases(parts, wave), parts.rays, strict=True)
-        ]
-        for field, (out, back) in zip(fields, paths, strict=True):
-            shared = np.einsum("ki,kic->kc", facet_fields(parts, phases, out, back, wave).reshape(-1, 3), weights).ravel()
-            field.real += np.bincount(index, shared.real, len(field))
-            field.imag += np.bincount(index, shared.imag, len(field))
-    return fields
-
-
-class _Dents(NamedTuple):
-    """Depths [m] of strips (K,): at their corners (3, K), and at the middles of the edges opposite to these (3, K)."""
-
-    corner: Floats
-    middle: Floats
-
-
-def _dented(
-    walls: PlatedWalls, lit: LitFacets, which: Indices, fading: Floats, planes: Planes, legs: Sequence[BodyLeg],
-    lean: Floats | None,
-) -> tuple[Indices, Floats, LitFacets, _Dents]:  # fmt: skip
-    """Strips of facets `which`: the points of `lit` (3 K,) that share their fields, by which weights, the strips, their dents."""
-    corners = lit.points[lit.corner[:, which].T]
-    own = corners if lean is None else corners @ lean
-    axis = walls.axis[lit.triangle[which]]
-    place = np.take_along_axis(own, axis[:, None, None], axis=2)[..., 0].T * (STRIPS / walls.plating.frame)
-    parent, weights = strips(place)
-    facet = which[parent]
-    points, triangle = (weights @ corners[parent]).reshape(-1, 3), lit.triangle[facet]
-    corner = np.arange(len(points)).reshape(-1, 3).T
-    side, share = lit.side.take(facet, axis=0), lit.share.take(facet, axis=0)
-    parts = lit_facets(points, corner, triangle, lit.cell[facet], side, share, planes, legs)
-    there = weights @ own[parent]
-    middles = (there[:, [1, 2, 0]] + there[:, [2, 0, 1]]) / 2.0
-    dents = [walls.depths(each.reshape(-1, 3), np.repeat(triangle, 3)).reshape(-1, 3).T for each in (there, middles)]
-    return lit.corner[:, facet].T.ravel(), weights, parts, _Dents(*(fading[facet] * dent for dent in dents))
-
-
-def _with_dents(phases: LegPhases, dents: _Dents, facing: Floats, wave: Wave) -> LegPhases:
-    """The phases of a leg over strips whose corners are points of their own, on the dented surface. facing: (K,) cosine."""
-    corner = phases.corner - wave.wavenumber * (facing * dents.corner).T.ravel()
-    more = dents.middle - (dents.corner[[1, 2, 0]] + dents.corner[[2, 0, 1]]) / 2.0
-    return LegPhases(corner, phasors(corner), phases.bend - wave.wavenumber * facing * more)

@@ -5,11 +5,16 @@ import numpy as np
 from radar_service.numerics.frames import direction
 from radar_service.numerics.random import RAYS, generator
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.facet_integral import triangle_phases
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
+from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneOptics
+from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.study.stability.closed_form import WAVELENGTH
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
+from radar_service.world.body import Mesh
+from radar_service.world.poses import MAP_POSE
 
 WAVENUMBER = 2.0 * np.pi / WAVELENGTH
 BEAM, BEAM_EL, RAYS_PER_AZIMUTH = np.deg2rad(3.9), np.deg2rad(25.0), 2000  # of the default radar
@@ -119,13 +124,14 @@ def undersampled_facet(fine: int = 1) -> Finding:
 
 
 def _facet_power(exact: float) -> float:
-    """Returns the power of the plate by the engine's facets over the exact power."""
-    x = 0.5
-    corners = np.array([[[-x, 0, -x], [x, 0, -x], [x, 0, x]], [[-x, 0, -x], [x, 0, x], [-x, 0, x]]])
-    centre = corners.mean(axis=1)
-    gradient = np.broadcast_to(np.array([2.0 * np.sin(TILT), 0.0, 0.0]), (2, 3))
-    phases = triangle_phases(corners, centre, gradient, WAVENUMBER) * np.exp(-1j * WAVENUMBER * (gradient * centre).sum(1))
-    return float(abs(phases.mean() / exact) ** 2)
+    """Returns the power of the plate by the engine over the exact power."""
+    x, distance = 0.5, 1e6
+    mesh = Mesh(np.array([[-x, 0, -x], [x, 0, -x], [x, 0, x], [-x, 0, x]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    plate = PlaneOptics(PlanarPieces.of(mesh, np.zeros(2, dtype=np.int8)), Wave(WAVELENGTH, "h"), 1, 0.0)
+    antenna = distance * np.array([np.sin(TILT), -np.cos(TILT), 0.0])
+    echoes = plate.echoes((BodyLeg(False, MAP_POSE, antenna, np.inf),), -np.inf, Longest(x))
+    field = 2.0 * np.sqrt(np.pi) / WAVELENGTH * np.cos(TILT) * exact
+    return float(abs(echoes.amplitude.sum() / field) ** 2)
 
 
 STUDIES = (missed_targets, missed_sizes, undersampled_facet)

@@ -104,7 +104,7 @@ def _passage_error(scene: Scene) -> float:
 
 
 def _prepared(scene: Scene) -> Prepared:
-    return prepare(scene, replace(PRESETS["balanced"], trace_step_deg=0.0), 0)
+    return prepare(scene, PRESETS["balanced"], 0)
 
 
 def _field(prepared: Prepared, spoke: int) -> Profiles:
