@@ -1,6 +1,6 @@
 /* Legs at points of a body, direct or by the sea: as scattering/physical_optics/body_legs.py asks for them; in numpy tests/reference/legs.py. */
 
-#include "called.h"
+#include "geometry.h"
 
 static const double TINY = 1e-12; /* m */
 
@@ -30,33 +30,27 @@ static inline SeaRay sea_ray(Plan plan, double antenna_height, double earth_radi
     return ray;
 }
 
-/* Rays at points (M, 3) in the body's frame [m], M = count. position, antenna (3) on the map [m]; cosine, sine: of the heading. */
-/* Arrays: points (count, 3); position, antenna (3); length, east, north, rise, flat, curvature, tilt, arrives (count) */
-KERNEL int64_t leg_rays(const PointRays *rays) {
-    PointRays to = *rays;
-    const double *antenna = to.antenna, cosine = to.cosine, sine = to.sine, earth_radius = to.earth_radius;
-    for (int64_t i = 0; i < to.count; i++) {
-        Plan plan = plan_of(to.points + 3 * i, to.position, cosine, sine, antenna);
-        if (to.by_sea) {
+/* Rays at points (M, 3) in the body's frame [m], M = count: lengths (M) of the leg [m], unit directions (M, 3) of travel in that
+ * frame. position, antenna (3) on the map [m]; cosine, sine: of the heading. */
+/* Arrays: points (count, 3); position, antenna (3); length (count); direction (count, 3) */
+KERNEL int64_t leg_rays(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
+                        const double *antenna, double earth_radius, double *length, double *direction) {
+    for (int64_t i = 0; i < count; i++) {
+        Plan plan = plan_of(points + 3 * i, position, cosine, sine, antenna);
+        double z = plan.height - antenna[2] - plan.distance * plan.distance / (2.0 * earth_radius);
+        double way = larger(sqrt(plan.distance * plan.distance + z * z), TINY), rise = z / way;
+        if (by_sea) {
             SeaRay ray = sea_ray(plan, antenna[2], earth_radius);
-            double spreading = 1.0 + 2.0 * ray.first / (earth_radius * larger(ray.grazing_sine, TINY));
-            to.length[i] = ray.first + ray.second;
-            to.curvature[i] = spreading / larger(ray.first + ray.second * spreading, TINY);
-            to.rise[i] = ray.rise / larger(ray.second, TINY);
-            to.arrives[i] = ray.grazing_sine > 0.0;
-        } else {
-            double z = plan.height - antenna[2] - plan.distance * plan.distance / (2.0 * earth_radius);
-            to.length[i] = larger(sqrt(plan.distance * plan.distance + z * z), TINY);
-            to.curvature[i] = 1.0 / to.length[i];
-            to.rise[i] = z / to.length[i];
-            to.arrives[i] = 1;
+            way = ray.first + ray.second;
+            rise = ray.rise / larger(ray.second, TINY);
         }
-        to.east[i] = plan.east * cosine - plan.north * sine;
-        to.north[i] = plan.east * sine + plan.north * cosine;
-        to.flat[i] = sqrt(larger(1.0 - to.rise[i] * to.rise[i], 0.0));
-        to.tilt[i] = plan.distance / earth_radius;
+        double flat = sqrt(larger(1.0 - rise * rise, 0.0)), *to = direction + 3 * i;
+        length[i] = way;
+        to[0] = flat * (plan.east * cosine - plan.north * sine);
+        to[1] = flat * (plan.east * sine + plan.north * cosine);
+        to[2] = rise;
     }
-    return to.count;
+    return count;
 }
 
 /* What the curved sea leaves of fields (M) that it reflects: `sea_divergence` of tests/reference/legs.py; arguments as of `leg_rays`. */

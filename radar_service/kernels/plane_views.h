@@ -3,7 +3,6 @@
 #ifndef PLANE_VIEWS_H
 #define PLANE_VIEWS_H
 
-#include "called.h"
 #include "phasors.h"
 #include "polygons.h"
 
@@ -80,6 +79,10 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
         for (int i = 1; i < lit; i++) add_region(list, outside + i);
     }
 }
+
+/* Of leg_rays.c. */
+KERNEL int64_t leg_lengths(int64_t count, int64_t by_sea, const double *points, const double *position, double cosine, double sine,
+                           const double *antenna, double earth_radius, double *length);
 
 /* One way between the antenna and the body, as of a `BodyLeg`; in its frame a point, but for what the curved earth adds. */
 typedef struct {

@@ -2,42 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import body_rotation, map_from_body
-from radar_service.numerics.types import Complexes, Flags, Floats
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.world.poses import BodyPose
-
-
-class LegRays(NamedTuple):
-    """The rays of one leg at points (M,), in the body's own frame. Vectors are made of numbers where they are asked for.
-
-    length: of the leg [m].
-    east, north: (M,) horizontal unit vector of travel, along the frame's x and y.
-    rise, flat: (M,) sine and cosine of the elevation of travel.
-    curvature: (M,) of the wavefront in the vertical plane [1/m]; across it is 1 / length.
-    tilt: (M,) by which the ray rises more steeply against the body, as the earth curves away from the antenna [rad].
-    arrives: (M,) whether a ray gets there over the curved earth.
-    """
-
-    length: Floats
-    east: Floats
-    north: Floats
-    rise: Floats
-    flat: Floats
-    curvature: Floats
-    tilt: Floats
-    arrives: Flags
-
-    @property
-    def direction(self) -> Floats:
-        """Unit vectors (M, 3) of travel."""
-        return np.stack([self.east * self.flat, self.north * self.flat, self.rise], axis=1)
 
 
 @dataclass(frozen=True)
@@ -62,8 +35,9 @@ class BodyLeg:
     def eye(self, middle: Floats) -> Floats:
         """The point (3,) in the body's frame from which straight lines run as the leg does about the middle (3,) of the body
         [m]."""
-        rays = self.rays(middle[None])
-        return np.asarray(middle - rays.length[0] * rays.direction[0] / np.linalg.norm(rays.direction[0]))
+        length, direction = np.empty(1), np.empty(3)
+        KERNELS.leg_rays(1, self.by_sea, *self._to(middle[None]), length, direction[None])
+        return np.asarray(middle - length * direction / np.linalg.norm(direction))
 
     def screens(self, middle: Floats, eye: Floats) -> Floats:
         """The triangles (T, 3, 3) of other bodies that hide parts of this one, as the eye has them in the body's frame [m];
@@ -88,12 +62,6 @@ class BodyLeg:
     def on_map(self, points: Floats) -> Floats:
         """Points (..., 3) of the body's frame on the map [m]."""
         return map_from_body(points, self.pose.position, self.pose.heading)
-
-    def rays(self, points: Floats) -> LegRays:
-        """The rays at points (M, 3) in the body's frame [m]."""
-        rays = LegRays._make([*np.empty((7, len(points))), np.empty(len(points), dtype=np.bool_)])
-        KERNELS.leg_rays(len(points), self.by_sea, *self._to(points), *rays)
-        return rays
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
