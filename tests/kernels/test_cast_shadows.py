@@ -5,7 +5,6 @@ import pytest
 
 from radar_service.numerics.types import Flags, Floats
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker, silhouettes
-from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.trace.triangle_clusters import Test, TriangleClusters
 from radar_service.world.poses import BodyPose
@@ -32,21 +31,6 @@ def body(count: int) -> Floats:
     return corners[:count]
 
 
-@pytest.mark.parametrize("casters", [0, 1, 8])
-@pytest.mark.parametrize("count", [0, 1, 60])
-def test_parts_and_light_are_those_of_numpy(count: int, casters: int) -> None:
-    """As much of each triangle in the light and in the shadow, to the rounding of coordinates of 100 m; more
-    parts than there is room for at first."""
-    corners, cast = body(count), shadows(casters)
-    results = both(lambda: cast.cut(corners, lambda points: points))
-    shares = []
-    for parts, origin, lit in results:
-        shares.append(np.bincount(2 * origin + lit, areas(parts), 2 * count))
-        shares.append(np.stack([np.bincount(2 * origin + lit, areas(parts) * x, 2 * count) for x in parts.mean(axis=1).T]))
-    np.testing.assert_allclose(shares[0], shares[2], rtol=0.0, atol=1e-10)
-    np.testing.assert_allclose(shares[1], shares[3], rtol=0.0, atol=1e-8)  # their middles
-    if (count, casters) == (60, 8):
-        assert len(results[0][1]) > 2 * count + 64 and 0.0 < results[0][2].mean() < 1.0
 
 
 @pytest.mark.parametrize("casters", [0, 8])
@@ -57,17 +41,6 @@ def test_points_in_the_light_are_those_of_numpy(casters: int) -> None:
     assert casters == 0 or 0.0 < compiled.mean() < 1.0
 
 
-@pytest.mark.parametrize("casters", [0, 1, 8])
-def test_triangles_in_one_shadow_are_those_of_numpy_and_have_no_light(casters: int) -> None:
-    """Half as large as those of the body, about their middles. By `cut` they are dark, and so are some in several shadows."""
-    corners, cast = body(60), shadows(casters)
-    small = corners.mean(axis=1, keepdims=True) + 0.5 * (corners - corners.mean(axis=1, keepdims=True))
-    compiled, by_numpy = both(lambda: cast.dark(small, lambda points: points))
-    np.testing.assert_array_equal(compiled, by_numpy)
-    parts, origin, lit = cast.cut(small, lambda points: points)
-    throughout = np.bincount(origin, minlength=60) > np.bincount(origin, lit, minlength=60)
-    throughout &= np.bincount(origin, lit, minlength=60) == 0
-    assert throughout[compiled].all() and (casters < 8 or 0 < compiled.sum() < throughout.sum() < 60)
 
 
 @pytest.mark.parametrize("casters", [0, 1, 8])

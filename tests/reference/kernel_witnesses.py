@@ -3,17 +3,12 @@
 They share no code with the kernels, and serve nobody but tests (`tests/kernels/both.py`). Shapes are those of the C text.
 """
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scattering.physical_optics.facet_integral import CURRENT, specular_reflection
-from radar_service.scattering.physical_optics.facets import areas
-from radar_service.scattering.physical_optics.ray_tubes import dot
-from tests.reference.facet_integral import corner_phasors, scattering_amplitude
 from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
 from tests.reference.shadow_witnesses import (
     cast_cuts,
@@ -29,7 +24,7 @@ from tests.reference.shadow_witnesses import (
     silhouettes,
     stand_before,
 )
-from tests.reference.tube_witness import GRAZING, reflect_tubes, take_tubes
+from tests.reference.tube_witness import reflect_tubes, take_tubes
 
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
 ON_PLANE, BESIDE, ALONG = 1e-6, 1e-9, 1e-5  # m from a plane; rad outside a triangle, and off its side
@@ -223,161 +218,33 @@ def leg_lengths(
     return count
 
 
-def sags(
-    count: int, vectors: int, edge: Floats, east: Floats, north: Floats, rise: Floats, flat: Floats, length: Floats,
-    curvature: Floats, result: Floats,
-) -> int:  # fmt: skip
-    level, upright = edge[0] * north - edge[1] * east, edge[2] * flat - (edge[0] * east + edge[1] * north) * rise
-    result[:] = -0.5 * (level**2 / length + upright**2 * curvature)
-    return count
 
 
 # ---- facets ----
 
 
-def cut_triangles(count: int, room: int, corners: Floats, longest: Floats, parts: Floats, origin: Indices) -> int:
-    done = [(part, n) for n in range(count) for part in _halved_to(corners[n], longest[n])]
-    for n, (part, of) in enumerate(done[:room]):
-        parts[n], origin[n] = part, of
-    return len(done)
 
 
-def _halved_to(triangle: Floats, longest: float) -> list[Floats]:
-    edges = np.sqrt(((triangle[[1, 2, 0]] - triangle) ** 2) @ np.ones(3))
-    edge = int(edges.argmax())
-    if edges[edge] <= longest:
-        return [triangle]
-    a, b, c = triangle[edge], triangle[(edge + 1) % 3], triangle[(edge + 2) % 3]
-    middle = (a + b) / 2.0
-    return [*_halved_to(np.stack([a, middle, c]), longest), *_halved_to(np.stack([middle, b, c]), longest)]
 
 
-def welded(count: int, corners: Floats, number: Indices, points: Floats) -> int:
-    known: dict[bytes, int] = {}
-    for corner in range(3):
-        for i, point in enumerate(corners[:, corner] + 0.0):
-            number[corner, i] = known.setdefault(point.tobytes(), len(known))
-            points[number[corner, i]] = point
-    return len(known)
 
 
-def dry_facets(
-    count: int, points: Floats, corner: Indices, level: float, dry: Indices, crossed: Indices, crossings: Indices
-) -> int:
-    wet = (points[:, 2] < level)[corner].sum(axis=0)
-    of_dry, of_crossed = np.flatnonzero(wet == 0), np.flatnonzero((wet > 0) & (wet < 3))
-    dry[: len(of_dry)], crossed[: len(of_crossed)], crossings[0] = of_dry, of_crossed, len(of_crossed)
-    return len(of_dry)
 
 
-def renumbered(count: int, size: int, index: Indices, place: Indices, used: Indices, number: Indices) -> int:
-    occurs, number[:] = np.unique(index, return_inverse=True)
-    used[: len(occurs)] = occurs
-    return len(occurs)
 
 
-def facet_shapes(count: int, points: Floats, corner: Indices, edges: Floats, centre: Floats, area: Floats) -> int:
-    at = points.T[:, corner]
-    edges[:], centre[:] = at[:, [1, 2, 0]] - at[:, [2, 0, 1]], at.mean(axis=1).T
-    area[:] = np.linalg.norm(np.cross(edges[:, 0].T, edges[:, 1].T), axis=1) / 2.0
-    return count
 
 
-def facet_fields(
-    count: int, legs: int, out: int, back: int, level: int, corner: Indices, normal: Floats, area: Floats, side: Any,
-    share: Floats, *of_legs: Any,
-) -> int:  # fmt: skip
-    names = ("east", "north", "rise", "flat", "length", "bend", "phase", "at", "way")
-    one, other = (SimpleNamespace(**dict(zip(names, of_legs[first : first + 9], strict=True))) for first in (0, 9))
-    visible = share[:, out] * (share[:, back] if back != out else 1.0)
-    both = np.flatnonzero((visible > 0.0) & (side[:, out] == side[:, back]))
-    current = _current(one, other, normal, level) + (_current(other, one, normal, level) if back != out else 0.0)
-    strength = (current * area * visible * side[:, out])[both]
-    corner = corner[:, both]
-    parts = corner_phasors((one.phase + other.phase)[corner], (one.bend + other.bend)[:, both])
-    spreading = one.way[corner] / one.length[both] + other.way[corner] / other.length[both] - 2.0
-    np.add.at(of_legs[-1], corner, parts * (1.0 - 0.5 * spreading) * strength)
-    return count
 
 
-def _current(out: Any, back: Any, normal: Floats, level: int) -> Floats:
-    """(p . d)(n . E) - (p . E)(n . d) of facets (M,) from a leg into another."""
-
-    def vectors(ray: Any) -> tuple[Floats, Floats]:
-        nothing = np.zeros_like(ray.east)
-        direction = np.stack([ray.east * ray.flat, ray.north * ray.flat, ray.rise])
-        upright = np.stack([-ray.east * ray.rise, -ray.north * ray.rise, ray.flat])
-        return direction, np.stack([ray.north, -ray.east, nothing]) if level else upright
-
-    (d, field), (_, received) = vectors(out), vectors(back)
-    return np.asarray(dot(received, d) * dot(normal, field) - dot(received, field) * dot(normal, d))
 
 
-def tube_fields(
-    count: int, starts: int, level: int, wavenumber: float, corners: Floats, centre: Floats, direction: Floats, field: Floats,
-    normal: Floats, begin: Floats, length: Floats, first_length: Floats, launched: Indices, out: Floats, share: Floats,
-    east: Floats, north: Floats, rise: Floats, flat: Floats, back_length: Floats, curvature: Floats, amplitude: Any,
-    position: Floats,
-) -> int:  # fmt: skip
-    back = np.stack([east * flat, north * flat, rise])
-    levels, uprights = np.stack([north, -east, 0.0 * east]), np.stack([-east * rise, -north * rise, flat])
-    offset = (corners - centre).transpose(1, 0, 2)
-    vectors = np.concatenate([offset, offset[:, [1, 2, 0]] - offset[:, [2, 0, 1]]], axis=1)
-    along, back_along, aside, up = (dot(vectors, axis[:, None]) for axis in (direction, back, levels, uprights))
-    bent = (dot(vectors, vectors) - along**2) / length + aside**2 / back_length + up**2 * curvature
-    phases = -wavenumber * (along[:3] + back_along[:3] + bent[:3] / 2.0)
-    mean = corner_phasors(phases, wavenumber / 8.0 * bent[3:]).sum(axis=0)
-    surface = areas(corners.transpose(2, 0, 1)) * share[launched] * mean
-    received = levels if level else uprights
-    amplitude[:] = scattering_amplitude(direction.T, field.T, received.T, normal.T, surface, 1.0) / CURRENT
-    amplitude *= np.exp(-1j * wavenumber * (length + back_length))
-    half, first = (centre - begin) / 2.0, out[:, launched]
-    missing = (length - first_length - _spherical(half, first, first_length) - _spherical(-half, back, back_length)) / 2.0
-    gradient = (first + back) / 2.0
-    position[:] = (begin + half + gradient * (missing / np.maximum(dot(gradient, gradient), 1e-3))).T
-    return count
 
 
-def _spherical(offset: Floats, direction: Floats, length: Floats) -> Floats:
-    """How much longer a way (M,) is to points at offsets (3, M) [m]."""
-    along = dot(offset, direction)
-    return np.asarray(along + (dot(offset, offset) - along * along) / (2.0 * length))
 
 
-def turned_corners(count: int, corners: Floats, matrix: Floats, turned: Floats, centre: Floats) -> int:
-    turned[:] = np.einsum("ik,ckm->cim", matrix, corners)
-    centre[:] = turned.mean(axis=0).T
-    return count
 
 
-def kept_tubes(
-    count: int, surfaces: int, level: int, water: float, chain: Indices, point: Floats, plane_normal: Floats, east: Floats,
-    north: Floats, rise: Floats, flat: Floats, first_length: Floats, begin: Floats, corners: Floats, share: Floats,
-    outward: Floats, polarized: Floats,
-    centre: Floats, normal: Floats, direction: Floats, field: Floats, length: Floats, bounces: Indices,
-    last: Indices,
-) -> int:  # fmt: skip
-    outward[:] = east * flat, north * flat, rise
-    polarized[:] = (north, -east, 0.0 * east) if level else (-east * rise, -north * rise, flat)
-    centre[:], direction[:], field[:], length[:] = begin.T, outward, polarized, first_length
-    for i in range(count):
-        way, electric, at = direction[:, i], field[:, i], corners[:, :, i]
-        for number, triangle in enumerate(chain[chain[:, i] >= 0, i]):
-            if number:
-                turned, electrics = specular_reflection(way[None], electric[None], normal[None, :, i])
-                way[:], electric[:] = turned[0], electrics[0]
-            facing = plane_normal[triangle]
-            normal[:, i] = -facing if facing @ way > 0.0 else facing
-            if number:
-                along = normal[:, i] @ way
-                along = np.copysign(GRAZING, along) if abs(along) < GRAZING else along
-                travel = (point[triangle] - at) @ normal[:, i] / along
-                at += travel[:, None] * way
-                centre[:, i] += travel.mean() * way
-                length[i] += travel.mean()
-            bounces[i], last[i] = number + 1, triangle
-    share *= (begin[:, 2] > water) & (centre[2] > water)
-    return count
 
 
 # ---- the lattice of centres ----
