@@ -71,7 +71,7 @@ class OpticalBody:
         amplitude, result = echoes.amplitude * self.reflectivity ** (echoes.surfaces / 2.0), []
         for (out, back), weight in zip(PATHS, weights, strict=False):
             part = np.where(echoes.ways == out + back, amplitude, 0.0) * weight
-            sums = lattice.sums(slice(len(part)), part) * wave.phasor(lengths[out] + lengths[back])
+            sums = lattice.sums(slice(len(part)), part) * wave.phasor(-lengths[out] - lengths[back])
             kept = strongest(np.abs(sums * received))
             result.append(PathCentres(out + back, lattice.nodes[kept], sums[kept]))
         return result
