@@ -7,6 +7,7 @@
 
 static const double TURN = 6.283185307179586; /* 2 pi */
 static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin of 1.4 degrees, above which edges are summed */
+static const double BENT = 800.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */
 
@@ -142,7 +143,7 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
     double k = o->wavenumber;
     Complex sum[MOST];
     for (int i = 0; i < p->n; i++) {
-        if (at[i].steep < STEEP * STEEP || vdot(at[i].gradient, at[0].gradient) < 0.5 * at[0].steep) return 0;
+        if (at[i].steep < larger(STEEP * STEEP, BENT / (k * at[i].path)) || vdot(at[i].gradient, at[0].gradient) < 0.5 * at[0].steep) return 0;
         sum[i] = complex_of(0.0, 0.0);
     }
     for (int i = 0; i < p->n; i++) {
