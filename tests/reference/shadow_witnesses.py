@@ -200,7 +200,7 @@ def skyline(
     count: int, room: int, left: float, right: float, low: float, high: float, tolerance: float, ahead: Floats, corners: Floats,
     shift: Floats, chords: Floats,
 ) -> int:  # fmt: skip
-    """Exact, where the kernel keeps within the tolerance: a chord between any two u where an edge ends, or meets another or a limit."""
+    """Exact, where the kernel keeps within the tolerance: a chord between any two u where an edge ends or meets another."""
     lines = [_edge_in_picture(*ends, ahead, left, right) + [[at, 0.0]] for triangle, at in zip(corners, shift, strict=True)
              for ends in zip(triangle, np.roll(triangle, -1, axis=0), strict=True)]  # fmt: skip
     lines = [line for line in lines if line[0, 0] < line[1, 0]]
@@ -223,7 +223,7 @@ def skyline(
 
 
 def _edge_in_picture(p: Floats, q: Floats, ahead: Floats, left: float, right: float) -> Floats:
-    """An edge in the picture of `skyline` from left to right (2, 2), (u, v) at both ends; without width where it is not in there."""
+    """An edge in the picture of `skyline` from left to right (2, 2), (u, v) at both ends; without width where it is not there."""
     along = np.array([[ahead[1], -ahead[0], 0.0], [*ahead, 0.0], [0.0, 0.0, 1.0]])
     begin, end = along @ p, along @ q
     share = [0.0, 1.0]

@@ -228,8 +228,8 @@ class Onlooker(NamedTuple):
     def _rings(self, number: int, corners: Floats) -> Indices:
         """Groups of triangles (T, 3, 3) on the map [m] for their outline: (T,), by the sea (2 T,) in both pictures.
 
-        A ray by the sea may pass over one shore, meet the sea and pass below the image of the next. So each picture has rings about
-        the antenna, whose shores are a share 1 / RINGS of the body's height apart; all rays pass over ring 0.
+        A ray by the sea may pass over one shore, meet the sea and pass below the image of the next. So each picture has rings
+        about the antenna, whose shores are a share 1 / RINGS of the body's height apart; no ray meets the sea in ring 0.
         """
         if number == 0:
             return np.zeros(len(corners), dtype=np.int64)

@@ -1,7 +1,8 @@
 """The outline of many triangles before a body, as the antenna has it: a few quads that cast the same shadow.
 
-On a plane across the way to the body, at a distance of 1, a virtual position has coordinates u to the right and v up. Straight edges
-stay straight there. The outline is what lies between the lowest and the highest point of the triangles at each u.
+On a plane across the way to the body, at a distance of 1, a virtual position has coordinates u to the right and v up. Straight
+edges stay straight there. The outline is what lies between the lowest and the highest point of the triangles at each u: as
+ground reaches down to the sea, what lies below its skyline, and of a bridge no more than the bridge.
 """
 
 from typing import NamedTuple, Self
@@ -52,22 +53,23 @@ class Outlook(NamedTuple):
         u, v = virtual[:, :2] @ [ahead[1], -ahead[0]] / along, virtual[:, 2] / along
         if np.abs(u).max() > WIDEST:
             return None
-        wider, higher = MARGIN * np.ptp(u), MARGIN * np.ptp(v)
-        bounds = (u.min() - wider, u.max() + wider, v.min() - higher, v.max() + higher)
-        tolerance = max(SHARE * np.ptp(v), FINEST / along.max())
-        return cls(ahead, *map(float, bounds), nearest, float(along.mean()), float(tolerance))
+        left, right, low, high = (float(bound) for bound in (u.min(), u.max(), v.min(), v.max()))
+        wider, higher = MARGIN * (right - left), MARGIN * (high - low)
+        bounds = (left - wider, right + wider, low - higher, high + higher)
+        tolerance = max(SHARE * (high - low), FINEST / float(along.max()))
+        return cls(ahead, *bounds, nearest=nearest, middle=float(along.mean()), tolerance=tolerance)
 
     def outlines(self, virtual: Floats, group: Indices, distance: float) -> Floats:
-        """Triangles (N, 3, 3) at a distance along `ahead` [m] that hide what triangles (T, 3, 3) of groups (T,) do before it, all at
-        virtual positions. Groups that overlap at all u are one; a group that has fewer triangles stays itself."""
+        """Triangles (N, 3, 3) at a distance along `ahead` [m] that hide what triangles (T, 3, 3) of groups (T,) do before it, all
+        at virtual positions. Groups that overlap at all u are one; a group that has fewer triangles stays itself."""
         order = np.argsort(group, kind="stable")
         virtual, group = virtual[order], group[order]
         strips, of_strip = self._strips(virtual, virtual, group)
         if group.any() and len(strips):
             layer = self._layers(strips, of_strip, 1 + int(group.max()))
             group = layer[group]
-            lines = [self._in_space(strips[:, [0, edge]].transpose(0, 2, 1))[:, [0, 1, 1]] for edge in (2, 1)]
-            strips, of_strip = self._strips(*lines, layer[of_strip])
+            below, above = (self._in_space(strips[:, [0, edge]].transpose(0, 2, 1))[:, [0, 1, 1]] for edge in (1, 2))
+            strips, of_strip = self._strips(above, below, layer[of_strip])
         u, low, high = strips.transpose(1, 0, 2)
         drawn, most = (high - low)[:, ::-1] > SLIVER * self.tolerance, 1 + int(group.max(initial=0))
         fewer = np.bincount(of_strip, drawn.sum(axis=1), most) < np.bincount(group, minlength=most)
@@ -81,7 +83,8 @@ class Outlook(NamedTuple):
         above, below: triangles (T, 3, 3) of groups (T,) at virtual positions, for the highest and the lowest points.
         """
         pitch = 2.0 * (self.right - self.left)
-        upper, lower = self._skyline(above, pitch * group), self._skyline(below, pitch * group, -1.0)
+        shift: Floats = pitch * group.astype(np.float64)
+        upper, lower = self._skyline(above, shift), self._skyline(below, shift, -1.0)
         cuts = np.unique(np.concatenate([upper[:, :, 0], lower[:, :, 0]]))
         cuts = cuts[np.diff(cuts, prepend=-np.inf) > NARROW * pitch]
         within = (cuts[1:] + cuts[:-1]) / 2.0
@@ -89,7 +92,7 @@ class Outlook(NamedTuple):
         strip = np.flatnonzero((top >= 0) & (bottom >= 0))
         u = np.stack([cuts[strip], cuts[strip + 1]], axis=1)
         of_strip = np.rint((within[strip] - self.left) / pitch - 0.25).astype(np.int64)
-        ends = [_between(*chords.transpose(2, 0, 1), u) for chords in (lower[bottom[strip]], upper[top[strip]])]
+        ends = [_between(c[..., 0], c[..., 1], u) for c in (lower[bottom[strip]], upper[top[strip]])]
         return np.stack([u - pitch * of_strip[:, None], *ends], axis=1), of_strip
 
     def _layers(self, strips: Floats, of_strip: Indices, groups: int) -> Indices:
@@ -115,8 +118,8 @@ class Outlook(NamedTuple):
         return np.concatenate([plan, points[..., 1:]], axis=-1)
 
     def _skyline(self, virtual: Floats, shift: Floats, up: float = 1.0) -> Floats:
-        """Chords (C, 2, 2) of (u, v) along the highest points of triangles (T, 3, 3) at virtual positions, shifted in u by (T,); up:
-        -1 for the lowest."""
+        """Chords (C, 2, 2) of (u, v) along the highest points of triangles (T, 3, 3) at virtual positions, shifted in u by (T,);
+        up: -1 for the lowest."""
         low, high = (self.low, self.high) if up > 0.0 else (-self.high, -self.low)
         bounds, turned, room = (self.left, self.right, low, high, self.tolerance / 2.0), virtual * [1.0, 1.0, up], 256
         while True:

@@ -27,7 +27,11 @@ def terrain(draw: np.random.Generator, columns: int, rows: int, far: float, top:
     height = np.full(east.shape, -0.35 * top)
     for _ in range(int(draw.integers(4, 16))):
         middle, size = draw.uniform([-0.15, 0.1], [0.15, 1.0]) * far, draw.uniform(0.01, 0.08, 2) * far
-        height += draw.uniform(0.2, 1.0) * top * np.exp(-(((east - middle[0]) / size[0]) ** 2) - ((north - middle[1]) / size[1]) ** 2)
+        height += (
+            draw.uniform(0.2, 1.0)
+            * top
+            * np.exp(-(((east - middle[0]) / size[0]) ** 2) - ((north - middle[1]) / size[1]) ** 2)
+        )
     height += draw.normal(0.0, 0.03 * top, east.shape)
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     faces = np.concatenate([np.stack([a, a + 1, a + columns], 1), np.stack([a + 1, a + columns + 1, a + columns], 1)])
@@ -36,7 +40,9 @@ def terrain(draw: np.random.Generator, columns: int, rows: int, far: float, top:
 
 def body_box(distance: float, width: float, height: float) -> Floats:
     """The corners (8, 3) of a box upon the sea to the north."""
-    return np.stack(np.meshgrid([-width / 2, width / 2], [distance, distance + 0.2 * width], [0.0, height]), axis=-1).reshape(8, 3)
+    return np.stack(
+        np.meshgrid([-width / 2, width / 2], [distance, distance + 0.2 * width], [0.0, height]), axis=-1
+    ).reshape(8, 3)
 
 
 def face(corners: Floats, count: int) -> Floats:
@@ -50,7 +56,9 @@ def ray_cast(meshes: list[Mesh], points: Floats, picture: Picture) -> Flags:
     """Which points (M, 3) the antenna has in a picture past meshes."""
     first, *others = scene([point("t", 0, 900), *({"name": f"m{k}", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9,
                                                   "rcs_dbsm": 0} for k in range(len(meshes)))]).bodies  # fmt: skip
-    made = OcclusionScene([first, *(replace(body, mesh=mesh) for body, mesh in zip(others, meshes))], picture.earth_radius)
+    made = OcclusionScene(
+        [first, *(replace(body, mesh=mesh) for body, mesh in zip(others, meshes, strict=True))], picture.earth_radius
+    )
     surface = SurfacePoints(np.zeros(len(points), dtype=np.int64), np.full(len(points), -1), points)
     if not picture.by_sea:
         return made.visible(surface, picture.antenna, 0.0, 1e6)
@@ -68,8 +76,8 @@ def differing(made: Onlooker, shadows: CastShadows, meshes: list[Mesh], count: i
 # Of 40: those where something hides part of the face.
 @pytest.mark.parametrize("seed", [2, 3, 4, 9, 12, 17, 24, 29, 35, 38, 39])
 def test_an_outline_of_terrain_hides_what_rays_do_not_reach(seed: int) -> None:
-    """Random islands and hills before a random box: less than 0.5 % of its face differs from ray casting. At each place across, the
-    height that differs is the stated error of two edges, and by the sea of a gap between shores that is filled."""
+    """Random islands and hills before a random box: less than 0.5 % of its face differs from ray casting. At each place across,
+    the height that differs is the stated error of two edges, and by the sea of a gap between shores that is filled."""
     draw, earth = np.random.default_rng(seed), (np.inf, EARTH)[seed % 2]
     distance, antenna = draw.uniform(600.0, 4000.0), np.array([0.0, 0.0, draw.uniform(8.0, 40.0)])
     columns, rows = (int(n) for n in draw.integers([20, 30], [60, 120]))
@@ -95,7 +103,7 @@ def row_of_boxes(count: int, bottom: float, top: float) -> Mesh:
 
 @pytest.mark.parametrize("bottom", [0.0, 8.5], ids=["wall", "bridge"])
 def test_too_many_triangles_cast_the_shadow_of_their_outline(bottom: float) -> None:
-    """By similar triangles from 15 m to a plate at 100 m; what of a bridge lies below it is no part of its outline. 2 cm at each edge."""
+    """By similar triangles from 15 m to a plate at 100 m; what lies below a bridge is no part of its outline. 2 cm an edge."""
     boxes = row_of_boxes(MAX_TRIANGLES // 4, bottom, 9.5)
     (shadows,) = onlooker(100.0).shadows([(TriangleClusters(boxes), MAP_POSE)])
     assert len(shadows) <= 8
@@ -107,7 +115,10 @@ def test_land_in_which_a_body_stands_hides_it_up_to_its_middle(monkeypatch: pyte
     """Slabs that reach from before a box to behind it, too many to stay triangles."""
     monkeypatch.setattr(cast_shadows, "MAX_TRIANGLES", 5)
     slabs = [box((-50.0, 90.0, 0.0), (50.0, 120.0, top)) for top in (1.0, 2.0, 3.0)]
-    joined = Mesh(np.concatenate([slab.vertices for slab in slabs]), np.concatenate([slab.faces + 8 * k for k, slab in enumerate(slabs)]))
+    joined = Mesh(
+        np.concatenate([slab.vertices for slab in slabs]),
+        np.concatenate([slab.faces + 8 * k for k, slab in enumerate(slabs)]),
+    )
     made = Onlooker(body_box(100.0, 10.0, 6.0), (Picture(np.array([0.0, 0.0, 15.0]), np.inf, False),), 500)
     (shadows,) = made.shadows([(TriangleClusters(joined, True), MAP_POSE)])
     up = np.linspace(0.1, 5.9, 59)
