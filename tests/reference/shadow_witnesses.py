@@ -145,9 +145,10 @@ def shadow_planes(count: int, corners: Floats, kept: Floats, plane: Floats, offs
     planes = np.stack([np.cross(a, b), np.cross(b, c), np.cross(c, a), np.cross(b - a, c - a)], axis=1)
     planes /= np.maximum(np.linalg.norm(planes, axis=2, keepdims=True), 1e-30)
     far, away = np.linalg.norm(a, axis=1), np.einsum("tx,tx->t", planes[:, 3], a)
-    planes[:, :3] *= np.sign(np.einsum("tx,tx->t", planes[:, 0], c))[:, None, None]
+    turn = np.sign(np.einsum("tx,tx->t", planes[:, 0], c))
+    planes[:, :3] *= turn[:, None, None]
     planes[:, 3] *= np.sign(away)[:, None]
-    casts = np.flatnonzero(np.abs(away) > EDGE_ON * far)
+    casts = np.flatnonzero((np.abs(away) > EDGE_ON * far) & (turn != 0.0))
     total = len(casts)
     kept[:total], plane[:total], offset[:total] = corners[casts], planes[casts], 0.0
     offset[:total, 3] = (np.abs(away) * (1.0 + NEAR / np.maximum(far, NEAR) + NEAR_SHARE))[casts]

@@ -105,10 +105,13 @@ def row_of_boxes(count: int, bottom: float, top: float) -> Mesh:
 def test_too_many_triangles_cast_the_shadow_of_their_outline(bottom: float) -> None:
     """By similar triangles from 15 m to a plate at 100 m; what lies below a bridge is no part of its outline. 2 cm an edge."""
     boxes = row_of_boxes(MAX_TRIANGLES // 4, bottom, 9.5)
-    (shadows,) = onlooker(100.0).shadows([(TriangleClusters(boxes), MAP_POSE)])
+    shadows, by_sea = onlooker(100.0, by_sea=True).shadows([(TriangleClusters(boxes), MAP_POSE)])
     assert len(shadows) <= 8
     hidden = 15.0 - 5.5 * 100.0 / 60.5 - max(15.0 - (15.0 - bottom) * 100.0 / 60.0, 0.0)
     assert 48.0 - lit_area(shadows, 100.0) == pytest.approx(8.0 * hidden, abs=8.0 * 2 * FINEST)
+    assert lit_area(by_sea, 100.0) == pytest.approx(
+        48.0 if bottom else 0.0, abs=1e-6
+    )  # at 60 m these rays are up to 6 m high
 
 
 def test_land_in_which_a_body_stands_hides_it_up_to_its_middle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,8 +124,8 @@ def test_land_in_which_a_body_stands_hides_it_up_to_its_middle(monkeypatch: pyte
     )
     made = Onlooker(body_box(100.0, 10.0, 6.0), (Picture(np.array([0.0, 0.0, 15.0]), np.inf, False),), 500)
     (shadows,) = made.shadows([(TriangleClusters(joined, True), MAP_POSE)])
-    up = np.linspace(0.1, 5.9, 59)
+    up = np.linspace(0.1, 5.9, 581)
     near, far = (shadows.visible(np.stack([0.0 * up, 0.0 * up + north, up], axis=1)) for north in (100.0, 102.0))
     # 2 cm of 6 m: the near face behind the slabs' near walls, and the far one behind their tops before the middle
-    assert (near == (up > 15.0 - 12.0 * 100.0 / 90.0)).mean() > 0.96
-    assert (far == (up > 15.0 - 12.0 * 102.0 / 101.0)).mean() > 0.96
+    assert (near == (up > 15.0 - 12.0 * 100.0 / 90.0)).mean() > 0.99
+    assert (far == (up > 15.0 - 12.0 * 102.0 / 101.0)).mean() > 0.99
