@@ -24,14 +24,13 @@ def exact(hidden: Floats, seen: Floats, triangle: Indices) -> Floats:
 
 
 @pytest.mark.parametrize("exactly", [True, False], ids=["edges by triangles", "edges by search"])
-@pytest.mark.parametrize("crowded", [True, False])
 @pytest.mark.parametrize("count", [0, 1, COUNT])
-def test_parts_are_those_of_numpy(count: int, crowded: bool, exactly: bool) -> None:
+def test_parts_are_those_of_numpy(count: int, exactly: bool) -> None:
     """In the same order, to the rounding of coordinates of 1 m; with isosceles facets, one without area, and ones on one side."""
     corners = np.random.default_rng(4).uniform(-1.0, 1.0, (COUNT, 3, 3))
     corners[1], corners[2], corners[3] = [[-1, -1, 0], [1, -1, 0], [0, 2, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]], 0.3
     corners[4] = [[9, 9, 0], [10, 9, 0], [9, 10, 0]]
-    args = corners[:count], np.arange(count), sunny, crowded, 12.0, exact if exactly else None
+    args = corners[:count], np.arange(count), sunny, 12.0, exact if exactly else None
     compiled, by_numpy = both(lambda: visible_parts(*args))
     np.testing.assert_array_equal(compiled.origin, by_numpy.origin)
     np.testing.assert_array_equal(compiled.share, by_numpy.share)

@@ -79,10 +79,9 @@ class BodyLeg:
     pose: of the body.
     antenna: (3,) on the map [m].
     earth_radius: effective, inf for flat [m].
-    visible: which points on which triangles the leg reaches past the body itself, and past all others where `others` is None.
-    others: the shadows of all others, where they are few enough to be exact.
+    visible: which points on which triangles the leg reaches past the body itself.
+    others: the shadows of all others.
     edges: finds the edges of its own shadows exactly; None where shadows are searched for by `visible` alone.
-    crowded: whether `visible` holds the shadows of other bodies.
     strength: no less than the field by this leg over that by the direct one, anywhere on the body.
     sea: the field of this leg where diffraction counts; of all paths where it stands for them; None: that of a ray.
     """
@@ -93,7 +92,6 @@ class BodyLeg:
     earth_radius: float
     visible: Visible
     edges: Edges | None = None
-    crowded: bool = True
     strength: float = 1.0
     sea: SeaField | None = None
     others: CastShadows | None = None

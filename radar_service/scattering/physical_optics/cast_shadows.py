@@ -168,7 +168,7 @@ class Onlooker(NamedTuple):
         most = most_triangles(self.triangles)
         many = most if sum(map(len, dry)) <= most else most // len(near)
         outlined = [triangles.is_ground or len(corners) > many for (triangles, _), corners in zip(near, dry, strict=True)]
-        exact = [corners for corners, whole in zip(dry, outlined, strict=True) if not whole]
+        exact = list(compress(dry, np.logical_not(outlined)))
         result = []
         for number, leg in enumerate(self.legs):
             outlines = (self._outlines(number, corners, many) for corners in compress(dry, outlined))

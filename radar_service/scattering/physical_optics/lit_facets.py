@@ -16,9 +16,8 @@ from radar_service.scattering.physical_optics.corner_samples import CornerSample
 from radar_service.scattering.physical_optics.facets import areas, centroids
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.shadow_edges import (
-    lattice_over,
+    SMALLEST,
     sampled,
-    smallest_area,
     visible_parts,
     visible_share,
 )
@@ -166,9 +165,9 @@ def _dark(surface: Surface, side: NDArray[np.int8], leg: BodyLeg) -> Indices:
 def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Planes, samples: CornerSamples) -> Floats:
     """The share (M,) of each triangle that a leg reaches, by a few samples; NaN where these differ and it is to be cut."""
     share, corners, triangle = np.zeros(len(lit)), lit.corners, lit.triangle
-    searched = leg.crowded | planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
-    common = (lit.facet >= 0) & (not leg.crowded)
-    small = areas(corners) < smallest_area(leg.crowded, planes.area)
+    searched = planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
+    common = lit.facet >= 0
+    small = areas(corners) < SMALLEST * planes.area
     plain, uncut, others = (
         np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common)
     )
@@ -178,7 +177,7 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
         flags = samples.flags(lit.facet[uncut], corners[uncut], triangle[uncut], leg.visible)
         share[uncut] = visible_share(flags, small[uncut])
     if len(others):
-        flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.crowded), leg.visible)
+        flags = sampled(corners[others], triangle[others], leg.visible)
         share[others] = visible_share(flags, small[others])
     return share
 
@@ -189,7 +188,7 @@ def _past_shadows(lit: Surface, number: int, leg: BodyLeg, area: float) -> Surfa
     if not mixed.any():
         return lit
     crossed = np.flatnonzero(mixed)
-    parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, area, leg.edges)
+    parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, area, leg.edges)
     result = lit.parts(parts.corners, crossed[parts.origin])
     result.share[:, number] = parts.share
     return lit.chosen(np.flatnonzero(~mixed)).joined(result)

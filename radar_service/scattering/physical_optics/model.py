@@ -6,7 +6,6 @@ Equal bodies share what does not depend on their motion.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -223,7 +222,7 @@ class PhysicalOptics(AspectModel):
         posed_others = scene.posed_triangles(others, antenna, instant.time)
         shadows = onlooker.shadows([(triangles, pose.lifted(-ground)) for triangles, pose in posed_others])
         legs = [
-            self._leg(b, optical, leg.by_sea, posed, antenna, instant, others, cast, own, ground)
+            self._leg(b, optical, leg.by_sea, posed, antenna, instant, cast, own, ground)
             for leg, cast in zip(onlooker.legs, shadows, strict=True)
         ]
         legs[-1] = replace(legs[-1], sea=sea)
@@ -254,33 +253,32 @@ class PhysicalOptics(AspectModel):
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, posed: BodyPose, antenna: Floats, instant: Instant,
-        others: list[int], shadows: CastShadows | None, own: Occluder | None, ground: float,
+        shadows: CastShadows, own: Occluder | None, ground: float,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical: body b in the frame in which the sea is level. posed: its pose. others: bodies that may occlude it.
-        shadows: that they cast, as from `Onlooker.shadows`. own: of the body, where all of it is in reach. ground: height of what
-        reflects above the sea [m]; pose and antenna are above that.
+        optical: body b in the frame in which the sea is level. posed: its pose. shadows: that others cast, as from
+        `Onlooker.shadows`. own: of the body, where all of it is in reach. ground: height of what reflects above the sea [m]; pose
+        and antenna are above that.
         """
         scene, key, pose, up = instant.line_of_sight, int(self.key[b]), posed.upright, np.array([0.0, 0.0, ground])
 
-        def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
+        def visible(points: Floats, triangle: Indices) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
             surface = SurfacePoints(np.full(len(points), key), triangle, position + up)
-            seen = (antenna + up, instant.time, instant.max_range, instant.movers, bodies)
+            seen = (antenna + up, instant.time, instant.max_range, instant.movers, ())
             if not by_sea:
                 return scene.visible(surface, *seen, over_horizon=self._over_horizon)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0] + up, *seen)
 
-        crowded = shadows is None
         edges: Edges | None = None
-        seen: Visible = partial(visible, bodies=others if crowded else [])
-        if own is not None and not crowded:
+        seen: Visible = visible
+        if own is not None:
             own_shadows = OwnShadows(own, posed, antenna, scene.earth_radius, by_sea)
             seen, edges = own_shadows.visible, own_shadows.edges
         place = (*self._reach_and_top(b, optical, pose, antenna), antenna[2])
         strength = 1.0 if ground or not by_sea else strength_by_sea(self._radar, self._environment, *place)
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, strength, others=shadows)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
         """Whether all of body b above the sea lies this side of the horizon, if it has one, and of the maximum range."""

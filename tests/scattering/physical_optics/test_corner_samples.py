@@ -9,7 +9,6 @@ from radar_service.scattering.physical_optics.corner_samples import MAX_INSET, r
 from radar_service.scattering.physical_optics.shadow_edges import sampled
 from radar_service.world.shapes import box
 
-CORNERS_AND_CENTROID = np.concatenate([np.eye(3), np.full((1, 3), 1 / 3)])
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -45,7 +44,7 @@ def test_flags_are_those_of_each_facet_by_itself_for_fewer_samples() -> None:
 
     which = np.arange(len(surface))[::3]
     flags = facets.samples.flags(surface.facet[which], surface.corners[which], surface.triangle[which], visible)
-    each = sampled(surface.corners[which], surface.triangle[which], CORNERS_AND_CENTROID, visible)
+    each = sampled(surface.corners[which], surface.triangle[which], visible)
     np.testing.assert_array_equal(flags, each)
     every = facets.samples.flags(surface.facet, surface.corners, surface.triangle, visible)
     assert every.any() and not every.all()

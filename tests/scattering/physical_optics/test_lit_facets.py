@@ -39,7 +39,7 @@ def test_a_flare_is_lit_from_below_alone() -> None:
     wide[:, :2] *= 1.0 + wide[:, 2:] / 4.0
     flare = optical_body(replace(box, mesh=Mesh(wide, box.mesh.faces)), made.radar, 1)
     pose, antenna = BodyPose(np.array([0.0, 100.0, 0.0]), 0.0), np.array([0.0, 0.0, 300.0])
-    legs = tuple(BodyLeg(by_sea, pose, antenna, np.inf, seen, crowded=False) for by_sea in (False, True))
+    legs = tuple(BodyLeg(by_sea, pose, antenna, np.inf, seen) for by_sea in (False, True))
     surface, lit = flare.lit_facets(legs, 0.0)
     south, deck = lit.normal[1] < -0.5, lit.normal[2] > 0.9
     assert south.any() and not (lit.share[south, 0] > 0).any() and (lit.share[south, 1] == 1.0).all()
@@ -59,7 +59,7 @@ def test_no_ray_looks_for_shadows_of_its_own_where_another_body_covers_it() -> N
         asked.append(points)
         return np.ones(len(points), dtype=np.bool_)
 
-    leg = BodyLeg(False, pose, picture.antenna, np.inf, reached, crowded=False, others=wall)
+    leg = BodyLeg(False, pose, picture.antenna, np.inf, reached, others=wall)
     surface, lit = box.lit_facets((leg,), 0.0)
     heights = np.concatenate(asked)[:, 2]
     south = lit.normal[1] < -0.5

@@ -26,7 +26,7 @@ def test_a_bistatic_plate_follows_the_closed_form(polarization: str, incident: f
     middle = body.mesh.vertices.mean(axis=0)
     angles = np.deg2rad([incident, scattered])
     antennas = [middle + 4000.0 * np.array([np.sin(a), np.cos(a), 0.0]) for a in angles]
-    legs = tuple(BodyLeg(False, MAP_POSE, antenna, np.inf, seen, crowded=False) for antenna in antennas)
+    legs = tuple(BodyLeg(False, MAP_POSE, antenna, np.inf, seen) for antenna in antennas)
     _, lit = body.lit_facets(legs, -np.inf)
     fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 1, body.wave)
     result = fields.sum()
@@ -39,7 +39,7 @@ def test_a_field_is_what_its_corners_share() -> None:
     """The first moment of a plate's field, seen from its normal, lies at its middle; a point is there once for all facets."""
     body = optical(scene([PLATE]))
     middle = body.mesh.vertices.mean(axis=0)
-    leg = BodyLeg(False, MAP_POSE, middle + [0.0, 4000.0, 0.0], np.inf, seen, crowded=False)
+    leg = BodyLeg(False, MAP_POSE, middle + [0.0, 4000.0, 0.0], np.inf, seen)
     surface, lit = body.lit_facets((leg,), -np.inf)
     fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 0, body.wave)
     assert len(fields) == len(np.unique(lit.points, axis=0)) < lit.corner.size
