@@ -28,7 +28,7 @@ KERNEL int64_t shadow_planes(int64_t count, const double *corners, double *kept,
         cross(ab, ac, planes[3]);
         for (int k = 0; k < 4; k++) divide(planes[k], larger(sqrt(dot(planes[k], planes[k])), 1e-30));
         double far = sqrt(dot(a, a)), away = dot(planes[3], a), side = dot(planes[0], c), turn = (side > 0.0) - (side < 0.0);
-        if (!(fabs(away) > EDGE_ON * far)) continue;
+        if (!(fabs(away) > EDGE_ON * far) || side == 0.0) continue; /* corners in line: the normal is rounding */
         for (int k = 0; k < 4; k++)
             for (int axis = 0; axis < 3; axis++) planes[k][axis] *= k < 3 ? turn : away > 0.0 ? 1.0 : -1.0;
         memcpy(kept + 9 * total, a, 9 * sizeof *kept);

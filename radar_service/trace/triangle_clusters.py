@@ -8,15 +8,20 @@ from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.trace.box_tree import Boxes, curve_order
 from radar_service.world.body import Body, Mesh
+from radar_service.world.materials import is_ground
 
 CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 3 MB
 Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the body's frame may concern a question
 
 
 class TriangleClusters:
-    """The triangles of a mesh, in its own frame. Neighbours in the list of triangles should be neighbours in space."""
+    """The triangles of a mesh, in its own frame. Neighbours in the list of triangles should be neighbours in space.
 
-    def __init__(self, mesh: Mesh) -> None:
+    is_ground: as of `materials.is_ground`.
+    """
+
+    def __init__(self, mesh: Mesh, is_ground: bool = False) -> None:
+        self.is_ground = is_ground
         self._vertices, self._faces = mesh.vertices, mesh.faces
         corners = [mesh.vertices[mesh.faces[:, k]].T for k in range(3)]
         fine = _enclosing(np.minimum.reduce(corners), np.maximum.reduce(corners), CLUSTER)
@@ -50,13 +55,14 @@ class BodyTriangles:
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._meshes = [body.mesh for body in bodies]
+        self._ground = [is_ground(body) for body in bodies]
         self._kept: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
 
     def of(self, body: int) -> TriangleClusters:
         """Returns the clusters of a body that has a mesh."""
         mesh = self._meshes[body]
         assert mesh is not None
-        return self._kept.get(body, lambda: TriangleClusters(mesh))
+        return self._kept.get(body, lambda: TriangleClusters(mesh, self._ground[body]))
 
 
 def _members(group: Indices, size: int, count: int) -> Indices:

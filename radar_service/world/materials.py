@@ -36,6 +36,7 @@ MATERIALS: dict[str, Material] = {
     name: Material(name, 10.0 ** (gamma_db / 10.0), scattering) for name, (gamma_db, scattering) in _GAMMA_DB.items()
 }
 
+BUILT = frozenset({"concrete", "brick", "glass", "building"})  # what bridges, quays and houses are made of
 VESSEL_MATERIALS = frozenset({"steel", "aluminium", "wood", "fibreglass", "rubber"})  # what vessels and buoys are built of
 
 # Power reflectivity of a smooth surface at normal incidence [dB], for bodies by physical optics:
@@ -96,3 +97,8 @@ def is_diffuse_land(body: Body) -> bool:
 def is_land(body: Body) -> bool:
     """Whether a body is land: a mesh at rest of a material that no vessel is built of."""
     return body.mesh is not None and body.motion.at_rest and body.material.name not in VESSEL_MATERIALS
+
+
+def is_ground(body: Body) -> bool:
+    """Whether a body is land that is not built: a height map, or of a material that is not in BUILT."""
+    return is_land(body) and (body.one_sided or body.material.name not in BUILT)

@@ -11,6 +11,7 @@ from radar_service.world.poses import BodyPose
 from tests.kernels.both import both
 
 LEAN = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]) @ np.array([[1, 0, 0], [0, 1, -0.003], [0, 0.003, 1]])
+IN_LINE = [[2.5, 55.9, -8.3], [-8.7, 65.6, 7.4], [1.3800000000000001, 56.87, -6.73]]  # but for rounding
 PICTURE = Picture(np.array([0.0, 0.0, 12.0]), np.inf, False)
 
 
@@ -45,9 +46,9 @@ def test_points_in_the_light_are_those_of_numpy(casters: int) -> None:
 
 @pytest.mark.parametrize("casters", [0, 1, 8])
 def test_planes_and_silhouettes_are_those_of_numpy(casters: int) -> None:
-    """In the same order; one triangle that is seen edge-on casts none, and two share an edge."""
+    """In the same order; triangles that are seen edge-on, or have no width, cast none, and two share an edge."""
     corners = shadows(8).corners[:casters]
-    edge_on = np.array([[[0.0, 50.0, -5.0], [0.0, 55.0, -5.0], [0.0, 55.0, -9.0]]])
+    edge_on = np.array([[[0.0, 50.0, -5.0], [0.0, 55.0, -5.0], [0.0, 55.0, -9.0]], IN_LINE])
     compiled, by_numpy = both(lambda: CastShadows(PICTURE, np.concatenate([corners, edge_on])))
     for name in ("corners", "plane", "offset", "distance"):
         np.testing.assert_allclose(getattr(compiled, name), getattr(by_numpy, name), rtol=1e-12, atol=1e-14)

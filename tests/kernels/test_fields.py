@@ -29,7 +29,7 @@ def legs_of(mesh: Mesh, roll: float, earth: float, by_sea: bool = True) -> tuple
     pose = BodyPose(np.array([300.0, -200.0, 0.5]), 2.1, rotation if roll else None)
     antenna = map_from_body(np.array([230.0, 230.0, 20.0]), pose.position, pose.heading)
     shadows = [OwnShadows(Occluder(mesh, earth), pose, antenna, earth, way) for way in (False, True)[: 1 + by_sea]]
-    return tuple(BodyLeg(own.by_sea, pose, antenna, earth, own.visible, own.edges, crowded=False) for own in shadows)
+    return tuple(BodyLeg(own.by_sea, pose, antenna, earth, own.visible, own.edges) for own in shadows)
 
 
 

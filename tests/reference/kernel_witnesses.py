@@ -22,6 +22,7 @@ from tests.reference.shadow_witnesses import (
     shadow_planes,
     shadow_tips,
     silhouettes,
+    skyline,
     stand_before,
 )
 from tests.reference.tube_witness import reflect_tubes, take_tubes
@@ -283,6 +284,6 @@ WITNESSES: dict[str, Any] = {
         strata, leg_rays, leg_weights, leg_lengths, sags, cut_triangles, welded, dry_facets, renumbered, facet_shapes,
         facet_fields, tube_fields, turned_corners, kept_tubes, lattice_nodes, lattice_between, lattice_sums, own_shadow_rays,
         own_shadow_hits, shadow_edge_step, shadow_tips, shadow_cuts, shadow_planes, silhouettes, stand_before, cast_lit,
-        cast_dark, cast_cuts, reflect_tubes, take_tubes,
+        cast_dark, cast_cuts, skyline, reflect_tubes, take_tubes,
     )
 }  # fmt: skip

@@ -9,6 +9,7 @@ facet is in the shadow as a whole, or not at all. Rough land has many that other
 
 from collections.abc import Sequence
 from copy import copy
+from itertools import compress
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -16,12 +17,14 @@ import numpy as np
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
-from radar_service.scattering.physical_optics.triangle_cuts import above_water
+from radar_service.scattering.physical_optics.skylines import Outlook
+from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.poses import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
-MAX_TESTS = 16_000_000  # of triangles against those of the body: more shadows are sampled
+MAX_TESTS = 16_000_000  # of triangles against those of the body: more have outlines
+RINGS = 32  # about the antenna, of shores between which the sea may reflect rays to a body
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
 
@@ -111,19 +114,23 @@ class Onlooker(NamedTuple):
     legs: tuple[Picture, ...]
     triangles: int
 
-    def shadows(self, others: Posed) -> list[CastShadows | None]:
-        """The shadows of other bodies that may lie on it along each leg; None where those of too many triangles may."""
+    def shadows(self, others: Posed) -> list[CastShadows]:
+        """The shadows of other bodies that may lie on it along each leg: of ground by its outline, and of the others too where
+        they have too many triangles."""
         own = self._windows() if others else []
         near = self._near(others, own)
         if not near:
             return [CastShadows.none(leg) for leg in self.legs]
         dry = [above_water(self._before(triangles, pose, own), 0.0)[0] for triangles, pose in near]
-        corners = np.concatenate(dry)
-        result: list[CastShadows | None] = []
+        most = most_triangles(self.triangles)
+        many = most if sum(map(len, dry)) <= most else most // len(near)
+        outlined = [triangles.is_ground or len(corners) > many for (triangles, _), corners in zip(near, dry, strict=True)]
+        exact = list(compress(dry, np.logical_not(outlined)))
+        result = []
         for number, leg in enumerate(self.legs):
-            shadows = self._along(number, corners)
-            shadows = shadows.chosen(shadows.on(leg.virtual(self.box)))
-            result.append(shadows if len(shadows) <= most_triangles(self.triangles) else None)
+            outlines = (self._outlines(number, corners, many) for corners in compress(dry, outlined))
+            shadows = self._along(number, np.concatenate([np.zeros((0, 3, 3)), *exact]), *outlines)
+            result.append(shadows.chosen(shadows.on(leg.virtual(self.box))))
         return result
 
     def before(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> Floats:
@@ -145,10 +152,50 @@ class Onlooker(NamedTuple):
             nearest = min(nearest, float(casting.min(initial=np.inf)))
         return nearest
 
-    def _along(self, number: int, corners: Floats) -> CastShadows:
-        """The shadows of triangles (T, 3, 3) on the map [m] along a leg: by the sea a ray may be stopped in both pictures."""
+    def _along(self, number: int, corners: Floats, *outlines: Floats) -> CastShadows:
+        """The shadows of triangles (T, 3, 3) on the map [m] along a leg: by the sea a ray may be stopped in both pictures.
+
+        outlines: triangles (N, 3, 3) at virtual positions beside these.
+        """
         virtual = [picture.virtual(corners) for picture in self.legs[: number + 1]]
-        return CastShadows(self.legs[number], np.concatenate(virtual))
+        return CastShadows(self.legs[number], np.concatenate([*virtual, *outlines]))
+
+    def _outlines(self, number: int, corners: Floats, many: int) -> Floats:
+        """Triangles (N, 3, 3) at virtual positions that cast the shadow of many on the map (T, 3, 3) [m] along a leg.
+
+        Those wholly before this body become an outline. The others stay; where they are more than `many`, an outline in the
+        body's middle stands for what of them lies before that.
+        """
+        outlook = Outlook.of(self.box, self.legs[number])
+        if outlook is None:
+            return np.concatenate([picture.virtual(corners) for picture in self.legs[: number + 1]])
+        along = (corners[..., :2] - self.legs[0].antenna[:2]) @ outlook.ahead
+        before = along.max(axis=1) <= outlook.nearest
+        parts, rest = [(corners[before], outlook.nearest)], corners[~before]
+        if len(rest) > many:
+            parts.append((cut(rest, outlook.middle - along[~before])[0][0], outlook.middle))
+            rest = rest[:0]
+        pictures = self.legs[: number + 1]
+        result = [picture.virtual(rest) for picture in pictures]
+        for part, distance in parts:
+            virtual = np.concatenate([picture.virtual(part) for picture in pictures])
+            result.append(outlook.outlines(virtual, self._rings(number, part), distance))
+        return np.concatenate(result)
+
+    def _rings(self, number: int, corners: Floats) -> Indices:
+        """Groups of triangles (T, 3, 3) on the map [m] for their outline: (T,), by the sea (2 T,) in both pictures.
+
+        A ray by the sea may pass over one shore, meet the sea and pass below the image of the next. So each picture has rings
+        about the antenna, whose shores are a share 1 / RINGS of the body's height apart; no ray meets the sea in ring 0.
+        """
+        if number == 0:
+            return np.zeros(len(corners), dtype=np.int64)
+        window, middle = Windows.of(self.box[None], self.legs[1]), corners[..., :2].mean(axis=1) - self.legs[0].antenna[:2]
+        distance = np.maximum(np.hypot(middle[:, 0], middle[:, 1]), NEAREST)
+        slope = self.legs[0].height(distance, np.zeros(len(corners))) / distance
+        share = (slope - window.low) / np.maximum(window.high - window.low, 1e-12)
+        ring = np.clip(np.ceil(share * RINGS), 0, RINGS).astype(np.int64)
+        return np.concatenate([2 * ring, 2 * ring + 1])
 
     def _near(self, others: Posed, own: Sequence[Windows]) -> Posed:
         """Other bodies of which any triangle may stand before this one: all at once, by their boxes."""

@@ -118,7 +118,7 @@ def echoes_toward(body: OpticalBody, antenna: Floats) -> tuple[Floats, NDArray[n
 
 def direct(body: OpticalBody, antenna: Floats) -> BodyLeg:
     """The direct leg from an antenna (3,) in the body's frame, over a flat earth and past the body's own parts alone."""
-    return BodyLeg(False, MAP_POSE, antenna, np.inf, own_visibility(body, antenna), crowded=False)
+    return BodyLeg(False, MAP_POSE, antenna, np.inf, own_visibility(body, antenna))
 
 
 def own_visibility(body: OpticalBody, antenna: Floats) -> Any:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, CastShadows, Onlooker
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.trace.triangle_clusters import TriangleClusters
@@ -57,7 +57,6 @@ def test_the_shadow_of_a_box_has_its_area(
 ) -> None:
     """By similar triangles from 15 m over a flat sea to a plate at 100 m; a thousandth of a part of 1e-6 m cut off is left."""
     (shadows,) = onlooker(100.0).shadows([(TriangleClusters(box(low, high)), MAP_POSE)])
-    assert shadows is not None
     assert 48.0 - lit_area(shadows, 100.0) == pytest.approx(max(dark, 0.0), abs=1e-4)
 
 
@@ -65,7 +64,6 @@ def test_a_wall_hides_the_foot_of_a_plate_from_the_mirrored_antenna() -> None:
     """A wall 1.5 m high at 90 m: rays by the sea to heights below z = 1.5 x 100 / 90 + 15 x 10 / 90 pass it too low behind the
     reflection, or before it at the sea, where the ray to z meets the sea at 100 x 15 / (15 + z)."""
     (_, shadows) = onlooker(100.0, by_sea=True).shadows([(TriangleClusters(box((-50, 88, 0), (50, 90, 1.5))), MAP_POSE)])
-    assert shadows is not None
     heights = np.linspace(0.005, 5.995, 600)
     reflection = 100.0 * 15.0 / (15.0 + heights)
     before = (15.0 * (1.0 - 90.0 / reflection) < 1.5) & (88.0 < reflection)
@@ -87,7 +85,6 @@ def test_no_body_that_casts_a_shadow_is_missed() -> None:
         )
         mesh = box(tuple(place - size * (0.5, 0.0, 0.1)), tuple(place + size * (0.5, 1.0, 1.0)))
         direct, sea = onlooker(2000.0, CURVED, by_sea=True).shadows([(TriangleClusters(mesh), MAP_POSE)])
-        assert direct is not None and sea is not None
         faces = [mesh.vertices[face] for face in mesh.faces]
         for shadows, by_sea in ((direct, False), (sea, True)):
             hull = picture_of(faces, ahead, setting, by_sea)
@@ -105,7 +102,6 @@ def test_no_body_that_casts_a_shadow_is_missed() -> None:
 def test_a_mast_through_a_roof_shows_what_stands_above_it() -> None:
     """A plate that stands 2 m in a box and 4 m above it: it is cut where it meets the roof, which is no silhouette."""
     (shadows,) = onlooker(100.0).shadows([(TriangleClusters(box((-9, 99, 0), (9, 101, 2.0))), MAP_POSE)])
-    assert shadows is not None
     assert lit_area(shadows, 100.0) == pytest.approx(
         48.0 - 8.0 * 2.0, abs=8.0 * 13.0 / 99.0
     )  # what the near rim hides above
@@ -154,7 +150,6 @@ def test_silhouettes_that_other_land_covers_cut_nothing_and_no_light_is_lost(
     for seed in range(6):
         land = TriangleClusters(rough_land(np.random.default_rng(seed), 9, 21, 1.2 if by_sea else 9.0))
         shadows = onlooker(100.0, by_sea=by_sea).shadows([(land, MAP_POSE)])[-1]
-        assert shadows is not None
         across, up = np.meshgrid(np.linspace(-3.99, 3.99, 200), np.linspace(0.015, 5.985, 200))
         points = np.stack([across.ravel(), np.full(across.size, 100.0), up.ravel()], axis=1)
         lit = lit_area(shadows, 100.0)
@@ -167,10 +162,3 @@ def test_silhouettes_that_other_land_covers_cut_nothing_and_no_light_is_lost(
             fewer += len(parts) < len(shadows.cut(PLATE[QUAD], lambda points: points + [0.0, 100.0, 0.0])[0])
         partly += 1.0 < lit < 47.0
     assert fewer > 0 and partly > 2
-
-
-def test_too_many_triangles_are_told() -> None:
-    wall = [box((-5.0 + 0.002 * k, 60.0, 0.0), (-4.998 + 0.002 * k, 60.5, 14.0)) for k in range(MAX_TRIANGLES)]
-    joined = Mesh(np.concatenate([one.vertices for one in wall]),
-                  np.concatenate([one.faces + 8 * k for k, one in enumerate(wall)]))  # fmt: skip
-    assert onlooker(100.0).shadows([(TriangleClusters(joined), MAP_POSE)]) == [None]

@@ -100,7 +100,7 @@ def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
     for k in inside:
         time = float(scan.time[k])
         pose = pose_at(made.bodies[0], time)
-        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf, all_visible, crowded=False)
+        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf, all_visible)
         (centres,) = body.echoes((leg,))
         total = np.sum(centres.amplitude * np.exp(-2j * K * leg.length(centres.position)))
         offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])
