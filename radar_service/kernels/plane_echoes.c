@@ -1,6 +1,7 @@
 /* One aspect of convex planar pieces: scattering/physical_optics/plane_echoes.py. An eye is a point: the antenna, its image in the
  * sea, or an image of these in pieces. What an eye lights is what `shade` leaves; bounces are seen by mirrored eyes. Fields are sums
- * over edges (Gordon 1975) away from specular directions, and closed forms of small triangles near them. */
+ * over edges (Gordon 1975) away from specular directions, and closed forms of small triangles near them. Dented walls are cut into
+ * strips near their normals: plating.py. */
 
 #include "plane_views.h"
 #include "triangle_means.h"
@@ -9,6 +10,95 @@ static const double TURN = 6.283185307179586; /* 2 pi */
 static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin of 1.4 degrees, above which edges are summed */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */
+
+/* ------------------------------------------------------------------------------------------------------------------ plating */
+
+enum { STRIPS = 4, MOST_SLABS = 1 << 20 }; /* STRIPS: of the same name in plating.py */
+
+/* Which pieces are plated, as of `PlatedWalls`: axis (P), wall (P), drawn (4, bays, tiers) [m] with the numbers of the first bay and
+ * tier. flat, dented: its `zone`. kept (nodes): share of the field of a bounce by cosine, from 0 to 1. own: axes of the body's frame. */
+typedef struct Walls {
+    int64_t bays, tiers, nodes;
+    double frame, tier, flat, dented;
+    const int64_t *axis, *wall, *first;
+    const double *drawn, *kept;
+    Vec own[3];
+} Walls;
+
+/* The share of the field that a bounce on a piece keeps. */
+static double coherent(const Walls *w, int piece, double facing) {
+    if (w->axis[piece] < 0) return 1.0;
+    double at = smaller(fabs(facing), 1.0) * (double)(w->nodes - 1);
+    int64_t low = at >= 1.0 ? (int64_t)larger(ceil(at) - 1.0, 0.0) : 0;
+    return w->kept[low] + (at - (double)low) * (w->kept[low + 1] - w->kept[low]);
+}
+
+/* By how many turns the two-way phase of the direct leg changes along a panel, with a sign. */
+static double turns_at(const Aspect *a, int piece, Vec point) {
+    const Walls *w = a->walls;
+    Vec normal = a->scene->plane[piece].normal, way = unit_of(vsub(point, a->view[0].leg.eye));
+    double east = vdot(normal, w->own[0]), north = vdot(normal, w->own[1]), level = sqrt(east * east + north * north);
+    double along = (vdot(way, w->own[0]) * north - vdot(way, w->own[1]) * east) / level;
+    double step = fabs(w->axis[piece] ? east : north) / level;
+    return 2.0 * a->out.wavenumber / TURN * w->frame * along / larger(step, 0.5);
+}
+
+/* Whether dents count anywhere on a polygon. */
+static int is_dented(const Aspect *a, int piece, const Polygon *p) {
+    double low = INFINITY, high = -INFINITY;
+    if (a->walls->axis[piece] < 0) return 0;
+    for (int i = 0; i < p->n; i++) {
+        double turns = turns_at(a, piece, p->at[i]);
+        low = smaller(low, turns);
+        high = larger(high, turns);
+    }
+    return low < a->walls->flat && high > -a->walls->flat;
+}
+
+/* How much of its dents plating has: 1 near the normal, 0 where it is flat. */
+static inline double fading(const Walls *w, double turns) {
+    double share = smaller(larger((w->flat - fabs(turns)) / (w->flat - w->dented), 0.0), 1.0);
+    return share * share * (3.0 - 2.0 * share);
+}
+
+static inline int64_t index_of(double number, int64_t most) {
+    return number > 0.0 ? number < (double)most ? (int64_t)number : most : 0;
+}
+
+/* By how much plating lies inward [m]. bay, tier: where, counted in these. */
+static double depth_at(const Walls *w, int piece, double bay, double tier) {
+    double frame = floor(bay), below = floor(tier - 0.5), sine = phasor(0.5 * TURN * (bay - frame)).im;
+    int64_t column = index_of(frame - (double)w->first[0], w->bays - 1), row = index_of(below - (double)w->first[1], w->tiers - 2);
+    const double *drawn = w->drawn + (w->wall[piece] * w->bays + column) * w->tiers + row;
+    return (drawn[0] + (tier - 0.5 - below) * (drawn[1] - drawn[0])) * sine * sine;
+}
+
+/* Slabs of a polygon, between planes at whole heights over `across`, whose normal is a slab's thickness inverted. */
+typedef struct {
+    Plane across;
+    double first;
+    int count;
+} Slabs;
+
+static Slabs slabs_of(const Polygon *p, Vec normal, double offset) {
+    Slabs slabs = {{normal, offset}, 0.0, 0};
+    double low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < p->n; i++) {
+        low = smaller(low, height_over(slabs.across, p->at[i]));
+        high = larger(high, height_over(slabs.across, p->at[i]));
+    }
+    slabs.first = floor(low + THIN);
+    slabs.count = (int)index_of(ceil(high - THIN) - slabs.first, MOST_SLABS);
+    return slabs;
+}
+
+static int slab(const Slabs *slabs, int number, const Polygon *p, Polygon *part) {
+    Plane low = slabs->across, high = {vscale(low.normal, -1.0), -low.offset};
+    low.offset += slabs->first + number;
+    high.offset -= slabs->first + number + 1.0;
+    copy_polygon(part, p);
+    return (number == 0 || keep_before(part, low)) && (number == slabs->count - 1 || keep_before(part, high));
+}
 
 /* ------------------------------------------------------------------------------------------------------------------- fields */
 
@@ -46,9 +136,10 @@ static inline double current(Vec received, Vec direction, Vec field, Vec normal)
     return vdot(received, direction) * vdot(normal, field) - vdot(received, field) * vdot(normal, direction);
 }
 
-static At at_point(const Aspect *a, const Path *path, const View *back, Vec normal, Vec point) {
+static At at_point(const Aspect *a, const Path *path, const View *back, int piece, Vec point) {
     At at;
     const Output *o = &a->out;
+    Vec normal = a->scene->plane[piece].normal;
     Vec begin = first_point(a->scene, path, point), eye = path->eye[0];
     Vec in = vsub(point, path->eye[path->n]), away = vsub(point, back->leg.eye), leaves = vsub(begin, eye);
     double in_length = size_of(in), away_length = size_of(away), first_length = size_of(leaves);
@@ -67,10 +158,16 @@ static At at_point(const Aspect *a, const Path *path, const View *back, Vec norm
     at.gradient = vsub(at.gradient, vscale(normal, vdot(normal, at.gradient)));
     at.steep = vdot(at.gradient, at.gradient);
     Vec field = polarized(leaves, o->level), received = polarized(away, o->level);
-    for (int k = 0; k < path->n; k++) field = vscale(reflected(field, a->scene->plane[path->chain[k]].normal), -1.0);
+    double kept = path->n ? coherent(a->walls, piece, vdot(in, normal)) : 1.0;
+    for (int k = 0; k < path->n; k++) {
+        Vec there = a->scene->plane[path->chain[k]].normal;
+        kept *= coherent(a->walls, path->chain[k], vdot(leaves, there));
+        leaves = reflected(leaves, there);
+        field = vscale(reflected(field, there), -1.0);
+    }
     at.weight = current(received, in, field, normal);
     if (path->leg != back->level && !path->n) at.weight += current(field, away, received, normal); /* both orders */
-    at.weight *= a->wave;
+    at.weight *= a->wave * kept;
     at.phasor = phasor(-o->wavenumber * at.path);
     return at;
 }
@@ -88,8 +185,24 @@ static void emit(Output *o, Vec place, Complex amplitude, const Path *path, cons
     o->count++;
 }
 
+/* Means over a triangle: paths [m] and their phasors at corners, paths at the middles of the edges opposite to them. */
+static void means_of(double k, const double length[3], const Complex at[3], const double middle[3], Complex means[3]) {
+    double unordered[3], phases[3], bends[3];
+    Complex at_corner[3], ordered[3];
+    for (int i = 0; i < 3; i++) unordered[i] = -k * (length[i] - length[0]);
+    int first = first_corner(unordered);
+    for (int i = 0; i < 3; i++) {
+        int c = (first + i) % 3;
+        phases[i] = unordered[c];
+        at_corner[i] = at[c];
+        bends[i] = -k * (middle[c] - 0.5 * (length[(c + 1) % 3] + length[(c + 2) % 3]));
+    }
+    ordered_means(phases, at_corner, bends, ordered);
+    for (int i = 0; i < 3; i++) means[(first + i) % 3] = ordered[i];
+}
+
 /* The field of a triangle, in closed form where its edges are short enough, shared by its corners. */
-static void triangle_field(Aspect *a, const Path *path, const View *back, Vec normal, At p, At q, At r, int depth) {
+static void triangle_field(Aspect *a, const Path *path, const View *back, int piece, At p, At q, At r, int depth) {
     At corner[3] = {p, q, r};
     Output *o = &a->out;
     double edge[3];
@@ -101,34 +214,107 @@ static void triangle_field(Aspect *a, const Path *path, const View *back, Vec no
     }
     if (edge[longest] > o->longest * o->longest && depth < 40) {
         At one = corner[longest], other = corner[(longest + 1) % 3], third = corner[(longest + 2) % 3];
-        At middle = at_point(a, path, back, normal, vscale(vadd(one.point, other.point), 0.5));
-        triangle_field(a, path, back, normal, one, middle, third, depth + 1);
-        triangle_field(a, path, back, normal, middle, other, third, depth + 1);
+        At middle = at_point(a, path, back, piece, vscale(vadd(one.point, other.point), 0.5));
+        triangle_field(a, path, back, piece, one, middle, third, depth + 1);
+        triangle_field(a, path, back, piece, middle, other, third, depth + 1);
         return;
     }
-    double unordered[3], phases[3], bends[3];
-    Complex at_corner[3], means[3];
     double area = 0.5 * size_of(vcross(vsub(q.point, p.point), vsub(r.point, p.point)));
-    double length[3] = {p.path, q.path, r.path};
-    for (int i = 0; i < 3; i++) unordered[i] = -o->wavenumber * (length[i] - p.path);
-    int first = first_corner(unordered);
-    for (int i = 0; i < 3; i++) {
-        int c = (first + i) % 3;
-        Vec middle = vscale(vadd(corner[(c + 1) % 3].point, corner[(c + 2) % 3].point), 0.5);
-        phases[i] = unordered[c];
-        at_corner[i] = corner[c].phasor;
-        bends[i] = -o->wavenumber * (length_at(a, path, back, middle) - 0.5 * (length[(c + 1) % 3] + length[(c + 2) % 3]));
+    double length[3] = {p.path, q.path, r.path}, middle[3];
+    Complex at[3] = {p.phasor, q.phasor, r.phasor}, means[3];
+    for (int i = 0; i < 3; i++)
+        middle[i] = length_at(a, path, back, vscale(vadd(corner[(i + 1) % 3].point, corner[(i + 2) % 3].point), 0.5));
+    means_of(o->wavenumber, length, at, middle, means);
+    for (int i = 0; i < 3; i++) emit(o, corner[i].place, turned(scaled(means[i], corner[i].weight * area), -1.0), path, back);
+}
+
+/* A part of a dented wall: values at three of its corners, which those of points follow by their shares of the three; the flat path
+ * quadratically, by its sags at the middles between corners (times 4). */
+typedef struct {
+    int piece;
+    double area; /* of the triangle between the corners */
+    Vec path, sag, turns, facing, bay, tier, weight;
+} Block;
+
+static double dented_path(const Walls *w, const Block *b, Vec share) {
+    double sag = share.y * share.z * b->sag.x + share.z * share.x * b->sag.y + share.x * share.y * b->sag.z;
+    double depth = depth_at(w, b->piece, vdot(share, b->bay), vdot(share, b->tier));
+    return vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth;
+}
+
+/* Adds to the fields of the corners what a strip of a block gives. */
+static void strip_field(const Aspect *a, const Block *b, const Polygon *strip, Complex sum[3]) {
+    double length[MOST], k = a->out.wavenumber;
+    Complex at[MOST], means[3];
+    for (int i = 0; i < strip->n; i++) {
+        length[i] = dented_path(a->walls, b, strip->at[i]);
+        at[i] = phasor(-k * length[i]);
     }
-    ordered_means(phases, at_corner, bends, means);
-    for (int i = 0; i < 3; i++) {
-        const At *at = corner + (first + i) % 3;
-        emit(o, at->place, turned(scaled(means[i], at->weight * area), -1.0), path, back);
+    for (int i = 1; i + 1 < strip->n; i++) {
+        Vec share[3] = {strip->at[0], strip->at[i], strip->at[i + 1]};
+        double lengths[3] = {length[0], length[i], length[i + 1]}, middle[3];
+        Complex phasors[3] = {at[0], at[i], at[i + 1]};
+        for (int c = 0; c < 3; c++) middle[c] = dented_path(a->walls, b, vscale(vadd(share[(c + 1) % 3], share[(c + 2) % 3]), 0.5));
+        double area = b->area * fabs(vdot(share[0], vcross(share[1], share[2])));
+        means_of(k, lengths, phasors, middle, means);
+        for (int c = 0; c < 3; c++) {
+            Complex field = scaled(means[c], area * vdot(share[c], b->weight));
+            sum[0] = plus(sum[0], scaled(field, share[c].x));
+            sum[1] = plus(sum[1], scaled(field, share[c].y));
+            sum[2] = plus(sum[2], scaled(field, share[c].z));
+        }
     }
 }
 
+/* The field of a block of a dented wall, strip by strip, shared by the first of its corners and two that span most with it. */
+static void block_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
+    const Walls *w = a->walls;
+    Vec normal = a->scene->plane[piece].normal, point[3] = {p->at[0], p->at[1], p->at[2]}, along = w->own[w->axis[piece]], span = vec(0.0, 0.0, 0.0);
+    for (int i = 1; i < p->n; i++)
+        for (int j = i + 1; j < p->n; j++) {
+            Vec other = vcross(vsub(p->at[i], point[0]), vsub(p->at[j], point[0]));
+            if (vdot(other, other) <= vdot(span, span)) continue;
+            span = other;
+            point[1] = p->at[i];
+            point[2] = p->at[j];
+        }
+    At at[3];
+    double value[7][3];
+    for (int i = 0; i < 3; i++) at[i] = at_point(a, path, back, piece, point[i]);
+    for (int i = 0; i < 3; i++) {
+        int one = (i + 1) % 3, other = (i + 2) % 3;
+        Vec in = unit_of(vsub(point[i], path->eye[0])), away = unit_of(vsub(point[i], back->leg.eye));
+        double mean = 0.5 * (at[one].path + at[other].path);
+        value[0][i] = at[i].path;
+        value[1][i] = 4.0 * (length_at(a, path, back, vscale(vadd(point[one], point[other]), 0.5)) - mean);
+        value[2][i] = turns_at(a, piece, point[i]);
+        value[3][i] = fabs(vdot(in, normal)) + fabs(vdot(away, normal));
+        value[4][i] = vdot(along, point[i]) / w->frame;
+        value[5][i] = vdot(w->own[2], point[i]) / w->tier;
+        value[6][i] = at[i].weight;
+    }
+    Block b = {piece, 0.5 * size_of(span)};
+    Vec *to[7] = {&b.path, &b.sag, &b.turns, &b.facing, &b.bay, &b.tier, &b.weight};
+    for (int i = 0; i < 7; i++) *to[i] = vec(value[i][0], value[i][1], value[i][2]);
+    Polygon shares, strip;
+    shares.n = p->n;
+    for (int i = 0; i < p->n; i++) {
+        Vec offset = vscale(vsub(p->at[i], point[0]), 1.0 / vdot(span, span));
+        double one = vdot(span, vcross(offset, vsub(point[2], point[0]))), other = vdot(span, vcross(vsub(point[1], point[0]), offset));
+        shares.at[i] = vec(1.0 - one - other, one, other);
+    }
+    Complex sum[3] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    Slabs strips = slabs_of(&shares, vscale(b.bay, STRIPS), 0.0);
+    a->lit.work += strips.count;
+    for (int i = 0; i < strips.count && !is_worn_out(a); i++)
+        if (slab(&strips, i, &shares, &strip)) strip_field(a, &b, &strip, sum);
+    for (int i = 0; i < 3; i++) emit(&a->out, at[i].place, turned(sum[i], -1.0), path, back);
+}
+
 /* The field of a region by its edges; 0 where a specular point may be too near. */
-static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal, const Polygon *p, const At *at) {
+static int edge_fields(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p, const At *at) {
     Output *o = &a->out;
+    Vec normal = a->scene->plane[piece].normal;
     double k = o->wavenumber;
     Complex sum[MOST];
     for (int i = 0; i < p->n; i++) {
@@ -157,7 +343,7 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
         Complex before = at[i].phasor, carried = complex_of(0.0, 0.0);
         for (int s = 1; s <= parts; s++) {
             int last = s == parts;
-            At next = last ? at[j] : at_point(a, path, back, normal, vadd(p->at[i], vscale(along, step * s)));
+            At next = last ? at[j] : at_point(a, path, back, piece, vadd(p->at[i], vscale(along, step * s)));
             double bend = -k * (length_at(a, path, back, vscale(vadd(point_before, next.point), 0.5)) - 0.5 * (path_before + next.path));
             EdgeMoments e = edge_moments(-k * (next.path - path_before), before, next.phasor);
             Complex half = scaled(times(bubble_of(bend), e.bubble), 0.5);
@@ -180,24 +366,50 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
     return 1;
 }
 
-/* The fields of regions on a piece, lit along a path and seen from a view. */
-static void radiate(Aspect *a, const Regions *list, const Path *path, const View *back, Vec normal) {
+static void flat_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
     At at[MOST];
+    for (int i = 0; i < p->n; i++) at[i] = at_point(a, path, back, piece, p->at[i]);
+    if (edge_fields(a, path, back, piece, p, at)) return;
+    for (int i = 1; i + 1 < p->n; i++) triangle_field(a, path, back, piece, at[0], at[i], at[i + 1], 0);
+}
+
+/* The field of a region of a dented wall, cut where depths bend, and into blocks of whole strips over which fields are linear. */
+static void dented_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
+    const Walls *w = a->walls;
+    double longest = a->out.longest, rows = ceil(w->tier / longest), strips = larger(floor(STRIPS * longest / w->frame), 1.0);
+    Slabs levels = slabs_of(p, vscale(w->own[2], rows / w->tier), 0.5 * rows);
+    for (int i = 0; i < levels.count && !is_worn_out(a); i++) {
+        Polygon level, block;
+        if (!slab(&levels, i, p, &level)) continue;
+        Slabs blocks = slabs_of(&level, vscale(w->own[w->axis[piece]], STRIPS / (w->frame * strips)), 0.0);
+        a->lit.work += blocks.count;
+        for (int k = 0; k < blocks.count && !is_worn_out(a); k++) {
+            if (!slab(&blocks, k, &level, &block) || area_of(&block) < SPECK) continue;
+            (is_dented(a, piece, &block) ? block_field : flat_field)(a, path, back, piece, &block);
+        }
+    }
+}
+
+/* The fields of regions on a piece, lit along a path and seen from a view. */
+static void radiate(Aspect *a, const Regions *list, const Path *path, const View *back, int piece) {
     for (int64_t k = 0; k < list->n; k++) {
-        const Polygon *p = list->at + k;
-        for (int i = 0; i < p->n; i++) at[i] = at_point(a, path, back, normal, p->at[i]);
-        if (edge_fields(a, path, back, normal, p, at)) continue;
-        for (int i = 1; i + 1 < p->n; i++) triangle_field(a, path, back, normal, at[0], at[i], at[i + 1], 0);
+        int dented = !path->n && is_dented(a, piece, list->at + k);
+        (dented ? dented_field : flat_field)(a, path, back, piece, list->at + k);
     }
 }
 
 /* ------------------------------------------------------------------------------------------------------------------- bounds */
 
-/* What the field of a region has at most [m]: that of its surface, or of its edges over the gradient of the phase. */
-static double most_field(const Aspect *a, const Polygon *p, Vec eye, Vec back, Vec normal) {
+/* What the field of a region has at most [m]: that of its surface, or of its edges over the gradient of the phase. Dents scatter
+ * along their wall, so that of a dented one the gradient upward counts alone. */
+static double most_field(const Aspect *a, const Polygon *p, Vec eye, Vec back, Vec normal, int dented) {
     Vec middle = middle_of(p), in = unit_of(vsub(middle, eye)), away = unit_of(vsub(middle, back)), g = vadd(in, away);
     double radius = 0.0, edges = 0.0, k = a->out.wavenumber;
     g = vsub(g, vscale(normal, vdot(g, normal)));
+    if (dented) {
+        Vec level = unit_of(vcross(normal, a->walls->own[2]));
+        g = vsub(g, vscale(level, vdot(g, level)));
+    }
     for (int i = 0; i < p->n; i++) radius = larger(radius, size_of(vsub(p->at[i], middle)));
     double slack = radius * (1.0 / size_of(vsub(middle, eye)) + 1.0 / size_of(vsub(middle, back))), steep = size_of(g) - slack;
     double area = area_of(p);
@@ -237,13 +449,14 @@ static void single_fields(Aspect *a, double water) {
     for (int piece = 0; piece < a->scene->n; piece++) {
         Polygon whole = piece_of(a->scene, piece);
         Vec normal = a->scene->plane[piece].normal;
+        int dented = is_dented(a, piece, &whole);
         for (int s = 0; s < a->legs && whole.n; s++) {
             View *view = &a->view[s], *mixed = s == 0 && a->legs > 1 ? &a->view[1] : NULL;
             if (view->seen[piece] == BACK) continue;
             if (mixed && mixed->seen[piece] == BACK) mixed = NULL;
             Vec eye = view->leg.eye;
-            int own = most_field(a, &whole, eye, eye, normal) >= a->skip;
-            if (mixed && 2.0 * most_field(a, &whole, eye, mixed->leg.eye, normal) < a->skip) mixed = NULL;
+            int own = most_field(a, &whole, eye, eye, normal, dented) >= a->skip;
+            if (mixed && 2.0 * most_field(a, &whole, eye, mixed->leg.eye, normal, dented) < a->skip) mixed = NULL;
             if (!own && !mixed) continue;
             enum Seen seen = seen_by(a, view, piece, water);
             if (seen == HIDDEN) continue;
@@ -251,10 +464,10 @@ static void single_fields(Aspect *a, double water) {
             a->lit.n = 0;
             add_region(&a->lit, &whole);
             if (seen == PARTLY) hide(a, &a->lit, view, &whole, piece, NULL, eye, water);
-            if (own) radiate(a, &a->lit, &path, view, normal);
+            if (own) radiate(a, &a->lit, &path, view, piece);
             if (!mixed || seen_by(a, mixed, piece, water) == HIDDEN) continue;
             if (mixed->seen[piece] == PARTLY) hide(a, &a->lit, mixed, &whole, piece, NULL, mixed->leg.eye, water);
-            radiate(a, &a->lit, &path, mixed, normal);
+            radiate(a, &a->lit, &path, mixed, piece);
         }
     }
 }
@@ -292,7 +505,7 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
     int made = 0;
     for (int r = 0; r < a->legs; r++) {
         View *back = &a->view[r];
-        if (!(wanted >> r & 1) || most_field(a, region, eye, back->leg.eye, normal) < a->bounce_skip) continue;
+        if (!(wanted >> r & 1) || most_field(a, region, eye, back->leg.eye, normal, 0) < a->bounce_skip) continue;
         if (seen_by(a, back, last, water) == HIDDEN) continue;
         if (!made) {
             View *out = &a->view[path->leg];
@@ -310,11 +523,11 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
         }
         if (!a->lit.n) return;
         if (back->seen[last] == WHOLE) {
-            radiate(a, &a->lit, path, back, normal);
+            radiate(a, &a->lit, path, back, last);
         } else {
             copy_regions(&a->kept, &a->lit);
             hide(a, &a->kept, back, region, last, NULL, back->leg.eye, water);
-            radiate(a, &a->kept, path, back, normal);
+            radiate(a, &a->kept, path, back, last);
         }
     }
 }
@@ -371,7 +584,8 @@ static void bounces(Aspect *a, const double *reach, double water) {
  * "h". position, antenna (3), cosine, sine, earth_radius: as of `leg_rays`. water: height of the sea; -inf: there is none. skip,
  * bounce_skip: fields that are left out [m]. longest: edge over which a field is linear [m]. most_work: after so many cuts and pairs
  * of pieces all else is left out; work (1): how many there were. place (room, 3), amplitude (room) with the phase of the whole path,
- * ways (room) by the sea, surfaces (room) in a row. */
+ * ways (room) by the sea, surfaces (room) in a row. From bays to kept: as of `Walls`; rotation (3, 3): of the frame from the body's
+ * own. */
 typedef struct {
     int64_t pieces, legs, bounces, level, most_work, room;
     double water, wavelength, longest, skip, bounce_skip;
@@ -382,6 +596,10 @@ typedef struct {
     const int64_t *by_sea;
     const double *position, *antenna;
     double cosine, sine, earth_radius;
+    int64_t bays, tiers, nodes;
+    double frame, tier, flat, dented;
+    const int64_t *axis, *wall, *first_panel;
+    const double *drawn, *kept, *rotation;
     double *place;
     Complex *amplitude;
     int64_t *ways, *surfaces, *work;
@@ -435,12 +653,16 @@ static void reach_of_pieces(const Aspect *a, double *reach) {
 
 /* The echoes of one aspect; returns how many there are, of which `room` are in the result. */
 /* Arrays: legs from 1 < 3; bounces from 1 < 4; first (pieces + 1) < C + 1; corner (C, 3); normal (pieces, 3); patch (pieces);
- * eye (legs, 3); by_sea (legs); position, antenna (3); place (room, 3); amplitude, ways, surfaces (room); work (1) */
+ * eye (legs, 3); by_sea (legs); position, antenna (3); bays from 1; tiers, nodes from 2; axis (pieces) from -1 < 2; wall (pieces) < 4;
+ * first_panel (2); drawn (4, bays, tiers); kept (nodes); rotation (3, 3); place (room, 3); amplitude, ways, surfaces (room); work (1) */
 KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     PlaneAspect of = *aspect;
     Scene scene;
     Aspect a;
     memset(&a, 0, sizeof a);
+    Walls walls = {of.bays, of.tiers, of.nodes, of.frame, of.tier, of.flat, of.dented, of.axis, of.wall, of.first_panel, of.drawn, of.kept, {{0.0}}};
+    for (int i = 0; i < 3; i++) walls.own[i] = vec(of.rotation[i], of.rotation[3 + i], of.rotation[6 + i]);
+    a.walls = &walls;
     a.scene = &scene;
     a.most_work = of.most_work;
     a.legs = (int)of.legs;

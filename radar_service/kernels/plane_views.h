@@ -142,6 +142,7 @@ typedef struct {
 
 typedef struct {
     const Scene *scene;
+    const struct Walls *walls;
     Tree tree;
     View view[WAYS];
     int legs, bounces;

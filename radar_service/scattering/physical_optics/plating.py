@@ -12,6 +12,7 @@ Of bounces only the coherent part counts: its field is lowered at each plated wa
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -39,6 +40,7 @@ ORDERS, FADING = 2.0, 1.5
 CUT_OFF = 0.003  # of the field, that orders beyond the zone have at most
 ASLANT = 1.1  # times as far off its normal a wall counts for rays that come from up to 25 degrees above
 NODES = 9  # of the mean over depths
+COSINES = 129  # of a table: between them fields are linear within 1e-4
 AT_ONCE = 4096  # facets that are cut into strips together: some 80,000 of them, 60 MB
 TINY = 1e-12  # of an area: an empty strip
 
@@ -105,6 +107,12 @@ class PlatedWalls:
         phase = self.wavenumber * np.abs(facing)[:, None] * depth
         mean = (weight / 2.0 * j0(phase) * np.exp(1j * phase)).sum(axis=1)
         return np.where((triangle >= 0) & (self.axis[triangle] >= 0), np.abs(mean), 1.0)
+
+    @cached_property
+    def kept_by_facing(self) -> Floats:
+        """`coherent` (COSINES,) of a plated one by cosines from 0 to 1."""
+        plated = np.flatnonzero(self.axis >= 0)[:1]
+        return self.coherent(np.linspace(0.0, 1.0, COSINES), np.broadcast_to(plated, COSINES))
 
     def off_field(self, near: bool, bounces: int) -> float:
         """By how much of the field a body errs without its dents, rms over aspects; near: whether any is near a wall's normal;
