@@ -65,19 +65,12 @@ static inline int64_t index_of(double number, int64_t most) {
     return number > 0.0 ? number < (double)most ? (int64_t)number : most : 0;
 }
 
-/* By how much plating lies inward [m]. bay, tier: where, counted in these. */
-static double depth_at(const Walls *w, int piece, double bay, double tier) {
-    double frame = floor(bay), below = floor(tier - 0.5), sine = phasor(0.5 * TURN * (bay - frame)).im;
-    int64_t column = index_of(frame - (double)w->first[0], w->bays - 1), row = index_of(below - (double)w->first[1], w->tiers - 2);
-    const double *drawn = w->drawn + (w->wall[piece] * w->bays + column) * w->tiers + row;
-    return (drawn[0] + (tier - 0.5 - below) * (drawn[1] - drawn[0])) * sine * sine;
-}
-
-/* Slabs of a polygon, between planes at whole heights over `across`, whose normal is a slab's thickness inverted. */
+/* Slabs of a polygon, between planes at whole heights over `across`, whose normal is a slab's thickness inverted. number: of the
+ * next one; left: how many there are from it on. */
 typedef struct {
     Plane across;
-    double first;
-    int count;
+    double number;
+    int64_t left;
 } Slabs;
 
 static Slabs slabs_of(const Polygon *p, Vec normal, double offset) {
@@ -87,17 +80,22 @@ static Slabs slabs_of(const Polygon *p, Vec normal, double offset) {
         low = smaller(low, height_over(slabs.across, p->at[i]));
         high = larger(high, height_over(slabs.across, p->at[i]));
     }
-    slabs.first = floor(low + THIN);
-    slabs.count = (int)index_of(ceil(high - THIN) - slabs.first, MOST_SLABS);
+    slabs.number = floor(low + THIN);
+    slabs.left = index_of(ceil(high - THIN) - slabs.number, MOST_SLABS);
     return slabs;
 }
 
-static int slab(const Slabs *slabs, int number, const Polygon *p, Polygon *part) {
-    Plane low = slabs->across, high = {vscale(low.normal, -1.0), -low.offset};
-    low.offset += slabs->first + number;
-    high.offset -= slabs->first + number + 1.0;
-    copy_polygon(part, p);
-    return (number == 0 || keep_before(part, low)) && (number == slabs->count - 1 || keep_before(part, high));
+/* Takes the next slab off the rest of a polygon; 0: it is empty. */
+static int next_slab(Slabs *slabs, Polygon *rest, Polygon *part) {
+    double height[MOST];
+    Polygon above;
+    Plane top = {slabs->across.normal, slabs->across.offset + ++slabs->number};
+    heights_over(top, rest, height);
+    int cut = rest->n < MOST ? cut_polygon(rest, height, &above, part) : NOTHING; /* as of `keep_before` */
+    if (cut == NOTHING) copy_polygon(part, rest);
+    if (cut == ALL) part->n = 0;
+    if (cut == PART) copy_polygon(rest, &above);
+    return part->n > 2;
 }
 
 /* ------------------------------------------------------------------------------------------------------------------- fields */
@@ -228,46 +226,54 @@ static void triangle_field(Aspect *a, const Path *path, const View *back, int pi
     for (int i = 0; i < 3; i++) emit(o, corner[i].place, turned(scaled(means[i], corner[i].weight * area), -1.0), path, back);
 }
 
-/* A part of a dented wall: values at three of its corners, which those of points follow by their shares of the three; the flat path
- * quadratically, by its sags at the middles between corners (times 4). */
+/* A part of a dented wall, and the panel of one of its strips: values at three corners, which those of points follow by their shares
+ * of the three; the flat path quadratically, by its sags at the middles between corners (times 4). */
 typedef struct {
-    int piece;
     double area; /* of the triangle between the corners */
     Vec path, sag, turns, facing, bay, tier, weight;
+    double frame, low, high; /* where the panel begins, and its largest depths at whole numbers of `tier`, 0 and 1 */
 } Block;
 
 static double dented_path(const Walls *w, const Block *b, Vec share) {
     double sag = share.y * share.z * b->sag.x + share.z * share.x * b->sag.y + share.x * share.y * b->sag.z;
-    double depth = depth_at(w, b->piece, vdot(share, b->bay), vdot(share, b->tier));
-    return vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth;
+    double sine = phasor(0.5 * TURN * (vdot(share, b->bay) - b->frame)).im, depth = b->low + vdot(share, b->tier) * (b->high - b->low);
+    return vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth * sine * sine;
 }
 
 /* Adds to the fields of the corners what a strip of a block gives. */
 static void strip_field(const Aspect *a, const Block *b, const Polygon *strip, Complex sum[3]) {
     double length[MOST], k = a->out.wavenumber;
-    Complex at[MOST], means[3];
+    Complex at[MOST], of_corner[MOST], means[3];
     for (int i = 0; i < strip->n; i++) {
+        of_corner[i] = complex_of(0.0, 0.0);
         length[i] = dented_path(a->walls, b, strip->at[i]);
         at[i] = phasor(-k * length[i]);
     }
+    double last = dented_path(a->walls, b, vscale(vadd(strip->at[0], strip->at[1]), 0.5));
     for (int i = 1; i + 1 < strip->n; i++) {
         Vec share[3] = {strip->at[0], strip->at[i], strip->at[i + 1]};
-        double lengths[3] = {length[0], length[i], length[i + 1]}, middle[3];
+        double lengths[3] = {length[0], length[i], length[i + 1]};
+        double outer = dented_path(a->walls, b, vscale(vadd(share[1], share[2]), 0.5));
+        double next = dented_path(a->walls, b, vscale(vadd(share[2], share[0]), 0.5)), middle[3] = {outer, next, last};
         Complex phasors[3] = {at[0], at[i], at[i + 1]};
-        for (int c = 0; c < 3; c++) middle[c] = dented_path(a->walls, b, vscale(vadd(share[(c + 1) % 3], share[(c + 2) % 3]), 0.5));
+        last = next;
         double area = b->area * fabs(vdot(share[0], vcross(share[1], share[2])));
         means_of(k, lengths, phasors, middle, means);
-        for (int c = 0; c < 3; c++) {
-            Complex field = scaled(means[c], area * vdot(share[c], b->weight));
-            sum[0] = plus(sum[0], scaled(field, share[c].x));
-            sum[1] = plus(sum[1], scaled(field, share[c].y));
-            sum[2] = plus(sum[2], scaled(field, share[c].z));
-        }
+        of_corner[0] = plus(of_corner[0], scaled(means[0], area));
+        of_corner[i] = plus(of_corner[i], scaled(means[1], area));
+        of_corner[i + 1] = plus(of_corner[i + 1], scaled(means[2], area));
+    }
+    for (int i = 0; i < strip->n; i++) {
+        Vec share = vscale(strip->at[i], vdot(strip->at[i], b->weight));
+        sum[0] = plus(sum[0], scaled(of_corner[i], share.x));
+        sum[1] = plus(sum[1], scaled(of_corner[i], share.y));
+        sum[2] = plus(sum[2], scaled(of_corner[i], share.z));
     }
 }
 
-/* The field of a block of a dented wall, strip by strip, shared by the first of its corners and two that span most with it. */
-static void block_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
+/* The field of a block of a dented wall, strip by strip, shared by the first of its corners and two that span most with it.
+ * below: the middle of a tier from which on its depths are linear up to the next. */
+static void block_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p, double below) {
     const Walls *w = a->walls;
     Vec normal = a->scene->plane[piece].normal, point[3] = {p->at[0], p->at[1], p->at[2]}, along = w->own[w->axis[piece]], span = vec(0.0, 0.0, 0.0);
     for (int i = 1; i < p->n; i++)
@@ -290,10 +296,10 @@ static void block_field(Aspect *a, const Path *path, const View *back, int piece
         value[2][i] = turns_at(a, piece, point[i]);
         value[3][i] = fabs(vdot(in, normal)) + fabs(vdot(away, normal));
         value[4][i] = vdot(along, point[i]) / w->frame;
-        value[5][i] = vdot(w->own[2], point[i]) / w->tier;
+        value[5][i] = vdot(w->own[2], point[i]) / w->tier - 0.5 - below;
         value[6][i] = at[i].weight;
     }
-    Block b = {piece, 0.5 * size_of(span)};
+    Block b = {.area = 0.5 * size_of(span)};
     Vec *to[7] = {&b.path, &b.sag, &b.turns, &b.facing, &b.bay, &b.tier, &b.weight};
     for (int i = 0; i < 7; i++) *to[i] = vec(value[i][0], value[i][1], value[i][2]);
     Polygon shares, strip;
@@ -305,9 +311,15 @@ static void block_field(Aspect *a, const Path *path, const View *back, int piece
     }
     Complex sum[3] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     Slabs strips = slabs_of(&shares, vscale(b.bay, STRIPS), 0.0);
-    a->lit.work += strips.count;
-    for (int i = 0; i < strips.count && !is_worn_out(a); i++)
-        if (slab(&strips, i, &shares, &strip)) strip_field(a, &b, &strip, sum);
+    for (a->lit.work += strips.left; strips.left > 0 && !is_worn_out(a); strips.left--) {
+        b.frame = floor(strips.number / STRIPS);
+        if (!next_slab(&strips, &shares, &strip)) continue;
+        int64_t bay = index_of(b.frame - (double)w->first[0], w->bays - 1), tier = index_of(below - (double)w->first[1], w->tiers - 2);
+        const double *drawn = w->drawn + (w->wall[piece] * w->bays + bay) * w->tiers + tier;
+        b.low = drawn[0];
+        b.high = drawn[1];
+        strip_field(a, &b, &strip, sum);
+    }
     for (int i = 0; i < 3; i++) emit(&a->out, at[i].place, turned(sum[i], -1.0), path, back);
 }
 
@@ -376,16 +388,20 @@ static void flat_field(Aspect *a, const Path *path, const View *back, int piece,
 /* The field of a region of a dented wall, cut where depths bend, and into blocks of whole strips over which fields are linear. */
 static void dented_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
     const Walls *w = a->walls;
-    double longest = a->out.longest, rows = ceil(w->tier / longest), strips = larger(floor(STRIPS * longest / w->frame), 1.0);
+    double longest = a->out.longest, rows = larger(floor(w->tier / longest + 0.5), 1.0), strips = larger(floor(STRIPS * longest / w->frame), 1.0);
     Slabs levels = slabs_of(p, vscale(w->own[2], rows / w->tier), 0.5 * rows);
-    for (int i = 0; i < levels.count && !is_worn_out(a); i++) {
-        Polygon level, block;
-        if (!slab(&levels, i, p, &level)) continue;
+    Polygon rest, level, block;
+    copy_polygon(&rest, p);
+    for (; levels.left > 0 && !is_worn_out(a); levels.left--) {
+        double below = floor(levels.number / rows);
+        if (!next_slab(&levels, &rest, &level)) continue;
         Slabs blocks = slabs_of(&level, vscale(w->own[w->axis[piece]], STRIPS / (w->frame * strips)), 0.0);
-        a->lit.work += blocks.count;
-        for (int k = 0; k < blocks.count && !is_worn_out(a); k++) {
-            if (!slab(&blocks, k, &level, &block) || area_of(&block) < SPECK) continue;
-            (is_dented(a, piece, &block) ? block_field : flat_field)(a, path, back, piece, &block);
+        for (a->lit.work += blocks.left; blocks.left > 0 && !is_worn_out(a); blocks.left--) {
+            if (!next_slab(&blocks, &level, &block) || area_of(&block) < SPECK) continue;
+            if (is_dented(a, piece, &block))
+                block_field(a, path, back, piece, &block, below);
+            else
+                flat_field(a, path, back, piece, &block);
         }
     }
 }
@@ -660,8 +676,9 @@ KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     Scene scene;
     Aspect a;
     memset(&a, 0, sizeof a);
-    Walls walls = {of.bays, of.tiers, of.nodes, of.frame, of.tier, of.flat, of.dented, of.axis, of.wall, of.first_panel, of.drawn, of.kept, {{0.0}}};
-    for (int i = 0; i < 3; i++) walls.own[i] = vec(of.rotation[i], of.rotation[3 + i], of.rotation[6 + i]);
+    const double *r = of.rotation;
+    Walls walls = {of.bays, of.tiers, of.nodes, of.frame, of.tier, of.flat, of.dented, of.axis, of.wall, of.first_panel, of.drawn, of.kept,
+                   {vec(r[0], r[3], r[6]), vec(r[1], r[4], r[7]), vec(r[2], r[5], r[8])}};
     a.walls = &walls;
     a.scene = &scene;
     a.most_work = of.most_work;

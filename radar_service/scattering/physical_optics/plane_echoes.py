@@ -63,9 +63,7 @@ class PlaneOptics:
     rotation: Floats = field(default_factory=lambda: np.eye(3))
 
     @classmethod
-    def of(
-        cls, pieces: PlanarPieces, wave: Wave, bounces: int, range_cell: float, walls: PlatedWalls | None = None
-    ) -> Self:
+    def of(cls, pieces: PlanarPieces, wave: Wave, bounces: int, range_cell: float, walls: PlatedWalls | None = None) -> Self:
         """Pieces with the field of a usual range cell: the median over azimuths of the largest, by two surfaces in a row and
         without the sea. range_cell: its length [m]."""
         level = 0.0

@@ -102,17 +102,20 @@ class PlatedWalls:
 
     def coherent(self, facing: Floats, triangle: Indices) -> Floats:
         """The share (M,) of the field that a bounce keeps in its direction. facing: (M,) cosines at triangles (M,), or -1."""
+        return np.where((triangle >= 0) & (self.axis[triangle] >= 0), self._kept(facing), 1.0)
+
+    def _kept(self, facing: Floats) -> Floats:
+        """The share (M,) of the field that a bounce on plating keeps, by cosines (M,)."""
         node, weight = np.polynomial.legendre.leggauss(NODES)
         depth = self.plating.depth * (1.0 + SPREAD * np.sqrt(3.0) * node)
         phase = self.wavenumber * np.abs(facing)[:, None] * depth
         mean = (weight / 2.0 * j0(phase) * np.exp(1j * phase)).sum(axis=1)
-        return np.where((triangle >= 0) & (self.axis[triangle] >= 0), np.abs(mean), 1.0)
+        return np.asarray(np.abs(mean))
 
     @cached_property
     def kept_by_facing(self) -> Floats:
-        """`coherent` (COSINES,) of a plated one by cosines from 0 to 1."""
-        plated = np.flatnonzero(self.axis >= 0)[:1]
-        return self.coherent(np.linspace(0.0, 1.0, COSINES), np.broadcast_to(plated, COSINES))
+        """What a bounce on plating keeps (COSINES,), by cosines from 0 to 1."""
+        return self._kept(np.linspace(0.0, 1.0, COSINES))
 
     def off_field(self, near: bool, bounces: int) -> float:
         """By how much of the field a body errs without its dents, rms over aspects; near: whether any is near a wall's normal;
@@ -122,8 +125,7 @@ class PlatedWalls:
         """
         depth = self.plating.depth * math.sqrt(3.0 / 8.0 * (1.0 + SPREAD**2))
         first = 2.0 * self.wavenumber * depth if near else CUT_OFF
-        plated = np.flatnonzero(self.axis >= 0)[:1]
-        return math.hypot(first, 1.0 - float(self.coherent(np.ones(1), plated)[0]) ** bounces)
+        return math.hypot(first, 1.0 - float(self._kept(np.ones(1))[0]) ** bounces)
 
     def near_normal(self, aspects: Floats, normal: Floats) -> bool:
         """Whether any of ranges (K, 2) of directions, clockwise from the bow [rad], comes so near to the normal of a wall, before
