@@ -1,6 +1,7 @@
 /* One aspect of convex planar pieces: scattering/physical_optics/plane_echoes.py. An eye is a point: the antenna, its image in the
  * sea, or an image of these in pieces. What an eye lights is what `shade` leaves; bounces are seen by mirrored eyes. Fields are sums
- * over edges (Gordon 1975) away from specular directions, and closed forms of small triangles near them. */
+ * over edges (Gordon 1975) away from specular directions, and closed forms of small triangles near them. Dented walls are cut into
+ * strips near their normals: plating.py. */
 
 #include "plane_views.h"
 #include "triangle_means.h"
@@ -10,6 +11,93 @@ static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin 
 static const double BENT = 800.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */
+
+/* ------------------------------------------------------------------------------------------------------------------ plating */
+
+enum { STRIPS = 4, MOST_SLABS = 1 << 20 }; /* STRIPS: of the same name in plating.py */
+
+/* Which pieces are plated, as of `PlatedWalls`: axis (P), wall (P), drawn (4, bays, tiers) [m] with the numbers of the first bay and
+ * tier. flat, dented: its `zone`. kept (nodes): share of the field of a bounce by cosine, from 0 to 1. own: axes of the body's frame. */
+typedef struct Walls {
+    int64_t bays, tiers, nodes;
+    double frame, tier, flat, dented;
+    const int64_t *axis, *wall, *first;
+    const double *drawn, *kept;
+    Vec own[3];
+} Walls;
+
+/* The share of the field that a bounce on a piece keeps. */
+static double coherent(const Walls *w, int piece, double facing) {
+    if (w->axis[piece] < 0) return 1.0;
+    double at = smaller(fabs(facing), 1.0) * (double)(w->nodes - 1);
+    int64_t low = at >= 1.0 ? (int64_t)larger(ceil(at) - 1.0, 0.0) : 0;
+    return w->kept[low] + (at - (double)low) * (w->kept[low + 1] - w->kept[low]);
+}
+
+/* By how many turns the two-way phase of the direct leg changes along a panel, with a sign. */
+static double turns_at(const Aspect *a, int piece, Vec point) {
+    const Walls *w = a->walls;
+    Vec normal = a->scene->plane[piece].normal, way = unit_of(vsub(point, a->view[0].leg.eye));
+    double east = vdot(normal, w->own[0]), north = vdot(normal, w->own[1]), level = sqrt(east * east + north * north);
+    double along = (vdot(way, w->own[0]) * north - vdot(way, w->own[1]) * east) / level;
+    double step = fabs(w->axis[piece] ? east : north) / level;
+    return 2.0 * a->out.wavenumber / TURN * w->frame * along / larger(step, 0.5);
+}
+
+/* Whether dents count anywhere on a polygon. */
+static int is_dented(const Aspect *a, int piece, const Polygon *p) {
+    double low = INFINITY, high = -INFINITY;
+    if (a->walls->axis[piece] < 0) return 0;
+    for (int i = 0; i < p->n; i++) {
+        double turns = turns_at(a, piece, p->at[i]);
+        low = smaller(low, turns);
+        high = larger(high, turns);
+    }
+    return low < a->walls->flat && high > -a->walls->flat;
+}
+
+/* How much of its dents plating has: 1 near the normal, 0 where it is flat. */
+static inline double fading(const Walls *w, double turns) {
+    double share = smaller(larger((w->flat - fabs(turns)) / (w->flat - w->dented), 0.0), 1.0);
+    return share * share * (3.0 - 2.0 * share);
+}
+
+static inline int64_t index_of(double number, int64_t most) {
+    return number > 0.0 ? number < (double)most ? (int64_t)number : most : 0;
+}
+
+/* Slabs of a polygon, between planes at whole heights over `across`, whose normal is a slab's thickness inverted. number: of the
+ * next one; left: how many there are from it on. */
+typedef struct {
+    Plane across;
+    double number;
+    int64_t left;
+} Slabs;
+
+static Slabs slabs_of(const Polygon *p, Vec normal, double offset) {
+    Slabs slabs = {{normal, offset}, 0.0, 0};
+    double low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < p->n; i++) {
+        low = smaller(low, height_over(slabs.across, p->at[i]));
+        high = larger(high, height_over(slabs.across, p->at[i]));
+    }
+    slabs.number = floor(low + THIN);
+    slabs.left = index_of(ceil(high - THIN) - slabs.number, MOST_SLABS);
+    return slabs;
+}
+
+/* Takes the next slab off the rest of a polygon; 0: it is empty. */
+static int next_slab(Slabs *slabs, Polygon *rest, Polygon *part) {
+    double height[MOST];
+    Polygon above;
+    Plane top = {slabs->across.normal, slabs->across.offset + ++slabs->number};
+    heights_over(top, rest, height);
+    int cut = rest->n < MOST ? cut_polygon(rest, height, &above, part) : NOTHING; /* as of `keep_before` */
+    if (cut == NOTHING) copy_polygon(part, rest);
+    if (cut == ALL) part->n = 0;
+    if (cut == PART) copy_polygon(rest, &above);
+    return part->n > 2;
+}
 
 /* ------------------------------------------------------------------------------------------------------------------- fields */
 
@@ -48,9 +136,10 @@ static inline double current(Vec received, Vec direction, Vec field, Vec normal)
     return vdot(received, direction) * vdot(normal, field) - vdot(received, field) * vdot(normal, direction);
 }
 
-static At at_point(const Aspect *a, const Path *path, const View *back, Vec normal, Vec point) {
+static At at_point(const Aspect *a, const Path *path, const View *back, int piece, Vec point) {
     At at;
     const Output *o = &a->out;
+    Vec normal = a->scene->plane[piece].normal;
     Vec begin = first_point(a->scene, path, point), eye = path->eye[0];
     Vec in = vsub(point, path->eye[path->n]), away = vsub(point, back->leg.eye), leaves = vsub(begin, eye);
     double in_length = size_of(in), away_length = size_of(away), first_length = size_of(leaves);
@@ -70,10 +159,16 @@ static At at_point(const Aspect *a, const Path *path, const View *back, Vec norm
     at.gradient = vsub(at.gradient, vscale(normal, vdot(normal, at.gradient)));
     at.steep = vdot(at.gradient, at.gradient);
     Vec field = polarized(leaves, o->level), received = polarized(away, o->level);
-    for (int k = 0; k < path->n; k++) field = vscale(reflected(field, a->scene->plane[path->chain[k]].normal), -1.0);
+    double kept = path->n ? coherent(a->walls, piece, vdot(in, normal)) : 1.0;
+    for (int k = 0; k < path->n; k++) {
+        Vec there = a->scene->plane[path->chain[k]].normal;
+        kept *= coherent(a->walls, path->chain[k], vdot(leaves, there));
+        leaves = reflected(leaves, there);
+        field = vscale(reflected(field, there), -1.0);
+    }
     at.weight = current(received, in, field, normal);
     if (path->leg != back->level && !path->n) at.weight += current(field, away, received, normal); /* both orders */
-    at.weight *= a->wave;
+    at.weight *= a->wave * kept;
     at.phasor = phasor(-o->wavenumber * at.path);
     return at;
 }
@@ -98,8 +193,24 @@ static inline double longest_at(const Output *o, double path) {
     return smaller(o->longest, smaller(0.5 * o->wide * path, o->bend * sqrt(0.5 * path)));
 }
 
+/* Means over a triangle: paths [m] and their phasors at corners, paths at the middles of the edges opposite to them. */
+static void means_of(double k, const double length[3], const Complex at[3], const double middle[3], Complex means[3]) {
+    double unordered[3], phases[3], bends[3];
+    Complex at_corner[3], ordered[3];
+    for (int i = 0; i < 3; i++) unordered[i] = -k * (length[i] - length[0]);
+    int first = first_corner(unordered);
+    for (int i = 0; i < 3; i++) {
+        int c = (first + i) % 3;
+        phases[i] = unordered[c];
+        at_corner[i] = at[c];
+        bends[i] = -k * (middle[c] - 0.5 * (length[(c + 1) % 3] + length[(c + 2) % 3]));
+    }
+    ordered_means(phases, at_corner, bends, ordered);
+    for (int i = 0; i < 3; i++) means[(first + i) % 3] = ordered[i];
+}
+
 /* The field of a triangle, in closed form where its edges are short enough, shared by its corners. */
-static void triangle_field(Aspect *a, const Path *path, const View *back, Vec normal, At p, At q, At r, int depth) {
+static void triangle_field(Aspect *a, const Path *path, const View *back, int piece, At p, At q, At r, int depth) {
     At corner[3] = {p, q, r};
     Output *o = &a->out;
     double edge[3];
@@ -112,34 +223,121 @@ static void triangle_field(Aspect *a, const Path *path, const View *back, Vec no
     double most = longest_at(o, p.path);
     if (edge[longest] > most * most && depth < 40) {
         At one = corner[longest], other = corner[(longest + 1) % 3], third = corner[(longest + 2) % 3];
-        At middle = at_point(a, path, back, normal, vscale(vadd(one.point, other.point), 0.5));
-        triangle_field(a, path, back, normal, one, middle, third, depth + 1);
-        triangle_field(a, path, back, normal, middle, other, third, depth + 1);
+        At middle = at_point(a, path, back, piece, vscale(vadd(one.point, other.point), 0.5));
+        triangle_field(a, path, back, piece, one, middle, third, depth + 1);
+        triangle_field(a, path, back, piece, middle, other, third, depth + 1);
         return;
     }
-    double unordered[3], phases[3], bends[3];
-    Complex at_corner[3], means[3];
     double area = 0.5 * size_of(vcross(vsub(q.point, p.point), vsub(r.point, p.point)));
-    double length[3] = {p.path, q.path, r.path};
-    for (int i = 0; i < 3; i++) unordered[i] = -o->wavenumber * (length[i] - p.path);
-    int first = first_corner(unordered);
-    for (int i = 0; i < 3; i++) {
-        int c = (first + i) % 3;
-        Vec middle = vscale(vadd(corner[(c + 1) % 3].point, corner[(c + 2) % 3].point), 0.5);
-        phases[i] = unordered[c];
-        at_corner[i] = corner[c].phasor;
-        bends[i] = -o->wavenumber * (length_at(a, path, back, middle) - 0.5 * (length[(c + 1) % 3] + length[(c + 2) % 3]));
+    double length[3] = {p.path, q.path, r.path}, middle[3];
+    Complex at[3] = {p.phasor, q.phasor, r.phasor}, means[3];
+    for (int i = 0; i < 3; i++)
+        middle[i] = length_at(a, path, back, vscale(vadd(corner[(i + 1) % 3].point, corner[(i + 2) % 3].point), 0.5));
+    means_of(o->wavenumber, length, at, middle, means);
+    for (int i = 0; i < 3; i++) emit(o, corner + i, turned(scaled(means[i], corner[i].weight * area), -1.0), path, back);
+}
+
+/* A part of a dented wall, and the panel of one of its strips: values at three corners, which those of points follow by their shares
+ * of the three; the flat path quadratically, by its sags at the middles between corners (times 4). */
+typedef struct {
+    double area; /* of the triangle between the corners */
+    Vec path, sag, turns, facing, bay, tier, weight;
+    double frame, low, high; /* where the panel begins, and its largest depths at whole numbers of `tier`, 0 and 1 */
+} Block;
+
+static double dented_path(const Walls *w, const Block *b, Vec share) {
+    double sag = share.y * share.z * b->sag.x + share.z * share.x * b->sag.y + share.x * share.y * b->sag.z;
+    double sine = phasor(0.5 * TURN * (vdot(share, b->bay) - b->frame)).im, depth = b->low + vdot(share, b->tier) * (b->high - b->low);
+    return vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth * sine * sine;
+}
+
+/* Adds to the fields of the corners what a strip of a block gives. */
+static void strip_field(const Aspect *a, const Block *b, const Polygon *strip, Complex sum[3]) {
+    double length[MOST], k = a->out.wavenumber;
+    Complex at[MOST], of_corner[MOST], means[3];
+    for (int i = 0; i < strip->n; i++) {
+        of_corner[i] = complex_of(0.0, 0.0);
+        length[i] = dented_path(a->walls, b, strip->at[i]);
+        at[i] = phasor(-k * length[i]);
     }
-    ordered_means(phases, at_corner, bends, means);
-    for (int i = 0; i < 3; i++) {
-        const At *at = corner + (first + i) % 3;
-        emit(o, at, turned(scaled(means[i], at->weight * area), -1.0), path, back);
+    double last = dented_path(a->walls, b, vscale(vadd(strip->at[0], strip->at[1]), 0.5));
+    for (int i = 1; i + 1 < strip->n; i++) {
+        Vec share[3] = {strip->at[0], strip->at[i], strip->at[i + 1]};
+        double lengths[3] = {length[0], length[i], length[i + 1]};
+        double outer = dented_path(a->walls, b, vscale(vadd(share[1], share[2]), 0.5));
+        double next = dented_path(a->walls, b, vscale(vadd(share[2], share[0]), 0.5)), middle[3] = {outer, next, last};
+        Complex phasors[3] = {at[0], at[i], at[i + 1]};
+        last = next;
+        double area = b->area * fabs(vdot(share[0], vcross(share[1], share[2])));
+        means_of(k, lengths, phasors, middle, means);
+        of_corner[0] = plus(of_corner[0], scaled(means[0], area));
+        of_corner[i] = plus(of_corner[i], scaled(means[1], area));
+        of_corner[i + 1] = plus(of_corner[i + 1], scaled(means[2], area));
+    }
+    for (int i = 0; i < strip->n; i++) {
+        Vec share = vscale(strip->at[i], vdot(strip->at[i], b->weight));
+        sum[0] = plus(sum[0], scaled(of_corner[i], share.x));
+        sum[1] = plus(sum[1], scaled(of_corner[i], share.y));
+        sum[2] = plus(sum[2], scaled(of_corner[i], share.z));
     }
 }
 
+/* The field of a block of a dented wall, strip by strip, shared by the first of its corners and two that span most with it.
+ * below: the middle of a tier from which on its depths are linear up to the next. */
+static void block_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p, double below) {
+    const Walls *w = a->walls;
+    Vec normal = a->scene->plane[piece].normal, point[3] = {p->at[0], p->at[1], p->at[2]}, along = w->own[w->axis[piece]], span = vec(0.0, 0.0, 0.0);
+    for (int i = 1; i < p->n; i++)
+        for (int j = i + 1; j < p->n; j++) {
+            Vec other = vcross(vsub(p->at[i], point[0]), vsub(p->at[j], point[0]));
+            if (vdot(other, other) <= vdot(span, span)) continue;
+            span = other;
+            point[1] = p->at[i];
+            point[2] = p->at[j];
+        }
+    At at[3];
+    double value[7][3];
+    for (int i = 0; i < 3; i++) at[i] = at_point(a, path, back, piece, point[i]);
+    for (int i = 0; i < 3; i++) {
+        int one = (i + 1) % 3, other = (i + 2) % 3;
+        Vec in = unit_of(vsub(point[i], path->eye[0])), away = unit_of(vsub(point[i], back->leg.eye));
+        double mean = 0.5 * (at[one].path + at[other].path);
+        value[0][i] = at[i].path;
+        value[1][i] = 4.0 * (length_at(a, path, back, vscale(vadd(point[one], point[other]), 0.5)) - mean);
+        value[2][i] = turns_at(a, piece, point[i]);
+        value[3][i] = fabs(vdot(in, normal)) + fabs(vdot(away, normal));
+        value[4][i] = vdot(along, point[i]) / w->frame;
+        value[5][i] = vdot(w->own[2], point[i]) / w->tier - 0.5 - below;
+        value[6][i] = at[i].weight;
+    }
+    Block b = {.area = 0.5 * size_of(span)};
+    Vec *to[7] = {&b.path, &b.sag, &b.turns, &b.facing, &b.bay, &b.tier, &b.weight};
+    for (int i = 0; i < 7; i++) *to[i] = vec(value[i][0], value[i][1], value[i][2]);
+    Polygon shares, strip;
+    shares.n = p->n;
+    for (int i = 0; i < p->n; i++) {
+        Vec offset = vscale(vsub(p->at[i], point[0]), 1.0 / vdot(span, span));
+        double one = vdot(span, vcross(offset, vsub(point[2], point[0]))), other = vdot(span, vcross(vsub(point[1], point[0]), offset));
+        shares.at[i] = vec(1.0 - one - other, one, other);
+    }
+    Complex sum[3] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    Slabs strips = slabs_of(&shares, vscale(b.bay, STRIPS), 0.0);
+    for (a->lit.work += strips.left; strips.left > 0 && !is_worn_out(a); strips.left--) {
+        b.frame = floor(strips.number / STRIPS);
+        if (!next_slab(&strips, &shares, &strip)) continue;
+        int64_t bay = index_of(b.frame - (double)w->first[0], w->bays - 1), tier = index_of(below - (double)w->first[1], w->tiers - 2);
+        const double *drawn = w->drawn + (w->wall[piece] * w->bays + bay) * w->tiers + tier;
+        b.low = drawn[0];
+        b.high = drawn[1];
+        strip_field(a, &b, &strip, sum);
+    }
+    for (int i = 0; i < 3; i++) emit(&a->out, at + i, turned(sum[i], -1.0), path, back);
+}
+
 /* The field of a region by its edges; 0 where a specular point may be too near. */
-static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal, const Polygon *p, const At *at) {
+static int edge_fields(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p, const At *at) {
     Output *o = &a->out;
+    Vec normal = a->scene->plane[piece].normal;
     double k = o->wavenumber;
     Complex sum[MOST];
     for (int i = 0; i < p->n; i++) {
@@ -168,7 +366,7 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
         Complex carried = complex_of(0.0, 0.0);
         for (int s = 1; s <= parts; s++) {
             int last = s == parts;
-            At next = last ? at[j] : at_point(a, path, back, normal, vadd(p->at[i], vscale(along, step * s)));
+            At next = last ? at[j] : at_point(a, path, back, piece, vadd(p->at[i], vscale(along, step * s)));
             double bend = -k * (length_at(a, path, back, vscale(vadd(before.point, next.point), 0.5)) - 0.5 * (before.path + next.path));
             EdgeMoments e = edge_moments(-k * (next.path - before.path), before.phasor, next.phasor);
             Complex half = scaled(times(bubble_of(bend), e.bubble), 0.5);
@@ -188,24 +386,54 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, Vec normal
     return 1;
 }
 
-/* The fields of regions on a piece, lit along a path and seen from a view. */
-static void radiate(Aspect *a, const Regions *list, const Path *path, const View *back, Vec normal) {
+static void flat_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
     At at[MOST];
+    for (int i = 0; i < p->n; i++) at[i] = at_point(a, path, back, piece, p->at[i]);
+    if (edge_fields(a, path, back, piece, p, at)) return;
+    for (int i = 1; i + 1 < p->n; i++) triangle_field(a, path, back, piece, at[0], at[i], at[i + 1], 0);
+}
+
+/* The field of a region of a dented wall, cut where depths bend, and into blocks of whole strips over which fields are linear. */
+static void dented_field(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p) {
+    const Walls *w = a->walls;
+    double longest = a->out.longest, rows = larger(floor(w->tier / longest + 0.5), 1.0), strips = larger(floor(STRIPS * longest / w->frame), 1.0);
+    Slabs levels = slabs_of(p, vscale(w->own[2], rows / w->tier), 0.5 * rows);
+    Polygon rest, level, block;
+    copy_polygon(&rest, p);
+    for (; levels.left > 0 && !is_worn_out(a); levels.left--) {
+        double below = floor(levels.number / rows);
+        if (!next_slab(&levels, &rest, &level)) continue;
+        Slabs blocks = slabs_of(&level, vscale(w->own[w->axis[piece]], STRIPS / (w->frame * strips)), 0.0);
+        for (a->lit.work += blocks.left; blocks.left > 0 && !is_worn_out(a); blocks.left--) {
+            if (!next_slab(&blocks, &level, &block) || area_of(&block) < SPECK) continue;
+            if (is_dented(a, piece, &block))
+                block_field(a, path, back, piece, &block, below);
+            else
+                flat_field(a, path, back, piece, &block);
+        }
+    }
+}
+
+/* The fields of regions on a piece, lit along a path and seen from a view. */
+static void radiate(Aspect *a, const Regions *list, const Path *path, const View *back, int piece) {
     for (int64_t k = 0; k < list->n; k++) {
-        const Polygon *p = list->at + k;
-        for (int i = 0; i < p->n; i++) at[i] = at_point(a, path, back, normal, p->at[i]);
-        if (edge_fields(a, path, back, normal, p, at)) continue;
-        for (int i = 1; i + 1 < p->n; i++) triangle_field(a, path, back, normal, at[0], at[i], at[i + 1], 0);
+        int dented = !path->n && is_dented(a, piece, list->at + k);
+        (dented ? dented_field : flat_field)(a, path, back, piece, list->at + k);
     }
 }
 
 /* ------------------------------------------------------------------------------------------------------------------- bounds */
 
-/* What the field of a region has at most [m]: that of its surface, or of its edges over the gradient of the phase. */
-static double most_field(const Aspect *a, const Polygon *p, Vec eye, Vec back, Vec normal) {
+/* What the field of a region has at most [m]: that of its surface, or of its edges over the gradient of the phase. Dents scatter
+ * along their wall, so that of a dented one the gradient upward counts alone. */
+static double most_field(const Aspect *a, const Polygon *p, Vec eye, Vec back, Vec normal, int dented) {
     Vec middle = middle_of(p), in = unit_of(vsub(middle, eye)), away = unit_of(vsub(middle, back)), g = vadd(in, away);
     double radius = 0.0, edges = 0.0, k = a->out.wavenumber;
     g = vsub(g, vscale(normal, vdot(g, normal)));
+    if (dented) {
+        Vec level = unit_of(vcross(normal, a->walls->own[2]));
+        g = vsub(g, vscale(level, vdot(g, level)));
+    }
     for (int i = 0; i < p->n; i++) radius = larger(radius, size_of(vsub(p->at[i], middle)));
     double slack = radius * (1.0 / size_of(vsub(middle, eye)) + 1.0 / size_of(vsub(middle, back))), steep = size_of(g) - slack;
     double area = area_of(p);
@@ -245,13 +473,14 @@ static void single_fields(Aspect *a, double water) {
     for (int piece = 0; piece < a->scene->n; piece++) {
         Polygon whole = piece_of(a->scene, piece);
         Vec normal = a->scene->plane[piece].normal;
+        int dented = is_dented(a, piece, &whole);
         for (int s = 0; s < a->legs && whole.n; s++) {
             View *view = &a->view[s], *mixed = s == 0 && a->legs > 1 ? &a->view[1] : NULL;
             if (view->seen[piece] == BACK) continue;
             if (mixed && mixed->seen[piece] == BACK) mixed = NULL;
             Vec eye = view->leg.eye;
-            int own = most_field(a, &whole, eye, eye, normal) >= a->skip;
-            if (mixed && 2.0 * most_field(a, &whole, eye, mixed->leg.eye, normal) < a->skip) mixed = NULL;
+            int own = most_field(a, &whole, eye, eye, normal, dented) >= a->skip;
+            if (mixed && 2.0 * most_field(a, &whole, eye, mixed->leg.eye, normal, dented) < a->skip) mixed = NULL;
             if (!own && !mixed) continue;
             enum Seen seen = seen_by(a, view, piece, water);
             if (seen == HIDDEN) continue;
@@ -259,10 +488,10 @@ static void single_fields(Aspect *a, double water) {
             a->lit.n = 0;
             add_region(&a->lit, &whole);
             if (seen == PARTLY) hide(a, &a->lit, view, &whole, piece, NULL, eye, water);
-            if (own) radiate(a, &a->lit, &path, view, normal);
+            if (own) radiate(a, &a->lit, &path, view, piece);
             if (!mixed || seen_by(a, mixed, piece, water) == HIDDEN) continue;
             if (mixed->seen[piece] == PARTLY) hide(a, &a->lit, mixed, &whole, piece, NULL, mixed->leg.eye, water);
-            radiate(a, &a->lit, &path, mixed, normal);
+            radiate(a, &a->lit, &path, mixed, piece);
         }
     }
 }
@@ -300,7 +529,7 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
     int made = 0;
     for (int r = 0; r < a->legs; r++) {
         View *back = &a->view[r];
-        if (!(wanted >> r & 1) || most_field(a, region, eye, back->leg.eye, normal) < a->bounce_skip) continue;
+        if (!(wanted >> r & 1) || most_field(a, region, eye, back->leg.eye, normal, 0) < a->bounce_skip) continue;
         if (seen_by(a, back, last, water) == HIDDEN) continue;
         if (!made) {
             View *out = &a->view[path->leg];
@@ -318,11 +547,11 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
         }
         if (!a->lit.n) return;
         if (back->seen[last] == WHOLE) {
-            radiate(a, &a->lit, path, back, normal);
+            radiate(a, &a->lit, path, back, last);
         } else {
             copy_regions(&a->kept, &a->lit);
             hide(a, &a->kept, back, region, last, NULL, back->leg.eye, water);
-            radiate(a, &a->kept, path, back, normal);
+            radiate(a, &a->kept, path, back, last);
         }
     }
 }
@@ -378,9 +607,10 @@ static void bounces(Aspect *a, const double *reach, double water) {
  * one-sided. legs: 1 or 2, of each eye (legs, 3) and by_sea (legs). bounces: surfaces in a row. level: whether the polarization is
  * "h". position, antenna (3), cosine, sine, earth_radius: as of `leg_rays`. water: height of the sea; -inf: there is none. skip,
  * bounce_skip: fields that are left out [m]. Edges over which fields are linear: longest [m], wide times the distance, and bend
- * times its root [m]. screens: triangles screen (S, 3, 3) of other bodies, from screen_first (legs + 1) on of each leg. most_work: after so many cuts and pairs
- * of pieces all else is left out; work (1): how many there were. place (room, 3), ends (room, 2): heights at the first and the last piece [m], amplitude (room) with the phase of the whole path,
- * ways (room) by the sea, surfaces (room) in a row. */
+ * times its root [m]. screens: triangles screen (S, 3, 3) of other bodies, from screen_first (legs + 1) on of each leg. most_work:
+ * after so many cuts and pairs of pieces all else is left out; work (1): how many there were. place (room, 3), ends (room, 2):
+ * heights at the first and the last piece [m], amplitude (room) with the phase of the whole path, ways (room) by the sea, surfaces
+ * (room) in a row. From bays to kept: as of `Walls`; rotation (3, 3): of the frame from the body's own. */
 typedef struct {
     int64_t pieces, legs, bounces, level, most_work, room;
     double water, wavelength, longest, wide, bend, skip, bounce_skip;
@@ -392,6 +622,10 @@ typedef struct {
     const int64_t *screen_first;
     const double *screen, *position, *antenna;
     double cosine, sine, earth_radius;
+    int64_t bays, tiers, nodes;
+    double frame, tier, flat, dented;
+    const int64_t *axis, *wall, *first_panel;
+    const double *drawn, *kept, *rotation;
     double *place, *ends;
     Complex *amplitude;
     int64_t *ways, *surfaces, *work;
@@ -445,13 +679,18 @@ static void reach_of_pieces(const Aspect *a, double *reach) {
 
 /* The echoes of one aspect; returns how many there are, of which `room` are in the result. */
 /* Arrays: legs from 1 < 3; bounces from 1 < 4; first (pieces + 1) < C + 1; corner (C, 3); normal (pieces, 3); patch (pieces);
- * eye (legs, 3); by_sea (legs); screen_first (legs + 1) < S + 1; screen (S, 3, 3); position, antenna (3); place (room, 3);
- * ends (room, 2); amplitude, ways, surfaces (room); work (1) */
+ * eye (legs, 3); by_sea (legs); screen_first (legs + 1) < S + 1; screen (S, 3, 3); position, antenna (3); bays from 1; tiers, nodes
+ * from 2; axis (pieces) from -1 < 2; wall (pieces) < 4; first_panel (2); drawn (4, bays, tiers); kept (nodes); rotation (3, 3);
+ * place (room, 3); ends (room, 2); amplitude, ways, surfaces (room); work (1) */
 KERNEL int64_t plane_echoes(const PlaneAspect *aspect) {
     PlaneAspect of = *aspect;
     Scene scene;
     Aspect a;
     memset(&a, 0, sizeof a);
+    const double *r = of.rotation;
+    Walls walls = {of.bays, of.tiers, of.nodes, of.frame, of.tier, of.flat, of.dented, of.axis, of.wall, of.first_panel, of.drawn, of.kept,
+                   {vec(r[0], r[3], r[6]), vec(r[1], r[4], r[7]), vec(r[2], r[5], r[8])}};
+    a.walls = &walls;
     a.scene = &scene;
     a.most_work = of.most_work;
     a.legs = (int)of.legs;

@@ -147,6 +147,7 @@ typedef struct {
 
 typedef struct {
     const Scene *scene;
+    const struct Walls *walls;
     Tree tree;
     View view[WAYS];
     int legs, bounces;

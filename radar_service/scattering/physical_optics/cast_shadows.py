@@ -15,7 +15,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.skylines import Outlook
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut

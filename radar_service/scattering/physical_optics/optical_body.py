@@ -13,6 +13,7 @@ from radar_service.scattering.physical_optics.patches import is_concave, outward
 from radar_service.scattering.physical_optics.path_centres import PATHS, PathCentres, flattest, over_nodes
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plane_echoes import PlaneOptics
+from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.trace.tree_cache import content_key
@@ -41,7 +42,9 @@ class OpticalBody:
         mesh, outside = body.mesh, outward_side(body.mesh)
         bounces = bounces if is_concave(mesh) else 1
         wave = Wave(radar.wavelength, radar.polarization)
-        optics = PlaneOptics.of(PlanarPieces.of(mesh, outside), wave, bounces, radar.range_resolution)
+        pieces = PlanarPieces.of(mesh, outside)
+        walls = PlatedWalls.of(mesh, pieces.normal, pieces.spans, body.plating, radar.wavelength)
+        optics = PlaneOptics.of(pieces, wave, bounces, radar.range_resolution, walls)
         return cls(mesh, optics, EdgeLimits.of(radar, mesh), power_reflectivity(body.material.name))
 
     def dry_box(self, height: float) -> Floats:

@@ -61,6 +61,16 @@ class PlanarPieces:
         facing[turned] *= -1.0
         return cls(corners, begin, facing, 2 * patch[piece] + turned)
 
+    @property
+    def spans(self) -> Floats:
+        """Sides (P, 3) [m] of the box about all pieces of the patch of each."""
+        _, patch = np.unique(self.patch, return_inverse=True)
+        low, high = np.full((len(self), 3), np.inf), np.full((len(self), 3), -np.inf)
+        of_corner = np.repeat(patch, np.diff(self.first))
+        np.minimum.at(low, of_corner, self.corner)
+        np.maximum.at(high, of_corner, self.corner)
+        return np.asarray((high - low)[patch])
+
     def rotated(self, rotation: Floats) -> Self:
         """The same pieces rotated about the origin by a matrix (3, 3)."""
         return replace(self, corner=self.corner @ rotation.T, normal=self.normal @ rotation.T)

@@ -6,8 +6,8 @@ first piece, and the second one is lit by it through the first as through a wind
 sums over the edges of what is lit, away from specular directions, and closed forms near them (the kernel says how).
 """
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
+from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.poses import MAP_POSE
 
@@ -56,24 +57,27 @@ class PlaneOptics:
     """Pieces prepared for their echoes.
 
     wave: wavelength and polarization. bounces: surfaces in a row, 1 to 3. level: field of the usual largest cell [m].
+    walls: pieces that are dented between frames; None: there are none. rotation: (3, 3) of the frame from the body's own.
     """
 
     pieces: PlanarPieces
     wave: Wave
     bounces: int
     level: float
+    walls: PlatedWalls | None = None
+    rotation: Floats = field(default_factory=lambda: np.eye(3))
 
     @classmethod
-    def of(cls, pieces: PlanarPieces, wave: Wave, bounces: int, range_cell: float) -> Self:
+    def of(cls, pieces: PlanarPieces, wave: Wave, bounces: int, range_cell: float, walls: PlatedWalls | None = None) -> Self:
         """Pieces with the field of a usual range cell: the median over azimuths of the largest, by two surfaces in a row and
         without the sea. range_cell: its length [m]."""
         level = 0.0
         for few in range(1, min(bounces, 2) + 1):
-            optics = cls(pieces, wave, few, level)
+            optics = cls(pieces, wave, few, level, walls)
             level = float(
                 np.median([optics.largest_cell((n + ASKEW) / ASPECTS * 2.0 * np.pi, range_cell) for n in range(ASPECTS)])
             )
-        return cls(pieces, wave, bounces, level)
+        return cls(pieces, wave, bounces, level, walls)
 
     def largest_cell(self, azimuth: float, range_cell: float) -> float:
         """The field of the largest range cell as seen from far away [m]."""
@@ -88,7 +92,7 @@ class PlaneOptics:
 
     def rotated(self, rotation: Floats) -> "PlaneOptics":
         """The same rotated about the origin by a matrix (3, 3)."""
-        return replace(self, pieces=self.pieces.rotated(rotation))
+        return replace(self, pieces=self.pieces.rotated(rotation), rotation=rotation @ self.rotation)
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float, longest: Longest) -> PlaneEchoes:
         """What returns by one leg, or by two: the direct one and the one by the sea.
@@ -110,15 +114,27 @@ class PlaneOptics:
         parts = (*shapes, eyes, by_sea, screen_first, np.concatenate(screens), pose.position, legs[0].antenna)
         taken = [np.ascontiguousarray(part) for part in parts]
         turn = float(np.cos(pose.heading)), float(np.sin(pose.heading)), float(legs[0].earth_radius)
+        dents = *_dents(self.walls, len(pieces)), np.ascontiguousarray(self.rotation)
         while True:
             place, ends, amplitude = np.empty((room, 3)), np.empty((room, 2)), np.empty(room, dtype=np.complex128)
             ways, surfaces = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
             result = place, ends, amplitude, ways, surfaces
-            count = KERNELS.plane_echoes(*numbers, room, *limits, *taken, *turn, *result, work)
+            count = KERNELS.plane_echoes(*numbers, room, *limits, *taken, *turn, *dents, *result, work)
             if count <= room:
                 kept = place[:count], ends[:count], amplitude[:count], ways[:count], surfaces[:count]
                 return PlaneEchoes(*kept, int(work[0]))
             room = count
+
+
+def _dents(walls: PlatedWalls | None, pieces: int) -> tuple[Any, ...]:
+    """What the kernel takes of plated walls."""
+    if walls is None:
+        numbers = 1, 2, 2, 1.0, 1.0, 1.0, 0.0
+        none = np.zeros(pieces, dtype=np.int64)
+        return (*numbers, none - 1, none, np.zeros(2, dtype=np.int64), np.zeros((4, 1, 2)), np.ones(2))
+    plating, kept = walls.plating, walls.kept_by_facing
+    numbers = *walls.drawn.shape[1:], len(kept), plating.frame, plating.tier, *walls.zone
+    return (*numbers, walls.axis, walls.wall, np.array(walls.first), walls.drawn, kept)
 
 
 def _middle(corner: Floats, water: float) -> Floats:

@@ -11,6 +11,7 @@ Of bounces only the coherent part counts: its field is lowered at each plated wa
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -25,15 +26,13 @@ from radar_service.world.body import Body, Mesh, Plating
 
 SMALLEST = 2.0  # panels side by side: shorter patches are not plated, nor those less high than a frame's distance
 SPREAD = 0.25  # standard deviation of the depths of panels over their mean; they are uniform
-STRIPS = 4  # to a panel: over a quarter of it sin^2 is quadratic within 0.003
 # Dents count up to so many orders, and two for each radian of J0's argument; over so many more they fade (`zone`). Beyond it
 # orders of dents of 4 and 8 mm have 0.003 of the field, and less.
 ORDERS, FADING = 2.0, 1.5
 CUT_OFF = 0.003  # of the field, that orders beyond the zone have at most
 ASLANT = 1.1  # times as far off its normal a wall counts for rays that come from up to 25 degrees above
 NODES = 9  # of the mean over depths
-AT_ONCE = 4096  # facets that are cut into strips together: some 80,000 of them, 60 MB
-TINY = 1e-12  # of an area: an empty strip
+COSINES = 129  # of a table: between them fields are linear within 1e-4
 
 
 @dataclass(frozen=True)
@@ -93,11 +92,20 @@ class PlatedWalls:
 
     def coherent(self, facing: Floats, triangle: Indices) -> Floats:
         """The share (M,) of the field that a bounce keeps in its direction. facing: (M,) cosines at triangles (M,), or -1."""
+        return np.where((triangle >= 0) & (self.axis[triangle] >= 0), self._kept(facing), 1.0)
+
+    def _kept(self, facing: Floats) -> Floats:
+        """The share (M,) of the field that a bounce on plating keeps, by cosines (M,)."""
         node, weight = np.polynomial.legendre.leggauss(NODES)
         depth = self.plating.depth * (1.0 + SPREAD * np.sqrt(3.0) * node)
         phase = self.wavenumber * np.abs(facing)[:, None] * depth
         mean = (weight / 2.0 * j0(phase) * np.exp(1j * phase)).sum(axis=1)
-        return np.where((triangle >= 0) & (self.axis[triangle] >= 0), np.abs(mean), 1.0)
+        return np.asarray(np.abs(mean))
+
+    @cached_property
+    def kept_by_facing(self) -> Floats:
+        """What a bounce on plating keeps (COSINES,), by cosines from 0 to 1."""
+        return self._kept(np.linspace(0.0, 1.0, COSINES))
 
     def off_field(self, near: bool, bounces: int) -> float:
         """By how much of the field a body errs without its dents, rms over aspects; near: whether any is near a wall's normal;
@@ -107,8 +115,7 @@ class PlatedWalls:
         """
         depth = self.plating.depth * math.sqrt(3.0 / 8.0 * (1.0 + SPREAD**2))
         first = 2.0 * self.wavenumber * depth if near else CUT_OFF
-        plated = np.flatnonzero(self.axis >= 0)[:1]
-        return math.hypot(first, 1.0 - float(self.coherent(np.ones(1), plated)[0]) ** bounces)
+        return math.hypot(first, 1.0 - float(self._kept(np.ones(1))[0]) ** bounces)
 
     def near_normal(self, aspects: Floats, normal: Floats) -> bool:
         """Whether any of ranges (K, 2) of directions, clockwise from the bow [rad], comes so near to the normal of a wall, before
