@@ -121,7 +121,8 @@ class Outlook(NamedTuple):
         """Chords (C, 2, 2) of (u, v) along the highest points of triangles (T, 3, 3) at virtual positions, shifted in u by (T,);
         up: -1 for the lowest."""
         low, high = (self.low, self.high) if up > 0.0 else (-self.high, -self.low)
-        bounds, turned, room = (self.left, self.right, low, high, self.tolerance / 2.0), virtual * [1.0, 1.0, up], 256
+        bounds, turned = (self.left, self.right, low, high, self.tolerance / 2.0), virtual * [1.0, 1.0, up]
+        room = 256 + len(virtual)
         while True:
             chords = np.empty((room, 2, 2))
             count = KERNELS.skyline(len(virtual), room, *bounds, self.ahead, np.ascontiguousarray(turned), shift, chords)
