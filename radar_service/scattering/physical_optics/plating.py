@@ -47,7 +47,7 @@ TINY = 1e-12  # of an area: an empty strip
 
 @dataclass(frozen=True)
 class PlatedWalls:
-    """The plated triangles of a mesh, and their dents, in the body's own frame.
+    """The plated triangles of a mesh, or its planar pieces, and their dents, in the body's own frame.
 
     plating: what the owner tells. wavenumber: [rad/m].
     axis: (F,) along which frames follow each other, 0 or 1, -1 of triangles that are not plated.
