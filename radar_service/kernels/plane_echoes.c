@@ -642,7 +642,9 @@ static int dry_scene(Scene *scene, const PlaneAspect *of) {
     scene->n = (int)pieces;
     scene->patch = of->patch;
     scene->first = malloc(sizeof(int) * (size_t)(pieces + 1));
-    scene->corner = malloc(sizeof(Vec) * (size_t)(first[pieces] + pieces + 1));
+    size_t corners = (size_t)pieces + 1; /* the water adds one to each piece */
+    for (int64_t i = 0; i < pieces; i++) corners += first[i + 1] > first[i] ? (size_t)(first[i + 1] - first[i]) : 0;
+    scene->corner = malloc(sizeof(Vec) * corners);
     scene->plane = malloc(sizeof(Plane) * (size_t)(pieces + 1));
     if (!scene->first || !scene->corner || !scene->plane) return 0;
     scene->first[0] = 0;

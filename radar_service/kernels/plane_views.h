@@ -311,7 +311,7 @@ static Polygon occluder_of(const Scene *scene, const Leg *leg, int number, doubl
 static inline void cells_of(const View *view, const double *box, int cell[4]) {
     for (int side = 0; side < 4; side++) {
         double at = (box[side] - view->low[side / 2]) * view->scale[side / 2];
-        cell[side] = at < 0.0 ? 0 : at >= view->fine ? view->fine - 1 : (int)at;
+        cell[side] = at > 0.0 ? at < view->fine ? (int)at : view->fine - 1 : 0; /* what is not a number: 0 */
     }
 }
 

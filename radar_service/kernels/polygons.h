@@ -76,7 +76,7 @@ enum { NOTHING = 0, PART = 1, ALL = 2 };
 /* Which part of a polygon, of at most MOST - 1 corners, has positive heights (n) over a plane. Where it is a part, `above` and
  * `below` become both parts; either may be NULL. */
 static inline int cut_polygon(const Polygon *p, const double *height, Polygon *above, Polygon *below) {
-    int any_above = 0, any_below = 0, up = 0, down = 0;
+    int any_above = 0, any_below = 0, up = 0, down = 0, crossings = 0;
     for (int i = 0; i < p->n; i++) {
         any_above |= height[i] > THIN;
         any_below |= height[i] < -THIN;
@@ -88,7 +88,7 @@ static inline int cut_polygon(const Polygon *p, const double *height, Polygon *a
         double here = height[i], there = height[next];
         if (above && here >= -THIN) above->at[up++] = p->at[i];
         if (below && here <= THIN) below->at[down++] = p->at[i];
-        if ((here > THIN && there < -THIN) || (here < -THIN && there > THIN)) {
+        if (((here > THIN && there < -THIN) || (here < -THIN && there > THIN)) && crossings++ < 2) { /* more: it is not convex */
             Vec crossing = vadd(p->at[i], vscale(vsub(p->at[next], p->at[i]), here / (here - there)));
             if (above) above->at[up++] = crossing;
             if (below) below->at[down++] = crossing;

@@ -37,7 +37,7 @@ COSINES = 129  # of a table: between them fields are linear within 1e-4
 
 @dataclass(frozen=True)
 class PlatedWalls:
-    """The plated triangles of a mesh, and their dents, in the body's own frame.
+    """The plated triangles of a mesh, or its planar pieces, and their dents, in the body's own frame.
 
     plating: what the owner tells. wavenumber: [rad/m].
     axis: (F,) along which frames follow each other, 0 or 1, -1 of triangles that are not plated.
