@@ -130,7 +130,7 @@ def test_swaying_metal_is_the_metal_of_each_frozen_instant(name: str, multipath:
     ],
 )  # fmt: skip
 def test_rounding_decides_nothing_of_a_ship(mesh: str, course: float, distance: float, roll: float) -> None:
-    """A ship that rolls by 1e-9 degrees more has the same field: what is cut, and which pieces reflect onto which, hangs on no last
+    """A ship that rolls by 1e-9 degrees more has the same field: what is cut, and what reflects onto what, hangs on no last
     bit. 1e-9 degrees move it by 1 nm, 1e-7 of a radian."""
     keys = {"course_deg": course, "speed_kn": 1.0, "roll_period_s": 10.0, "roll_phase_deg": -90.0 if roll < 0.0 else 90.0}
     body = {"name": "ship", "mesh": mesh, "scattering": "optics", "position_m": [0, distance, 0], **keys}

@@ -240,7 +240,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     nodes = fast.nodes(0, crossing)
     gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
     assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
-    cell = OpticalBody.of(made.bodies[0], made.radar, 1).coherence(95_000.0)
+    cell = OpticalBody.of(made.bodies[0], made.radar, 1).limits.coherence(95_000.0 - made.bodies[0].radius)
     rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
     assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
     every = np.diff(passages(made, "reference").nodes(0, crossing))
