@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.numerics.frames import map_from_body
-from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.world.body import Body
 from radar_service.world.poses import pose_at
 from tests.reference import make_scenes
@@ -114,7 +114,7 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
     assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
     for body in reflectors:
         antenna = pose_at(body, 0.0).frame_from_map(harbour.antenna(0.0)[0], np.inf)
-        result = cross_section(optical_body(body, harbour.radar, 3), antenna)
+        result = cross_section(OpticalBody.of(body, harbour.radar, 3), antenna)
         assert decibels(result / theory) == pytest.approx(0.0, abs=0.5), body.name
 
 

@@ -15,7 +15,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.radar.parameters import Origin
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
 from radar_service.world.scene import scene_at_rpm
@@ -240,7 +240,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     nodes = fast.nodes(0, crossing)
     gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
     assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
-    cell = optical_body(made.bodies[0], made.radar, 1).coherence(95_000.0)
+    cell = OpticalBody.of(made.bodies[0], made.radar, 1).limits.coherence(95_000.0 - made.bodies[0].radius)
     rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
     assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
     every = np.diff(passages(made, "reference").nodes(0, crossing))

@@ -121,7 +121,7 @@ def test_a_held_aspect_is_that_of_the_node_next_to_the_crossing() -> None:
     crossing = direct.crossing(0, 2.0 + 0.84)
     node = int(min(direct.nodes(0, crossing), key=lambda spoke: abs(spoke - crossing)))
     time = prepared.scene.radar.time_of_spokes(float(crossing))
-    observed = direct.node(0, crossing, node, time)
+    observed = direct.node(0, node, time)
     antenna = prepared.scene.antenna(prepared.scene.radar.time_of_spokes(float(node)))[0]
     expected = in_cells(observed, 0, antenna, prepared.scene, prepared.line_of_sight)
     for later in (0.0, 1.0):  # half a scan on, by then the mast is lit

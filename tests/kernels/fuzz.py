@@ -31,8 +31,6 @@ def drawn_sizes(prototype: Prototype, draw: np.random.Generator) -> dict[str, An
                 sizes[argument.name] = int(
                     draw.integers(low, max(low + 1, low + MOST if limit is None else min(limit, low + MOST)))
                 )
-    if "address" in sizes:
-        sizes["address"] = 0  # what stands for tubes is the library's own
     if "groups" in sizes:
         sizes["groups"] = sizes["parts"] << min(sizes["halvings"], 2)
         sizes["halvings"], sizes["count"] = min(sizes["halvings"], 2), sizes["groups"] * int(draw.integers(1, MOST))

@@ -1,4 +1,4 @@
-"""Kernels that cut bodies at the shadows of others against numpy."""
+"""Kernels of the shadows of other bodies against numpy."""
 
 import numpy as np
 import pytest
@@ -32,16 +32,12 @@ def body(count: int) -> Floats:
     return corners[:count]
 
 
-
-
 @pytest.mark.parametrize("casters", [0, 8])
 def test_points_in_the_light_are_those_of_numpy(casters: int) -> None:
     points, cast = body(60).reshape(-1, 3), shadows(casters)
     compiled, by_numpy = both(lambda: cast.visible(points))
     np.testing.assert_array_equal(compiled, by_numpy)
     assert casters == 0 or 0.0 < compiled.mean() < 1.0
-
-
 
 
 @pytest.mark.parametrize("casters", [0, 1, 8])

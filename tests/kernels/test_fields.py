@@ -1,37 +1,20 @@
-"""Kernels of legs, of the fields of facets and tubes and of their sums, against numpy; phasors also against exact ones."""
+"""Kernels of legs and of sums on a lattice against numpy; phasors also against exact ones."""
 
 from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from radar_service.scattering.physical_optics.facet_integral import phasors
-from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 
-from radar_service.numerics.frames import map_from_body, map_from_deck
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics.frames import map_from_body
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
-from radar_service.trace.occluder import Occluder
-from radar_service.world.body import Mesh
+from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.poses import BodyPose
 from tests.kernels.both import both
-from tests.scattering.physical_optics.meshes import trihedral
 
 EARTH = 4 / 3 * 6_371_000.0
-MINUS_120_DB = 1e-6
+WAVE = Wave(2.0 * np.pi, "h")  # 1 rad/m
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
-SHIP = trihedral(2.0, 2, True)  # three walls that shade and reflect each other
-
-
-def legs_of(mesh: Mesh, roll: float, earth: float, by_sea: bool = True) -> tuple[BodyLeg, ...]:
-    """The legs to a body 400 m away whose hollow side faces the antenna."""
-    rotation = map_from_deck(np.array(2.1), np.array(roll), np.array(0.0))
-    pose = BodyPose(np.array([300.0, -200.0, 0.5]), 2.1, rotation if roll else None)
-    antenna = map_from_body(np.array([230.0, 230.0, 20.0]), pose.position, pose.heading)
-    shadows = [OwnShadows(Occluder(mesh, earth), pose, antenna, earth, way) for way in (False, True)[: 1 + by_sea]]
-    return tuple(BodyLeg(own.by_sea, pose, antenna, earth, own.visible, own.edges) for own in shadows)
-
-
 
 
 def test_phasors_are_exact_up_to_1e8_rad() -> None:
@@ -41,10 +24,10 @@ def test_phasors_are_exact_up_to_1e8_rad() -> None:
     phase = np.append(phase, [0.0, -0.0, 1e-300, 1e-9, 1e8])
     with localcontext(prec=60):
         reduced = np.array([float(Decimal(float(x)) % (2 * PI)) for x in phase])
-    compiled, by_numpy = both(lambda: phasors(phase))
+    compiled, by_numpy = both(lambda: WAVE.phasor(-phase))
     for result in (compiled, by_numpy):
         np.testing.assert_allclose(result, np.cos(reduced) + 1j * np.sin(reduced), rtol=0.0, atol=4 * 2.3e-16)
-    assert phasors(np.zeros(0)).shape == (0,)
+    assert WAVE.phasor(np.zeros(0)).shape == (0,)
 
 
 @pytest.mark.parametrize("count", [0, 1, 500])
@@ -54,21 +37,13 @@ def test_rays_and_lengths_of_legs(by_sea: bool, earth: float, count: int) -> Non
     """Also at the foot of the antenna, below the sea and beyond the horizon. Positions on the map of 30 km round to 4e-12 m."""
     pose = BodyPose(np.array([300.0, -200.0, 0.5]), 2.1, None)
     antenna = map_from_body(np.array([30.0, 40.0, 20.0]), pose.position, pose.heading)
-    leg = BodyLeg(by_sea, pose, antenna, earth, lambda points, _: np.ones(len(points), dtype=np.bool_))
+    leg = BodyLeg(by_sea, pose, antenna, earth)
     points = np.random.default_rng(2).uniform([-100, -100, -2], [100, 100, 40], (500, 3))
     points[:3] = [30.0, 40.0, 3.0], [40_000.0, 0.0, 2.0], [0.0, 0.0, -5.0]
     points = points[:count]
-    for one, other in zip(*both(lambda: leg.rays(points)), strict=True):
+    for one, other in zip(*both(lambda: [leg.eye(point) for point in points]), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(*both(lambda: leg.length(points)), rtol=0.0, atol=1e-10)
-
-
-
-
-
-
-
-
 
 
 @pytest.mark.parametrize("begin", [0, 7])
@@ -79,17 +54,3 @@ def test_sums_on_a_lattice(begin: int, count: int) -> None:
     amplitude = draw.normal(size=count) + 1j * draw.normal(size=count)
     compiled, by_numpy = both(lambda: lattice.sums(slice(begin, begin + count), amplitude))
     np.testing.assert_allclose(compiled, by_numpy, rtol=0.0, atol=1e-13)
-
-
-def in_order(parts: Floats, origin: Indices) -> Floats:
-    """Triangles (N, 3, 3) with the number of their origin, in an order that does not depend on that of the parts."""
-    rows = np.column_stack([origin, parts.reshape(-1, 9)])
-    return rows[np.lexsort(rows.T[::-1])]
-
-
-
-
-
-
-
-

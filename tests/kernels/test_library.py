@@ -92,14 +92,12 @@ def test_what_a_kernel_would_misread_is_refused_by_name(arguments: tuple[object,
 
 
 def test_indices_and_numbers_out_of_range_are_refused() -> None:
-    shapes = np.zeros((3, 3, 2)), np.zeros((2, 3)), np.zeros(2)
     for wrong in (-1, 7):
-        with pytest.raises(ValueError, match="facet_shapes: corner has an index that is not from 0 to 6"):
-            KERNELS.facet_shapes(2, np.zeros((7, 3)), np.full((3, 2), wrong), *shapes)
-    with pytest.raises(ValueError, match="cut_triangles: a number is not finite, or out of range"):
-        KERNELS.cut_triangles(
-            1, 1, np.arange(9.0).reshape(1, 3, 3), np.zeros(1), np.zeros((1, 3, 3)), np.zeros(1, dtype=np.int64)
-        )
+        with pytest.raises(ValueError, match="lattice_between: corner has an index that is not from 0 to 6"):
+            KERNELS.lattice_between(2, np.full((8, 2), wrong), np.zeros((8, 2)), np.zeros(7), np.zeros(2))
+    nodes = np.zeros((8, 3)), np.zeros((8, 1), dtype=np.int64), np.zeros((8, 1))
+    with pytest.raises(ValueError, match="lattice_nodes: a number is not finite, or out of range"):
+        KERNELS.lattice_nodes(1, 0, 8, np.full((1, 3), np.nan), np.ones(3), np.zeros(3), *nodes)
 
 
 def test_what_is_only_read_may_be_locked_and_arrays_may_be_empty() -> None:
@@ -126,12 +124,7 @@ def test_a_program_without_kernels_says_so_in_a_sentence(tmp_path: Path) -> None
 
 OPTICS = "radar_service.scattering.physical_optics."
 PYTHON = {  # modules whose constants C has too
-    "own_shadows.c": (OPTICS + "own_shadows", "radar_service.trace.occluder"),
-    "shadow_edges.c": (OPTICS + "shadow_edges", OPTICS + "facets"),
     "windows.c": (OPTICS + "picture",),
-    "kept_tubes.c": (OPTICS + "tube_tracing",),
-    "tubes.h": (OPTICS + "tube_tracing", OPTICS + "facets"),
-    "triangle_means.h": (OPTICS + "facet_integral",),
 }
 
 

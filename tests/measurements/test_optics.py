@@ -23,7 +23,7 @@ def test_one_aspect_of_a_coaster(tmp_path: Path) -> None:
         start = time.process_time()
         echoes_toward(body, antenna)
         spent.append(time.process_time() - start)
-    print(f"coaster: {1e3 * np.median(spent):.1f} ms, {len(body.facets_near(antenna).fine)} facets")
+    print(f"coaster: {1e3 * np.median(spent):.1f} ms, {len(body.optics.pieces)} pieces")
     assert np.median(spent) < 0.03
 
 

@@ -10,27 +10,9 @@ from scipy.sparse import csc_array
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
-from tests.reference.shadow_witnesses import (
-    cast_cuts,
-    cast_dark,
-    cast_lit,
-    curved,
-    own_shadow_hits,
-    own_shadow_rays,
-    shadow_cuts,
-    shadow_edge_step,
-    shadow_planes,
-    shadow_tips,
-    silhouettes,
-    skyline,
-    stand_before,
-)
-from tests.reference.tube_witness import reflect_tubes, take_tubes
+from tests.reference.shadow_witnesses import cast_lit, curved, shadow_planes, silhouettes, skyline, stand_before
 
-EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
-ON_PLANE, BESIDE, ALONG = 1e-6, 1e-9, 1e-5  # m from a plane; rad outside a triangle, and off its side
 NORMAL_WEIGHT, FEATURE_STEPS, ALIKE = 1.5, 1e6, 0.8  # of strata
-OUTSIDE = 2.1  # radii before a point where its ray begins
 
 
 def phasors(count: int, phase: Floats, result: Any) -> int:
@@ -188,12 +170,12 @@ def _at(points: Floats, position: Floats, cosine: float, sine: float) -> Floats:
 
 def leg_rays(
     count: int, by_sea: int, points: Floats, position: Floats, cosine: float, sine: float, antenna: Floats, earth_radius: float,
-    length: Floats, east: Floats, north: Floats, rise: Floats, flat: Floats, curvature: Floats, tilt: Floats, arrives: Flags,
+    length: Floats, direction: Floats,
 ) -> int:  # fmt: skip
     leg = (sea_leg if by_sea else direct_leg)(_at(points, position, cosine, sine), antenna, earth_radius)
-    east[:], north[:] = (leg.level @ _turned(cosine, sine)[:2, :2]).T
-    length[:], rise[:], curvature[:], tilt[:], arrives[:] = leg.length, leg.rise, leg.curvature, leg.tilt, leg.arrives
-    flat[:] = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))
+    flat = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))
+    length[:] = leg.length
+    direction[:] = np.column_stack([flat[:, None] * (leg.level @ _turned(cosine, sine)[:2, :2]), leg.rise])
     return count
 
 
@@ -217,35 +199,6 @@ def leg_lengths(
 ) -> int:  # fmt: skip
     length[:] = leg_length(_at(points, position, cosine, sine), antenna, earth_radius, bool(by_sea))
     return count
-
-
-
-
-# ---- facets ----
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
 
 
 # ---- the lattice of centres ----
@@ -281,9 +234,7 @@ WITNESSES: dict[str, Any] = {
     function.__name__: function
     for function in (
         phasors, beam_weights, spread_points, spread_series, echo_positions, lines_of_sight, points_behind, surface_points,
-        strata, leg_rays, leg_weights, leg_lengths, sags, cut_triangles, welded, dry_facets, renumbered, facet_shapes,
-        facet_fields, tube_fields, turned_corners, kept_tubes, lattice_nodes, lattice_between, lattice_sums, own_shadow_rays,
-        own_shadow_hits, shadow_edge_step, shadow_tips, shadow_cuts, shadow_planes, silhouettes, stand_before, cast_lit,
-        cast_dark, cast_cuts, skyline, reflect_tubes, take_tubes,
+        strata, leg_rays, leg_weights, leg_lengths, lattice_nodes, lattice_between, lattice_sums, shadow_planes, silhouettes,
+        stand_before, cast_lit, skyline,
     )
 }  # fmt: skip

@@ -1,7 +1,6 @@
 """Witnesses of the kernels of shadows, as those of `kernel_witnesses`."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 
@@ -10,27 +9,14 @@ from radar_service.scattering.physical_optics.cast_shadows import NEAR, NEAR_SHA
 from radar_service.scattering.physical_optics.picture import Picture, Windows
 
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
-ON_PLANE, BESIDE, ALONG = 1e-6, 1e-9, 1e-5  # m from a plane; rad outside a triangle, and off its side
+ON_PLANE = 1e-6  # m from a plane
 SAME_POINT = 1e-5  # m within which corners of triangles are one
-OUTSIDE = 2.1  # radii before a point where its ray begins
 
 
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
-
+def curved(points: Floats, earth_radius: float) -> Floats:
+    """Points (..., 3) as the earth curves away from their origin [m]."""
+    drop = (points[..., 0] ** 2 + points[..., 1] ** 2) / (2.0 * earth_radius)
+    return np.stack([points[..., 0], points[..., 1], points[..., 2] - drop], axis=-1)
 
 
 def shadow_planes(count: int, corners: Floats, kept: Floats, plane: Floats, offset: Floats, distance: Floats) -> int:
@@ -141,19 +127,3 @@ def _inside(points: Floats, plane: Floats, offset: Floats) -> Flags:
 def cast_lit(count: int, triangles: int, virtual: Floats, plane: Floats, offset: Floats, lit: Flags) -> int:
     lit[:] = ~_inside(virtual, plane, offset).any(axis=1)
     return count
-
-
-
-
-
-
-def _behind(virtual: Floats, plane: Floats, offset: Floats) -> Flags:
-    """Behind the planes of which triangles (T,) a box around triangles (M, 3, 3) lies as a whole."""
-    if not len(virtual):
-        return np.zeros(len(plane), dtype=np.bool_)
-    low, high = virtual.min(axis=(0, 1)), virtual.max(axis=(0, 1))
-    return np.asarray(np.minimum(plane[:, 3] * low, plane[:, 3] * high).sum(axis=1) >= offset[:, 3])
-
-
-
-

@@ -8,7 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.mesh_quality import doubled_layers
-from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.world import shapes
 from radar_service.world.hull_types import HULL_TYPES, PLAIN, hull_mesh
@@ -70,7 +70,7 @@ def test_a_seed_draws_the_parts_and_the_plain_hull_has_none() -> None:
 def sections(hull_type: str, sizes_of: str) -> Floats:
     """Cross-sections [m^2] in free space, 2 km off, at 12 aspects that are no round numbers."""
     made = scene([hull_table(sizes_of) | {"hull_type": hull_type}])
-    body, turn = optical_body(made.bodies[0], made.radar, 3), np.deg2rad(np.arange(12) * 30.0 + 7.3)
+    body, turn = OpticalBody.of(made.bodies[0], made.radar, 3), np.deg2rad(np.arange(12) * 30.0 + 7.3)
     return np.array([cross_section(body, np.array([2000.0 * np.sin(a), 2000.0 * np.cos(a), 15.0])) for a in turn])
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.world.poses import MAP_POSE, pose_at
 
 Floats = NDArray[np.float64]
@@ -98,41 +98,32 @@ def loaded(folder: Path, triangles: Floats, kind: str = "obj", radar: dict[str, 
 
 def optical(made: rs.Scene, bounces: int = 3) -> OpticalBody:
     """The first body of a scene, ready for optics."""
-    return optical_body(made.bodies[0], made.radar, bounces)
+    return OpticalBody.of(made.bodies[0], made.radar, bounces)
 
 
 def cross_section(body: OpticalBody, antenna: Floats) -> float:
-    """Cross-section [m^2] toward an antenna (3,) in the body's frame, as the radar equation at the origin's range has it;
-    other parts of the body occlude facets, by intersection of segments with all its triangles."""
+    """Cross-section [m^2] toward an antenna (3,) in the body's frame, as the radar equation at the origin's range has it."""
     point, amplitude = echoes_toward(body, antenna)
     distance, origin = np.linalg.norm(point - antenna, axis=1), float(np.linalg.norm(antenna))
-    turned = amplitude * np.exp(-2j * body.wave.wavenumber * (distance - origin)) * (origin / distance) ** 2
+    turned = amplitude * np.exp(-2j * body.optics.wave.wavenumber * (distance - origin)) * (origin / distance) ** 2
     return float(abs(turned.sum()) ** 2)
 
 
 def echoes_toward(body: OpticalBody, antenna: Floats) -> tuple[Floats, NDArray[np.complex128]]:
     """Phase centres and scattering amplitudes for one antenna (3,) that transmits and receives, in the body's frame."""
-    (centres,) = body.echoes((direct(body, antenna),))
+    (centres,) = body.echoes((direct(antenna),))
     return centres.position, centres.amplitude
 
 
-def direct(body: OpticalBody, antenna: Floats) -> BodyLeg:
-    """The direct leg from an antenna (3,) in the body's frame, over a flat earth and past the body's own parts alone."""
-    return BodyLeg(False, MAP_POSE, antenna, np.inf, own_visibility(body, antenna))
+def direct(antenna: Floats) -> BodyLeg:
+    """The direct leg from an antenna (3,) in the body's frame, over a flat earth."""
+    return BodyLeg(False, MAP_POSE, antenna, np.inf)
 
 
-def own_visibility(body: OpticalBody, antenna: Floats) -> Any:
-    """Which points of the body other parts of it leave visible, for `OpticalBody.echoes`, by its own tree of triangles."""
-
-    def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
-        if not len(points):
-            return np.zeros(0, dtype=np.bool_)
-        toward = antenna - points
-        distance = np.linalg.norm(toward, axis=1, keepdims=True)
-        start = points + 2e-3 * toward / distance
-        return ~body.scene.occluded(start, toward / distance * min(float(distance.max()), 100.0), 1.0)
-
-    return visible
+def areas(corners: Floats) -> Floats:
+    """Areas (F,) of triangles (F, 3, 3)."""
+    a, b, c = corners[..., :3].transpose(1, 0, 2)
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0)
 
 
 def toward(direction: Any, distance: float) -> Floats:

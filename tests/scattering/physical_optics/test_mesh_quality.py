@@ -99,18 +99,6 @@ def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
     assert "up to 2.56 mm" in message and "beyond 0.16 mm" in message and "refine those that matter" in message
 
 
-def test_a_body_too_large_for_its_facets() -> None:
-    message = messages(shape="box", length_m=500.0, width_m=500.0, height_m=300.0, position_m=[0, 260, 0])
-    assert "too large for fine facets: at most 60000" in message and "bends" not in message
-
-
-def test_a_body_is_judged_at_its_closest_and_not_at_the_start() -> None:
-    """The same body 3 km off, where its facets are fine, and on a course towards 20 m off."""
-    far = {"shape": "box", "length_m": 60.0, "width_m": 60.0, "height_m": 20.0, "position_m": [62, 3000, 0]}
-    assert "too large" not in messages(**far)
-    assert "too large" in messages(**far, speed_kn=20, course_deg=180, heading_deg=0)
-
-
 def test_a_ship_is_concave_and_declared_bodies_have_no_messages(tmp_path: Path) -> None:
     ship = loaded(tmp_path, coaster())
     assert "concave: " in judged(ship)["body"][0] and "up to 3 bounces" in judged(ship)["body"][0]

@@ -10,15 +10,12 @@ from scipy.special import i0e
 import radar_service as rs
 from radar_service.numerics.frames import map_from_body, polar_from_map
 from radar_service.propagation.multipath import reflected_field_ratio, specular_geometry
-from radar_service.propagation.radar_equation import elevation_gain, radar_two_rays
+from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.propagation.sea_surface import miller_brown, rms_wave_height
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_bodies
-from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scattering.physical_optics.path_centres import PathCentres
+from radar_service.scattering.physical_optics.optical_body import optical_bodies
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import pose_at
@@ -140,67 +137,6 @@ def test_a_plate_partly_hidden_loses_what_is_hidden(hidden: float, loss: float) 
     assert decibels(sections[1] / sections[0]) == pytest.approx(loss, abs=0.15)
 
 
-@pytest.mark.sample(6)
-@pytest.mark.parametrize("polarization", ["h", "v"])
-@pytest.mark.parametrize("state", [0, 3, 6])
-@pytest.mark.parametrize("range_m", [150.0, 1000.0, 6000.0])
-def test_the_strength_of_the_way_by_the_sea_is_its_most(
-    monkeypatch: pytest.MonkeyPatch, polarization: str, state: int, range_m: float
-) -> None:
-    """Against the field ratio at 10,000 places of a box: at most 1 % above it anywhere, at a Brewster angle or a beam's edge."""
-    body = {"name": "b", "shape": "box", "length_m": 60, "width_m": 12, "height_m": 18, "position_m": [0, range_m, 0],
-            "heading_deg": 30, "scattering": "optics"}  # fmt: skip
-    made = scene([body], radar={"polarization": polarization}, environment={**FLAT, "multipath": True, "sea_state": state})
-    legs: list[BodyLeg] = []
-    original = OpticalBody.echoes
-
-    def kept(self: OpticalBody, ways: tuple[BodyLeg, ...], water: float) -> list[PathCentres]:
-        legs.extend(ways)
-        return original(self, ways, water)
-
-    monkeypatch.setattr(OpticalBody, "echoes", kept)
-    antenna = made.antenna(0.0)[0]
-    build(made).body_echoes(0, antenna, instant(made))
-    reach = made.bodies[0].radius
-    distance, height = np.meshgrid(np.linspace(range_m - reach, range_m + reach, 100), np.linspace(0.0, 18.0, 100))
-    ratio = np.abs(radar_two_rays(made.radar, made.environment, distance, height, antenna[2]).ratio)
-    assert [leg.strength for leg in legs][0] == 1.0
-    assert ratio.max() / 1.01 <= legs[1].strength <= ratio.max() * 1.000001
-
-
-def test_a_moving_body_shadows_itself_as_rays_on_the_map_say(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sphere of flat parts and a corner in one mesh, over the sea: by its own frame and by the scene, to a decision of single
-    precision or two."""
-    corner = scene([{**CORNER, "edge_m": 2.0, "position_m": [0, 700, 2], "speed_kn": 5, "course_deg": 90}],
-                   environment={**FLAT, "multipath": True})  # fmt: skip
-    antenna, asked = corner.antenna(0.0)[0], []
-    original = OwnShadows.visible
-    monkeypatch.setattr(OwnShadows, "visible", lambda self, *rest: (asked.append(len(rest[0])), original(self, *rest))[1])
-    own = build(corner).body_echoes(0, antenna, instant(corner))
-    assert sum(asked) > 0
-    monkeypatch.setattr(OcclusionScene, "occluder_of", lambda *rest: None)
-    asked.clear()
-    by_map = build(corner).body_echoes(0, antenna, instant(corner))
-    assert not asked
-    for path in (0, 1, 2):
-        one, other = (field(corner, echoes.chosen(np.flatnonzero(echoes.path == path)), antenna) for echoes in (own, by_map))
-        assert abs(one - other) < 1e-3 * abs(other)
-
-
-@pytest.mark.parametrize(("range_m", "limit", "asked"), [(700.0, 1e5, True), (700.0, 702.0, False), (40_000.0, 1e5, False)])
-def test_shadows_are_asked_of_the_scene_where_a_body_may_be_out_of_reach(
-    monkeypatch: pytest.MonkeyPatch, range_m: float, limit: float, asked: bool
-) -> None:
-    """Beyond the horizon, or across the maximum range."""
-    calls = []
-    original = OwnShadows.visible
-    monkeypatch.setattr(OwnShadows, "visible", lambda self, *rest: (calls.append(1), original(self, *rest))[1])
-    made = scene([{**CORNER, "edge_m": 8.0, "position_m": [0, range_m, 2], "speed_kn": 5}])
-    at = Instant(0.0, OcclusionScene(made.bodies, 8.5e6), limit)
-    build(made).body_echoes(0, made.antenna(0.0)[0], at)
-    assert bool(calls) == asked
-
-
 def test_bodies_beside_a_sector_are_not_evaluated() -> None:
     bodies = [{**CORNER, "name": str(k), "position_m": [900 * np.sin(k), 900 * np.cos(k), 15]} for k in (0, 1, 3)]
     made = scene([{**body, "heading_deg": 180 + np.rad2deg(k)} for body, k in zip(bodies, (0, 1, 3), strict=True)])
@@ -235,14 +171,6 @@ def test_equal_boxes_are_one_wherever_they_are_and_others_are_not() -> None:
     optical = optical_bodies(made.bodies, made.radar, 3)
     assert optical[0] is optical[1]
     assert len({id(one) for one in optical}) == 3
-
-
-def test_a_shared_cache_of_facets_is_larger_up_to_a_bound() -> None:
-    sizes = []
-    for count in (1, 3, 30):
-        made = bodies(*[{}] * count)
-        sizes.append(optical_bodies(made.bodies, made.radar, 3)[0].facets.size)
-    assert sizes == [sizes[0], 3 * sizes[0], 8 * sizes[0]]
 
 
 def test_a_box_among_equal_ones_echoes_as_alone() -> None:

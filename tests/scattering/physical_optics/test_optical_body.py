@@ -8,7 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.world.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (
@@ -85,22 +85,17 @@ def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path
     assert decibels(float(abs(scales[1] / scales[0]) ** 2)) == pytest.approx(0.0, abs=straddle)
 
 
-def all_visible(points: Any, triangle: Any) -> Any:
-    """A flat plate occludes nothing of itself."""
-    return np.ones(len(points), dtype=np.bool_)
-
-
 def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
     """The field in the strongest column within 3 dB of its peak, and the same by optics afresh for every azimuth, unscaled."""
     column = int(np.argmax(scan.power.max(axis=0)))
     computed = scan.field[:, column].astype(np.complex128)
     inside = np.flatnonzero(np.abs(computed) > 0.71 * np.abs(computed).max())
-    body = optical_body(made.bodies[0], made.radar, 3)
+    body = OpticalBody.of(made.bodies[0], made.radar, 3)
     fresh = []
     for k in inside:
         time = float(scan.time[k])
         pose = pose_at(made.bodies[0], time)
-        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf, all_visible)
+        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf)
         (centres,) = body.echoes((leg,))
         total = np.sum(centres.amplitude * np.exp(-2j * K * leg.length(centres.position)))
         offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])

@@ -6,7 +6,6 @@ from radar_service.scattering.physical_optics.patches import concave_sides, neig
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
-from tests.scattering.physical_optics.test_facets import longest_edges
 from tests.scattering.physical_optics.test_mesh_quality import united
 
 
@@ -15,7 +14,9 @@ def test_coplanar_neighbours_make_one_patch() -> None:
     sizes = np.linalg.norm(patch_spans(box(90.0, 13.0, 18.0)), axis=1)
     assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
     ball = sphere(1.0)
-    assert np.linalg.norm(patch_spans(ball), axis=1).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
+    corners = ball.vertices[ball.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+    assert np.linalg.norm(patch_spans(ball), axis=1).max() < 1.8 * longest
 
 
 def test_convex_bodies_face_nothing_and_corners_do() -> None:

@@ -11,12 +11,13 @@ from scipy.special import j0
 
 from radar_service.scattering.physical_optics import plane_echoes
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import EdgeLimits
+from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
-from radar_service.scattering.physical_optics.path_fields import Wave
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import PlanarBody, PlaneEchoes, PlaneOptics
+from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneEchoes, PlaneOptics
 from radar_service.scattering.physical_optics.plating import SPREAD, PlatedWalls
+from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.body import Mesh, Plating
 from radar_service.world.hull_types import hull_mesh
 from radar_service.world.poses import MAP_POSE
@@ -40,14 +41,11 @@ def legs(antenna: Floats, water: float | None = None, earth_radius: float = math
     height = np.array([0.0, 0.0, water or 0.0])
     pose = dataclasses.replace(MAP_POSE, position=MAP_POSE.position - height)
     ways = (False,) if water is None else (False, True)
-    return tuple(
-        BodyLeg(by_sea, pose, antenna - height, earth_radius, lambda points, _: np.ones(len(points), dtype=np.bool_))
-        for by_sea in ways
-    )
+    return tuple(BodyLeg(by_sea, pose, antenna - height, earth_radius) for by_sea in ways)
 
 
 def seen(body: PlaneOptics, antenna: Floats, water: float | None = None, longest: float = 1.0) -> PlaneEchoes:
-    return body.echoes(legs(antenna, water), -math.inf if water is None else water, longest)
+    return body.echoes(legs(antenna, water), -math.inf if water is None else water, Longest(longest))
 
 
 def cross_section_db(body: PlaneOptics, toward: Floats, longest: float = 1.0) -> float:
@@ -209,10 +207,10 @@ def test_the_curved_earth_lengthens_ways_as_legs_do() -> None:
     plate = corner(0.6, 1)
     mesh, antenna = Mesh(plate.vertices + (0, 0, 5.0), plate.faces), np.array([0.0, 8000.0, 15.0])
     ways = legs(antenna, 0.0, EARTH)
-    echoes = optics(mesh, 1).echoes(ways, 0.0, 0.3)
+    echoes = optics(mesh, 1).echoes(ways, 0.0, Longest(0.3))
     lengths = np.array([leg.length(echoes.place) for leg in ways])
     path = np.choose(echoes.ways, [2.0 * lengths[0], lengths.sum(axis=0), 2.0 * lengths[1]])
-    flat = optics(mesh, 1).echoes(legs(antenna, 0.0), 0.0, 0.3)
+    flat = optics(mesh, 1).echoes(legs(antenna, 0.0), 0.0, Longest(0.3))
     assert set(echoes.ways) == {0, 1, 2} and len(echoes.ways) == len(flat.ways)
     relative = echoes.amplitude * np.exp(2j * np.pi / WAVELENGTH * path)
     for way in range(3):
@@ -227,9 +225,9 @@ def test_a_body_of_planes_has_the_centres_of_its_echoes(earth_radius: float) -> 
     mesh, antenna = hull_mesh("pilot", 1, 12.0, 3.0, 4.3), np.array([900.0, 1200.0, 15.0])
     lean = np.array([[1.0, 0.0, 0.05], [0.0, 1.0, 0.02], [-0.05, -0.02, 1.0]])
     limits = EdgeLimits(7.5, math.radians(1.2), WAVELENGTH, 12.0)
-    body = PlanarBody(optics(mesh, 1), limits, 0.5).leaning(lean)
+    body = OpticalBody(mesh, optics(mesh, 1), limits, 0.5).leaning(lean)
     ways = legs(antenna, 0.0, earth_radius)
-    echoes = body.optics.echoes(ways, 0.0, 1.0)
+    echoes = body.optics.echoes(ways, 0.0, Longest(1.0))
     paths = body.echoes(ways, 0.0)
     assert [path.path for path in paths] == [0, 1, 2]
     for path in paths:

@@ -11,8 +11,8 @@ from scipy.special import j0, jv
 import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics import plating
-from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scattering.physical_optics.plating import PlatedWalls, strips
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.plating import PlatedWalls
 from tests.measurements.cross_sections import fields, sections_dbsm
 from tests.reference import plated_hulls, plated_walls
 from tests.reference.metal_on_water import Setting
@@ -37,7 +37,7 @@ def scene_of(setting: Setting, body: dict[str, Any]) -> rs.Scene:
 
 
 def walls_of(scene: rs.Scene) -> PlatedWalls:
-    walls = optical_body(scene.bodies[0], scene.radar, 1).walls
+    walls = OpticalBody.of(scene.bodies[0], scene.radar, 1).walls
     assert walls is not None
     return walls
 
@@ -191,25 +191,12 @@ def test_bounces_keep_the_coherent_part() -> None:
     assert dented - flat == pytest.approx(40.0 * np.log10(each), abs=0.3)  # single bounces add 0.2 dB
 
 
-def test_strips_are_cut_at_whole_numbers_and_cover_their_triangles() -> None:
-    """Areas add up to 1, and no strip reaches over a whole number; also where corners lie on one, and where none is crossed."""
-    rng = np.random.default_rng(5)
-    place = np.concatenate([rng.uniform(-6.0, 6.0, (3, 50)), [[0.0, 0.2, 2.0], [3.0, 0.2, 2.0], [1.0, 0.7, 2.5]]], axis=1)
-    parts = strips(place)
-    at_corner = np.einsum("kic,ck->ki", parts.weights, place[:, parts.parent])
-    low, high = at_corner.min(axis=1), at_corner.max(axis=1)
-    assert (np.ceil(high - 1e-9) - np.floor(low + 1e-9) <= 1.0 + 1e-9).all()
-    area = np.bincount(parts.parent, np.abs(np.linalg.det(parts.weights)))
-    np.testing.assert_allclose(area, 1.0, rtol=1e-9)
-    np.testing.assert_allclose(parts.weights.sum(axis=2), 1.0, rtol=1e-12)
-
-
 def test_only_large_walls_are_plated() -> None:
     """Neither decks nor bars are: of a ferry its sides and houses, of a cylinder nothing."""
     table = {"name": "f", "shape": "hull", "hull_type": "ferry", "length_m": 90.0, "beam_m": 16.0, "height_m": 14.0}
     made = scene([table, {"name": "c", "shape": "cylinder", "radius_m": 0.3, "height_m": 5.0, "plating": {}}])
-    body = optical_body(made.bodies[0], made.radar, 1)
-    assert body.walls is not None and optical_body(made.bodies[1], made.radar, 1).walls is None
+    body = OpticalBody.of(made.bodies[0], made.radar, 1)
+    assert body.walls is not None and OpticalBody.of(made.bodies[1], made.radar, 1).walls is None
     plated = body.walls.axis >= 0
     assert (np.abs(body.planes.normal[plated, 2]) < 0.5).all() and np.ptp(
         body.mesh.vertices[body.mesh.faces][plated, :, 2], axis=1

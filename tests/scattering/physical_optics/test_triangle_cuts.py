@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
+from tests.scattering.physical_optics.meshes import areas
 
 RNG = np.random.default_rng(4)
 
