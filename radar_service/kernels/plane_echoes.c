@@ -9,6 +9,7 @@
 static const double TURN = 6.283185307179586; /* 2 pi */
 static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin of 1.4 degrees, above which edges are summed */
 static const double BENT = 800.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
+static const double FLUSH = 1e-3;    /* m: what rises less over a surface is no corner with it */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */
 
@@ -508,8 +509,10 @@ static Polygon window_of(const Polygon *region, Vec eye, Plane plane) {
     return window;
 }
 
-/* What of a piece a beam lights; 0: nothing. */
+/* What of a piece a beam lights; 0: nothing, or none that rises over the piece that the beam comes from: outlines of neighbours
+ * may overlap by as much as pieces are off their planes. */
 static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *part) {
+    double rise = 0.0;
     *part = piece_of(scene, piece);
     for (int k = 0; k < beam->n; k++) {
         int any = 0;
@@ -518,7 +521,8 @@ static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *pa
     }
     for (int k = 0; k < beam->n; k++)
         if (!keep_before(part, beam->at[k])) return 0;
-    return part->n > 2 && area_of(part) > SPECK;
+    for (int i = 0; i < part->n; i++) rise = larger(rise, height_over(beam->at[0], part->at[i]));
+    return part->n > 2 && rise > FLUSH && area_of(part) > SPECK;
 }
 
 /* What returns by each leg from a region at the end of a path. The same way the other way round is a path of its own: its currents
