@@ -38,9 +38,10 @@ from radar_service.scattering.physical_optics.optical_body import (
     optical_bodies,
 )
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
-from radar_service.scattering.physical_optics.patches import is_concave
+from radar_service.scattering.physical_optics.patches import is_concave, outward_side
 from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.rounded_aspect import RoundedAspect
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
@@ -318,9 +319,11 @@ class PhysicalOptics(AspectModel):
         distance = math.dist(body.middle_at(0.0), conditions.antenna) - body.radius
         times = facet_enlargement(body, conditions.radar, distance)
         coarse = "" if times == 1.0 else f"; facets {times:.1f} times longer than they should be, at most {MAX_FACETS}"
-        if not is_concave(body.mesh):
-            return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}{coarse}"
-        return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}{coarse}"
+        bounces = conditions.fidelity.bounces if is_concave(body.mesh) else 1
+        pieces = len(PlanarPieces.of(body.mesh, outward_side(body.mesh)))
+        how = f"up to {bounces} bounces, as parts face each other" if bounces > 1 else "one surface, as none faces another"
+        cost = f"{pieces} pieces, some {1e3 * aspect_seconds(pieces, bounces):.2g} ms an aspect by planes"
+        return f"physical optics, {how}; {cost}, {computed}{coarse}"
 
     @staticmethod
     def sampling_db(scatterers: int, multipath: bool) -> float:
