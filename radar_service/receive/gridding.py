@@ -109,7 +109,8 @@ def spread_moving(
     """Spreads points (E,) that migrate from row to row on rows (K, size), circular and contiguous, which are 0 before.
 
     column: (E,) positions [samples]; range_migration: (E, K) from there [samples]; amplitude: (E, K). Few points are spread
-    directly. For many, a Taylor series of the kernel shifts each point; its order is the cheapest for the maximum migration.
+    directly. For many, a Taylor series of the kernel shifts each point; its order is the cheapest for the maximum migration,
+    or for that of the longest step between two rows, as points of a body that turns at once have, if it went on.
     Where the migration exceeds MAX_SHIFTS, rows form groups, each about its middle row. A group costs one product with a
     sparse matrix of `width` weights per point, and a pass over its rows. The compiled kernel adds in the same order.
     """
@@ -117,7 +118,9 @@ def spread_moving(
         _spread_direct(rows, column[:, None] + range_migration, amplitude, tables[0][:, 0])
         return
     count, size = rows.shape
-    order, groups = _series(float(np.abs(range_migration).max(initial=0.0)), count)
+    longest = float(np.abs(range_migration).max(initial=0.0))
+    step = float(np.abs(np.diff(range_migration, axis=1)).max(initial=0.0))
+    order, groups = _series(max(longest, step * (count - 1) / 2.0), count)
     points = [np.ascontiguousarray(each) for each in (column, range_migration, amplitude)]
     points[2] = points[2].view(np.float32)
     for part in np.array_split(np.arange(count), groups):

@@ -99,7 +99,8 @@ class DeclaredScattering(FixedScatterers):
     @staticmethod
     @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
-        return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
+        fluctuation = f"Swerling {body.swerling}" if body.swerling else "steady"
+        return f"declared cross-section, as the scene gives one: no aspect; {fluctuation}, {computed}"
 
     @staticmethod
     def sampling_db(scatterers: int, multipath: bool) -> float:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from radar_service.numerics.types import Floats
 from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, KernelTable, spread, spread_moving
 
 
@@ -25,14 +26,15 @@ def test_a_gridded_point_has_the_spectrum_of_its_exact_position(width: int, over
 
 
 @pytest.mark.parametrize("count", [40, 400])
-@pytest.mark.parametrize("range_migration", [0.0, 0.0015, 0.03, 0.15, 0.9, 7.0])
-def test_points_that_migrate_are_spread_at_their_new_positions(range_migration: float, count: int) -> None:
+@pytest.mark.parametrize("range_migration", [0.0, 0.0015, 0.03, 0.15, 0.4, 0.9, 7.0])
+@pytest.mark.parametrize("drift", [np.linspace(-1, 1, 9) ** 2, np.arange(9) > 6], ids=["smooth", "at once"])
+def test_points_that_migrate_are_spread_at_their_new_positions(drift: Floats, range_migration: float, count: int) -> None:
     """Each row's spectrum is that of its own place: -54 dB to the band's edge from the series (REACH), whatever the drift;
     9 rows, so that groups come out uneven; MAX_DIRECT_WEIGHTS lies between the counts."""
     kernel, n = Kernel(6, 1.5), 256
     rng = np.random.default_rng(3)
     positions, amplitude = rng.uniform(0, n, count), rng.normal(size=(count, 9)) + 1j * rng.normal(size=(count, 9))
-    drifts = rng.uniform(-range_migration, range_migration, (count, 1)) * np.linspace(-1, 1, 9) ** 2
+    drifts = rng.uniform(-range_migration, range_migration, (count, 1)) * drift
     frequency = np.fft.fftfreq(n)
     band = np.abs(frequency) < 0.5 / 1.5
     assert 40 * 9 * 6 < MAX_DIRECT_WEIGHTS < 400 * 9 * 6

@@ -27,9 +27,10 @@ from radar_service.scattering.physical_optics.mesh_quality import (
     mesh_quality,
 )
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_bodies
-from radar_service.scattering.physical_optics.patches import is_concave
+from radar_service.scattering.physical_optics.patches import is_concave, outward_side
 from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
+from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before
@@ -171,9 +172,11 @@ class PhysicalOptics(AspectModel):
     @override
     def description(body: Body, conditions: Conditions, computed: str) -> str:
         assert body.mesh is not None
-        if not is_concave(body.mesh):
-            return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}"
-        return f"physical optics, up to {conditions.fidelity.bounces} bounces, {computed}"
+        bounces = conditions.fidelity.bounces if is_concave(body.mesh) else 1
+        pieces = len(PlanarPieces.of(body.mesh, outward_side(body.mesh)))
+        how = f"up to {bounces} bounces, as parts face each other" if bounces > 1 else "one surface, as none faces another"
+        cost = f"{pieces} pieces, some {1e3 * aspect_seconds(pieces, bounces):.2g} ms an aspect"
+        return f"physical optics, {how}; {cost}, {computed}"
 
     @staticmethod
     def sampling_db(scatterers: int, multipath: bool) -> float:

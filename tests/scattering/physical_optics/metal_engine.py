@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
-from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import cull
-from radar_service.plan.settings_search import fidelity_for
-from radar_service.records.fidelity import Fidelity, fidelity_from_name
+from radar_service.records.fidelity import fidelity_from_name
+from radar_service.simulation.engine_set_up import chosen_fidelity
 from tests.reference.metal_draws import BANDWIDTH, CELL, GAIN, KNOT, PERIOD, POWER, Draw
 from tests.reference.metal_on_water import Screen
 
@@ -102,11 +101,6 @@ def amplitude(draw: Draw, folder: Path, fidelity: str) -> float:
     """The engine's |a| [m]: the sum of the echoes of the scene at rest over the echo of 1 m^2 in free space."""
     prepared = prepare(scene_of(draw, folder, False, **COARSE), fidelity_from_name(fidelity), 0)
     return float(abs(prepared.resting.echoes.amplitude.sum())) / one_square_metre(draw)
-
-
-def chosen_fidelity(made: rs.Scene, fidelity: str) -> Fidelity:
-    """The preset of that name, or that of `auto`."""
-    return fidelity_for(made, ErrorBudget()) if fidelity == "auto" else fidelity_from_name(fidelity)
 
 
 def spokes(made: rs.Scene, fidelity: str, scan: int, wanted: NDArray[np.int64]) -> Complexes:

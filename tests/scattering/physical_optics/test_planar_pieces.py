@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.patches import outward_side
-from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
+from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.world.body import Mesh
 from radar_service.world.hull_types import hull_mesh
 from tests.scattering.physical_optics.meshes import ODD, sphere
@@ -174,3 +174,12 @@ def test_scenes_of_ships_keep_their_surface() -> None:
     pieces = pieces_of(mesh)
     assert_sound(mesh, pieces)
     assert len(areas(pieces)) == len(areas(pieces_of(split(mesh))))
+
+
+def test_an_aspect_of_a_hull_takes_what_was_measured() -> None:
+    """Milliseconds of hulls of 250 pieces; about linear up to 1000, and 20 to 50 at 2000."""
+    assert [aspect_seconds(250, bounces) * 1e3 for bounces in (1, 3)] == pytest.approx([0.3, 3.0])
+    assert (
+        aspect_seconds(1000, 3) == 4 * aspect_seconds(250, 3)
+        and 2.5 * aspect_seconds(1000, 3) < aspect_seconds(2000, 3) < 0.05
+    )

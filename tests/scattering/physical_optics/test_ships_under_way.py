@@ -20,9 +20,10 @@ import radar_service as rs
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
 from radar_service.plan.culling import cull
+from radar_service.records.fidelity import Fidelity
+from radar_service.simulation.engine_set_up import chosen_fidelity
 from tests.reference import ship_fields
 from tests.reference.ship_draws import KINDS, Case, drawn
-from tests.scattering.physical_optics.metal_engine import chosen_fidelity
 
 PRESETS = ("auto", "balanced", "reference")
 USUAL, NEVER = 0.03, 0.12  # errors that 98 % and that all draws keep
@@ -53,7 +54,7 @@ def scene_of(case: Case, folder: Path) -> rs.Scene:
     return rs.load_scene(case.scene, folder=folder)
 
 
-def spokes(made: rs.Scene, fidelity: str, numbers: np.ndarray) -> np.ndarray:
+def spokes(made: rs.Scene, fidelity: str | Fidelity, numbers: np.ndarray) -> np.ndarray:
     """Fields (K, N) of spokes (K,), numbered from the start, as `rs.Simulator` computes them."""
     settings = chosen_fidelity(made, fidelity)
     culling = cull(made, settings)
