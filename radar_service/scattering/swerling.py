@@ -68,9 +68,8 @@ class Fluctuation:
         """Factors (M,) of bodies (M,) in one crossing, or at azimuths `column` (M,) of DRAWS_PER_BLOCK."""
         columns = DRAWS_PER_BLOCK if self._fast.any() else 1
         kept = self._draws.get(draw, lambda: np.full((len(self._key), columns), np.nan, np.float32))
-        for b in np.flatnonzero(
-            np.bincount(body[np.isnan(kept[body, column])])
-        ).tolist():  # threads may draw the same: the same
+        missing = np.bincount(body[np.isnan(kept[body, column])])  # another thread may draw the same meanwhile
+        for b in np.flatnonzero(missing).tolist():
             rng, case = generator(self._seed, FLUCTUATION, self._key[b], draw), int(self._case[b])
             count = DRAWS_PER_BLOCK if self._fast[b] else 1
             kept[b, :count] = [float(np.sqrt(swerling_factor(case, rng))) for _ in range(count)]
