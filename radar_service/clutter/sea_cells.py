@@ -1,5 +1,6 @@
 """The sea around the antenna as cells in range and azimuth: grazing angle, direction factor, and shadows of bodies."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -9,8 +10,9 @@ from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzi
 from radar_service.clutter.sea import wind_factor
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Singles
-from radar_service.trace.line_of_sight import OcclusionScene, Shadow
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.shadow_sectors import ShadowSectors
 from radar_service.world.scene import Scene
 
 KEPT_SCANS = 3  # whose shadow sweeps are kept
@@ -113,37 +115,38 @@ class SeaCells:
         level = self._open[start:stop].copy()
         sweeps = self._sweeps.get(scan, lambda: self._shadow_sweeps(scan))
         crossing = self._crossing(sweeps, start, stop)
-        if not crossing:
+        if not len(crossing):
             return level
         time = self.scene.radar.time_of_turns(scan + 0.5 * (start + stop) / self.rows_per_scan)
         antenna = self._antenna(time)
         if crossing[0] == 0:
             self._shadow_by_rest(level, start, antenna)
-        moving = [number - 1 for number in crossing if number]
-        if not moving:
-            return level
+        moving = crossing[crossing > 0] - 1
+        sectors = self.line_of_sight.moving_shadow_sectors(antenna, time).of(moving)
         row_times = self.scene.radar.time_of_turns(scan + np.arange(start, stop) / self.rows_per_scan)
-        for first, last in self.line_of_sight.presences.spans(row_times):
-            line_of_sight = self.line_of_sight.as_of(float(row_times[first]))
-            for shadow in line_of_sight.moving_shadows(moving, antenna, time):
-                self._shadow(level[first:last], start + first, antenna, shadow)
+        for first, last in self.line_of_sight.presences.spans(row_times) if len(moving) else []:
+            occluded = partial(
+                self.line_of_sight.as_of(float(row_times[first])).occluded_by_moving, antenna=antenna, time=time
+            )
+            self._shadow(level[first:last], start + first, antenna, sectors, occluded)
         return level
 
     def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats) -> None:
         occluded = partial(self.line_of_sight.occluded_by_resting, antenna=antenna)
-        self._shadow(level, start, antenna, Shadow(self.line_of_sight.resting_shadow_sector(antenna), occluded))
+        self._shadow(level, start, antenna, self.line_of_sight.resting_shadow_sector(antenna), occluded)
 
-    def _shadow(self, level: Singles, start: int, antenna: Floats, shadow: Shadow) -> None:
-        """Sets cells of `level` (rows from `start` on, cells) that a body occludes to 0."""
-        middle, half, begin = shadow.sector
-        rows = np.flatnonzero(np.abs(wrap_angle(self._azimuth[start : start + len(level)] - middle)) <= half)
-        behind = np.flatnonzero((self._point.distance >= begin) & (self._point.grazing > 0.0))
+    def _shadow(
+        self, level: Singles, start: int, antenna: Floats, sectors: ShadowSectors, occluded: Callable[[Floats], Flags]
+    ) -> None:
+        """Sets cells of `level` (rows from `start` on, cells) in sectors (N,) to 0 whose positions (W, 3) are occluded."""
+        azimuth = self._azimuth[start : start + len(level), None]
+        rows = np.flatnonzero((np.abs(wrap_angle(azimuth - sectors.middle)) <= sectors.half).any(axis=1))
+        behind = np.flatnonzero((self._point.distance >= sectors.begin.min()) & (self._point.grazing > 0.0))
         if not len(rows) or not len(behind):
             return
         position = np.zeros((len(rows), len(behind), 3))
         position[..., :2] = antenna[:2] + self._outward[start + rows, None] * self._point.distance[behind, None]
-        shadowed = shadow.occludes(position.reshape(-1, 3)).reshape(position.shape[:2])
-        level[np.ix_(rows, behind)] *= ~shadowed
+        level[np.ix_(rows, behind)] *= ~occluded(position.reshape(-1, 3)).reshape(position.shape[:2])
 
     def _shadow_sweeps(self, scan: int) -> ShadowSweeps:
         """The sweeps of a scan, from sectors every SWEEP_STEP or less. From a straight course the edges of a sector turn one way,
@@ -153,7 +156,7 @@ class SeaCells:
         times = np.linspace(begin, end, int(np.ceil(radar.rotation_period / SWEEP_STEP)) + 1).tolist()
         sectors = []
         for time, antenna in [(time, self._antenna(time)) for time in times]:
-            resting = np.array(self.line_of_sight.resting_shadow_sector(antenna))[:, None]
+            resting = self.line_of_sight.resting_shadow_sector(antenna)
             sectors.append(np.concatenate([resting, self.line_of_sight.moving_shadow_sectors(antenna, time)], axis=1))
         middle, half, start = np.stack(sectors, axis=1)
         middle = middle[0] + wrap_angle(middle - middle[0])
@@ -163,10 +166,10 @@ class SeaCells:
             width[0] = -1.0
         return ShadowSweeps(low, width)
 
-    def _crossing(self, sweeps: ShadowSweeps, start: int, stop: int) -> list[int]:
+    def _crossing(self, sweeps: ShadowSweeps, start: int, stop: int) -> Indices:
         """Numbers of the sweeps in which any of the rows start to stop (exclusive) lie, rising."""
         inside = (self._azimuth[start:stop] - sweeps.low[:, None]) % (2.0 * np.pi) <= sweeps.width[:, None]
-        return [int(number) for number in np.flatnonzero(inside.any(axis=1))]
+        return np.flatnonzero(inside.any(axis=1))
 
     def _antenna(self, time: float) -> Floats:
         """Position (3,) on the map [m], at the start for earlier times."""

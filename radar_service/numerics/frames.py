@@ -92,7 +92,7 @@ def turned(points: Floats, cosine: Floats, sine: Floats) -> Floats:
 
 
 def map_from_deck(heading: Floats, roll: Floats, pitch: Floats) -> Floats:
-    """Matrices (K, 3, 3) from a ship's deck (x starboard, y bow, z mast) to the map, for angles (K,) [rad]: roll with the
+    """Matrices (..., 3, 3) from a ship's deck (x starboard, y bow, z mast) to the map, for angles (...) [rad]: roll with the
     starboard side down, then pitch with the bow up, then heading."""
     cr, sr, cp, sp, c, s = (f(a) for a in (roll, pitch, heading) for f in (np.cos, np.sin))
     rows = [

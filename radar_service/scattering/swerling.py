@@ -6,10 +6,11 @@ import numpy as np
 
 from radar_service.numerics.random import FLUCTUATION, generator, name_key
 from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices, Singles
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.world.body import Body
 
 DRAWS_PER_BLOCK = 16  # azimuths whose factors are drawn together: setting up a generator costs as much as some 30 draws
+KEPT_DRAWS = 16  # crossings, or blocks of azimuths, whose factors are kept: threads are some blocks apart
 
 
 def swerling_factor(case: int, rng: np.random.Generator) -> float:
@@ -34,9 +35,10 @@ class Fluctuation:
         """scene: its name; azimuths: per scan; radar: its id, where a scene has several. Draws depend on the seed and on the
         names of the scene, the body and the radar, so other bodies change none of them."""
         self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
+        self._fast: Flags = np.array([per_azimuth(body.swerling) for body in bodies], dtype=np.bool_)
         self._key = [name_key(scene, body.name, radar) for body in bodies]
         self._azimuths, self._seed = azimuths, seed
-        self._draws: ResultCache[tuple[int, int], tuple[float, ...]] = ResultCache(16 * max(1, len(bodies)))
+        self._draws: ResultCache[int, Singles] = ResultCache(KEPT_DRAWS)
 
     def apply(self, weight: Singles, number: Indices, azimuth: Floats, body: Indices) -> None:
         """Multiplies weights (E, K) by the amplitude factors of their bodies.
@@ -45,24 +47,30 @@ class Fluctuation:
         are drawn once per beam crossing. Crossings are counted from the opposite bearing, so that no target changes while
         the beam is on it.
         """
-        if not self._case.any():
-            return
-        for b in np.flatnonzero(np.bincount(body, minlength=len(self._case)) * self._case):
-            own = np.flatnonzero(body == b)
-            if per_azimuth(int(self._case[b])):
-                blocks = (self._block(int(b), int(n) // DRAWS_PER_BLOCK)[int(n) % DRAWS_PER_BLOCK] for n in number)
-                weight[own] *= np.array(list(blocks), np.float32)
-                continue
-            fraction = azimuth[own[0]] % (2.0 * np.pi) / (2.0 * np.pi)
-            crossing = np.floor(number / self._azimuths - fraction + 1.5).astype(np.int64)
-            first, last = int(crossing[0]), int(crossing[-1])  # mostly the same
-            factors = [self._block(int(b), draw)[0] for draw in range(first, last + 1)]
-            weight[own] *= np.array(factors, np.float32)[crossing - first]
+        own = np.flatnonzero(self._case[body])
+        if len(own):
+            bodies, first, place = np.unique(body[own], return_index=True, return_inverse=True)
+            weight[own] *= self._factors(bodies, number, azimuth[own[first]])[place]
 
-    def _block(self, body: int, draw: int) -> tuple[float, ...]:
-        """Amplitude factors of a crossing, or of DRAWS_PER_BLOCK azimuths."""
-        return self._draws.get((body, draw), lambda: self._draw_factors(body, draw))
+    def _factors(self, bodies: Indices, number: Indices, azimuth: Floats) -> Singles:
+        """Amplitude factors (N, K) of bodies (N,) at azimuths (N,) [rad]; number: as of `apply`."""
+        fraction, fast = azimuth % (2.0 * np.pi) / (2.0 * np.pi), self._fast[bodies]
+        draw = np.floor(number / self._azimuths - fraction[:, None] + 1.5).astype(np.int64)
+        draw[fast] = number // DRAWS_PER_BLOCK
+        column = np.where(fast[:, None], number % DRAWS_PER_BLOCK, 0)
+        factors = np.empty(draw.shape, np.float32)
+        for each in np.unique(draw).tolist():
+            row, k = np.nonzero(draw == each)
+            factors[row, k] = self._drawn(each, bodies[row], column[row, k])
+        return factors
 
-    def _draw_factors(self, body: int, draw: int) -> tuple[float, ...]:
-        rng, case = generator(self._seed, FLUCTUATION, self._key[body], draw), int(self._case[body])
-        return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(DRAWS_PER_BLOCK if per_azimuth(case) else 1))
+    def _drawn(self, draw: int, body: Indices, column: Indices) -> Singles:
+        """Factors (M,) of bodies (M,) in one crossing, or at azimuths `column` (M,) of DRAWS_PER_BLOCK."""
+        columns = DRAWS_PER_BLOCK if self._fast.any() else 1
+        kept = self._draws.get(draw, lambda: np.full((len(self._key), columns), np.nan, np.float32))
+        missing = np.bincount(body[np.isnan(kept[body, column])])  # another thread may draw the same meanwhile
+        for b in np.flatnonzero(missing).tolist():
+            rng, case = generator(self._seed, FLUCTUATION, self._key[b], draw), int(self._case[b])
+            count = DRAWS_PER_BLOCK if self._fast[b] else 1
+            kept[b, :count] = [float(np.sqrt(swerling_factor(case, rng))) for _ in range(count)]
+        return np.asarray(kept[body, column])

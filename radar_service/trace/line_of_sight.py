@@ -1,9 +1,8 @@
 """Line of sight from the antenna to points, directly or by the sea: past the horizon, the maximum range, the body itself and
 all other bodies."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
-from functools import partial
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -29,14 +28,6 @@ class SurfacePoints(NamedTuple):
     body: Indices
     triangle: Indices
     position: Floats
-
-
-class Shadow(NamedTuple):
-    """What one body occludes: its sector, azimuth of its middle and half width [rad] and ground distance
-    of its start [m], and which positions (W, 3) on the map in it."""
-
-    sector: tuple[float, float, float]
-    occludes: Callable[[Floats], Flags]
 
 
 class OcclusionScene:
@@ -234,31 +225,16 @@ class OcclusionScene:
         distance, _ = distances_from_map(position, antenna, self.earth_radius)
         return self.moving.occluded(position, distance, antenna, time)
 
-    def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:
-        """The sector that bodies at rest may occlude: azimuth of its middle and half width [rad], ground distance of its start
-        [m]; a half width of 0 where nothing rests."""
+    def resting_shadow_sector(self, antenna: Floats) -> ShadowSectors:
+        """The one sector that bodies at rest may occlude; of half width 0, and begun at infinity, where nothing rests."""
         if self._resting_occluder is None:
-            return 0.0, 0.0, np.inf
+            return ShadowSectors(np.zeros(1), np.zeros(1), np.full(1, np.inf))
         centre, radius = self._resting_occluder.sphere
-        middle, half, begin = shadow_sectors(centre[None], np.array([radius]), antenna)
-        return float(middle[0]), float(half[0]), float(begin[0])
+        return shadow_sectors(centre[None], np.array([radius]), antenna)
 
     def moving_shadow_sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors that the moving bodies may occlude at `time` [s], as if all were present."""
         return self.moving.sectors(antenna, time)
-
-    def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
-        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]; absent ones have none."""
-        if not numbers:
-            return []
-        middle, half, begin = self.moving.sectors(antenna, time)
-        number_of = {int(self.moving.keys[number]): number for number in numbers}
-        shadows = []
-        for occluder, pose, key in self.moving.chosen(list(number_of), time):
-            number = number_of[key]
-            sector = float(middle[number]), float(half[number]), float(begin[number])
-            shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
-        return shadows
 
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.

@@ -26,6 +26,10 @@ class ShadowSectors(NamedTuple):
     half: Floats
     begin: Floats
 
+    def of(self, bodies: Indices) -> "ShadowSectors":
+        """The sectors of some of the bodies (M,)."""
+        return ShadowSectors(*(part[bodies] for part in self))
+
 
 def shadow_sectors(centre: Floats, radius: Floats, antenna: Floats) -> ShadowSectors:
     """The sectors behind spheres about `centre` (N, 3), of `radius` (N,) [m], from the antenna (3,) on the map."""

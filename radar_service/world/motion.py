@@ -19,12 +19,14 @@ class Pose(NamedTuple):
     """State at K times: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi).
 
     rotation: matrices (K, 3, 3) map_from_body of what rolls or pitches; None: the heading alone turns the body.
+    heave: (K,) by which sway lifts the position [m]; None without sway.
     """
 
     position: Floats
     velocity: Floats
     heading: Floats
     rotation: Floats | None = None
+    heave: Floats | None = None
 
     @property
     def course(self) -> Floats:
@@ -77,9 +79,14 @@ class Motion:
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
     @cached_property
+    def keeps_course(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on, but for its sway."""
+        return len(self.time) == 1 and not self.final_turn and not self.areas
+
+    @cached_property
     def is_straight(self) -> bool:
         """Whether it goes straight at one heading from its only knot on."""
-        return len(self.time) == 1 and self.sway is None and not self.final_turn and not self.areas
+        return self.keeps_course and self.sway is None
 
     def is_even(self, time: Floats) -> bool:
         """Whether it certainly rests, or goes straight at one speed, throughout times (K,) [s]."""
@@ -110,7 +117,8 @@ class Motion:
         if self.sway.max_heave:
             position[:, 2] += sway.values[:, 3]
             velocity[:, 2] += sway.rates[:, 3]
-        return Pose(position, velocity, heading, sway.rotation(heading) if self.sway.tilts else None)
+        rotation = sway.rotation(heading) if self.sway.tilts else None
+        return Pose(position, velocity, heading, rotation, sway.values[:, 3])
 
     def upright(self, time: Floats) -> UprightMotion:
         """Returns the motion without its sway at each time (K,) [s]."""

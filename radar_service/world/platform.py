@@ -33,12 +33,11 @@ class Platform:
         an upright mast of `height` [m]; sway tilts and heaves the mast."""
         pose = self.motion.pose(time)
         position = pose.position
-        if self.motion.sway is None:
-            position[:, 2] = height
+        position[:, 2] = 0.0 if pose.heave is None else pose.heave
+        if pose.rotation is None:
+            position[:, 2] += height
             return position
-        sway = self.motion.sway_state(np.atleast_1d(np.asarray(time, dtype=np.float64)))
-        position[:, 2] = sway.values[:, 3]
-        return position + height * sway.rotation(pose.heading)[:, :, 2]
+        return position + height * pose.rotation[:, :, 2]
 
     def upright_from_map(self, time: Floats) -> Floats | None:
         """Returns matrices (K, 3, 3) from map directions to directions relative to the swaying mast, at each time (K,) [s].
@@ -47,9 +46,9 @@ class Platform:
         """
         if self.motion.sway is None:
             return None
-        heading = self.heading(time)
-        level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
-        return np.asarray(level @ self.motion.sway_state(time).rotation(heading).transpose(0, 2, 1))
+        pose = self.motion.pose(time)
+        level = map_from_deck(pose.heading, np.zeros(len(time)), np.zeros(len(time)))
+        return np.asarray(level @ (level if pose.rotation is None else pose.rotation).transpose(0, 2, 1))
 
 
 @dataclass(frozen=True)

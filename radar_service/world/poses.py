@@ -6,10 +6,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from radar_service.numerics.frames import body_rotation, turned, wrap_bearing
+from radar_service.numerics.frames import body_rotation, map_from_deck, turned, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.world.body import Body, Mesh
 from radar_service.world.motion import Motion
+from radar_service.world.seaway_motion import SeawayMotion, sways_on_course
+
+SWAYS = 64  # of ships at instants at a time: arrays of their waves stay in the cache
 
 
 @dataclass(frozen=True)
@@ -146,6 +149,9 @@ class BodyPoses:
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
         self._start = np.array([m.time[0] for m in self._motions])
+        laws = {b: m.sway for b, m in enumerate(self._motions) if m.keeps_course and isinstance(m.sway, SeawayMotion)}
+        rows = {b: law.on_course(self._motions[b].heading, self._velocity[b]) for b, law in laws.items()}
+        self._on_course = {b: (laws[b], row) for b, row in rows.items() if row is not None}
 
     def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
         """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
@@ -159,12 +165,24 @@ class BodyPoses:
         else:
             position = np.repeat(self._position[None], len(time), axis=0)
             position[:, self.moving] = self._on_straights(time, self.moving)
-        for b in self._with_segments if requested is None else self._with_segments.intersection(requested.tolist()):
+        others = self._with_segments if requested is None else self._with_segments.intersection(requested.tolist())
+        swayed = [b for b in others if b in self._on_course]
+        step = max(1, SWAYS // max(1, len(time)))
+        for part in np.split(np.array(swayed), range(step, len(swayed), step)) if swayed else []:
+            rotation |= self._swayed(time, part, position, heading)
+        for b in others.difference(swayed):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
             if pose.rotation is not None:
                 rotation[b] = pose.rotation
         return PoseArrays(position, heading, rotation)
+
+    def _swayed(self, time: Floats, which: Indices, position: Floats, heading: Floats) -> dict[int, Floats]:
+        """Adds heave to positions (K, B, 3) of ships `which` (N,) `_on_course` at times (K,) [s], and returns their rotations."""
+        laws, amplitude = zip(*(self._on_course[b] for b in which.tolist()), strict=True)
+        roll, pitch, heave = sways_on_course(laws, amplitude, position[:, which].swapaxes(0, 1), time)
+        position[:, which, 2] += heave.T
+        return dict(zip(which.tolist(), map_from_deck(heading[:, which].T, roll, pitch), strict=True))
 
     def _on_straights(self, time: Floats, which: Indices | slice) -> Floats:
         """Positions (K, N, 3) [m] at times (K,) [s] of bodies `which` (N,) that rest, or go straight from their only knot on."""

@@ -6,6 +6,7 @@ which she still responds, which follows hers with the time constant EASING. So s
 heading jumps, sway jumps too. What she would still remember of an earlier course through her inertia is neglected.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol, Self
@@ -189,6 +190,11 @@ class SeawayMotion:
         envelope[:, MOVES] = SWING * np.hypot(_real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine))
         return envelope
 
+    def on_course(self, heading: Floats, velocity: Floats) -> Complexes | None:
+        """Returns her amplitudes (1, 3, N) at all times on one heading (1,) [rad] at one velocity (3,) over ground [m/s]; None
+        where she still responds to another one."""
+        return None if self.easing.excess.any() else self._amplitudes(heading, velocity[None, :2] - self.stream)
+
     def excess(self, time: float) -> tuple[float, float]:
         """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
         east, north = self.easing.at(np.array([time]))[0].tolist()
@@ -233,9 +239,24 @@ class SeawayMotion:
 MOVES = [0, 1, 3]  # columns of roll, pitch and heave
 
 
+def sways_on_course(
+    laws: Sequence[SeawayMotion], amplitude: Sequence[Complexes], position: Floats, time: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Returns roll, pitch and heave (B, K) [rad, m] of ships of one seaway at times (K,) [s], by their amplitudes `on_course`.
+
+    position: (B, K, 3) without heave [m].
+    """
+    phase = laws[0].waves.phases(position.reshape(-1, 3), np.tile(time, len(laws)))
+    phase = phase.reshape(*position.shape[:2], phase.shape[1])
+    roll, pitch, heave = np.moveaxis(_real_sums(np.stack(amplitude), np.cos(phase), np.sin(phase)), -1, 0)
+    lean = np.array([law.lean for law in laws])
+    return roll + lean[:, :1], pitch + lean[:, 1:], heave
+
+
 def _real_sums(amplitude: Complexes, cosine: Floats, sine: Floats) -> Floats:
-    """Real parts (K, 3) of sums of amplitude (K or 1, 3, N) x exp(i phase); each row by itself, whatever their number."""
-    return np.asarray((amplitude.real * cosine[:, None] - amplitude.imag * sine[:, None]).sum(axis=-1))
+    """Real parts (..., K, 3) of sums of amplitude (..., K or 1, 3, N) x exp(i phase (..., K, N)); each row by itself, whatever
+    their number."""
+    return np.asarray((amplitude.real * cosine[..., None, :] - amplitude.imag * sine[..., None, :]).sum(axis=-1))
 
 
 def amplitudes(waves: Waves, form: HullForm, heading: Floats, velocity: Floats) -> Complexes:

@@ -139,7 +139,7 @@ class CommandedMotion(Motion):
         return False
 
     @property
-    def is_straight(self) -> bool:
+    def keeps_course(self) -> bool:
         """Whether it goes straight at one heading from its only knot on: commands may change that."""
         return False
 
@@ -263,8 +263,8 @@ class PastMotion(CommandedMotion):
             return parts[1]
         back = np.argsort(np.array(order, dtype=np.int64))
         position, velocity, heading = (np.concatenate(column)[back] for column in list(zip(*parts, strict=True))[:3])
-        rotations = [part.rotation for part in parts if part.rotation is not None]
-        return Pose(position, velocity, heading, np.concatenate(rotations)[back] if rotations else None)
+        optional = ([column for column in columns if column is not None] for columns in list(zip(*parts, strict=True))[3:])
+        return Pose(position, velocity, heading, *(np.concatenate(each)[back] if each else None for each in optional))
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""

@@ -65,6 +65,21 @@ def test_draws_depend_on_names_and_the_seed_alone(case: int) -> None:
     assert factors("b", "b", seed=2, case=case) != alone
 
 
+def test_many_echoes_at_once_have_the_factors_of_each() -> None:
+    """Two echoes of each of ten bodies of all cases, in any order, over 40 azimuths of two scans."""
+    bodies = scene([point(str(b), 100.0 + 50 * b, 400, swerling=b % 5) for b in range(10)]).bodies
+    rng, number = np.random.default_rng(3), np.arange(40)
+    body, drawn = rng.permutation(np.repeat(np.arange(10), 2)), Fluctuation(bodies, "test", 20, 1)
+    azimuth, weight = 0.6 * body, np.ones((20, 40), dtype=np.float32)
+    drawn.apply(weight, number, azimuth, body)
+    for e in range(20):
+        each = [np.ones((1, 1), dtype=np.float32) for _ in number]
+        for n, one in zip(number, each, strict=True):
+            Fluctuation(bodies, "test", 20, 1).apply(one, np.array([n]), azimuth[e : e + 1], body[e : e + 1])
+        assert weight[e].tolist() == [float(one[0, 0]) for one in each]
+    assert (weight[body % 5 == 0] == 1.0).all() and len(np.unique(weight[body % 5 > 0])) > 100
+
+
 def test_a_body_put_into_a_scene_changes_no_echo_of_another() -> None:
     """Fields around a fluctuating hull and a wooden box are the same, whatever stands before them in the file."""
     box = {"shape": "box", "length_m": 30, "width_m": 9, "height_m": 6}

@@ -7,6 +7,7 @@ from radar_service.world.platform import Platform
 from radar_service.world.sway import Sway
 
 ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0, 0.0]), np.array([4.0, 1.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
+HEAVE = Sway(np.array([0.0, 0.0, 0.0, 0.5]), np.full(4, 4.0))
 ROUNDING = 1e-12  # of float64 at some 10 m
 
 
@@ -30,6 +31,12 @@ def test_roll_moves_the_antenna_to_starboard_and_down() -> None:
     """h sin 30 to starboard, which is south on an eastern heading, and h cos 30 above the sea."""
     antenna = platform(np.pi / 2, ROLL).antenna(1.0, 20.0)
     np.testing.assert_allclose(antenna, [[102.0, 40.0, 20.0 * np.sqrt(0.75)]], rtol=0, atol=ROUNDING)
+
+
+def test_heave_alone_lifts_the_antenna_over_the_sea() -> None:
+    """Half a metre at a quarter of its period; where the motion itself lies does not count."""
+    heaving = Platform(Motion(np.zeros(1), np.array([[0.0, 0.0, 7.0]]), np.zeros(1), sway=HEAVE))
+    np.testing.assert_allclose(heaving.antenna(np.array([0.0, 1.0]), 20.0)[:, 2], [20.0, 20.5], rtol=0, atol=ROUNDING)
 
 
 def test_directions_along_the_swaying_mast_become_vertical() -> None:

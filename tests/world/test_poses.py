@@ -1,5 +1,7 @@
 """Poses of many bodies are those of each body."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,27 @@ def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
             if pose.lean is not None:
                 upright = pose.upright.map_from_frame(points[own] @ pose.lean.T)
                 np.testing.assert_allclose(placed[own], upright, atol=1e-12)
+
+
+def test_poses_of_ships_in_a_seaway_are_those_of_each_motion_to_the_byte() -> None:
+    """Under way, at anchor, on legs, one that appears late, one that eases; of all or some, at few or many instants."""
+    hull = {"shape": "hull", "length_m": 30, "beam_m": 8, "height_m": 8, "rcs_dbsm": 10}
+    keys = [{"course_deg": 50, "speed_kn": 9}, {}, {"waypoints": [{"position_m": [99, 9], "speed_kn": 8}]}]
+    keys += [{"course_deg": 300, "speed_kn": 5, "start_s": 4.0}, {"speed_kn": 5}]
+    ships = [{"name": str(k), **hull, "position_m": [150.0 * k, 400, 0], **more} for k, more in enumerate(keys)]
+    made = scene(ships, environment={"sea_state": 4, "seaway": True, "current_kn": 2, "current_to_deg": 20})
+    *bodies, eases = made.bodies
+    assert eases.motion.sway is not None
+    bodies.append(replace(eases, motion=replace(eases.motion, sway=eases.motion.sway.eased((2.0, 1.0), 0.0))))
+    evaluated = BodyPoses(bodies)
+    for time in (np.array([6.0]), np.linspace(4.5, 90.0, 40), np.linspace(-1.0, 9.0, 5), np.zeros(0)):
+        for requested in (None, np.array([1]), np.array([4, 0])):
+            poses = evaluated.at(time, requested)
+            for b in range(5) if requested is None else requested.tolist():
+                pose = bodies[b].motion.pose(time)
+                np.testing.assert_array_equal(poses.position[:, b], pose.position)
+                np.testing.assert_array_equal(poses.heading[:, b], pose.heading)
+                np.testing.assert_array_equal(poses.rotation[b], pose.rotation)
 
 
 def test_bodies_that_are_not_even_are_found_among_those_requested() -> None:
