@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Floats
 from radar_service.propagation.multipath import reflected_ray
 
 _TINY = 1e-12  # m; keeps directions finite at the antenna's own plan position
@@ -20,17 +20,11 @@ class Leg(NamedTuple):
     length: of the way [m].
     level: (M, 2) east and north components of the horizontal unit vector away from the antenna.
     rise: (M,) sine of the elevation of travel at the points, positive upward.
-    curvature: (M,) of the wavefront in the vertical plane [1/m]; in the horizontal plane it is 1 / length.
-    tilt: (M,) of the earth's surface there against the antenna's [rad]; rays rise there by that much more.
-    arrives: (M,) whether a ray reaches the point at all over the curved earth.
     """
 
     length: Floats
     level: Floats
     rise: Floats
-    curvature: Floats
-    tilt: Floats
-    arrives: Flags
 
 
 def direct_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
@@ -38,21 +32,15 @@ def direct_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     distance, level = _plan(position, antenna)
     z = position[:, 2] - antenna[2] - distance**2 / (2.0 * earth_radius)
     length = np.maximum(np.sqrt(distance * distance + z * z), _TINY)
-    return Leg(length, level, z / length, 1.0 / length, distance / earth_radius, np.ones(len(length), dtype=np.bool_))
+    return Leg(length, level, z / length)
 
 
 def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
-    """The way by the sea to positions (M, 3), arguments as `direct_leg`.
-
-    The sea is convex, so beyond the reflection point the rays of a vertical plane diverge faster: 1 / D^2 times the plain
-    spreading, D the factor of `divergence` (Kerr 1951, ch. 5).
-    """
+    """The way by the sea to positions (M, 3), arguments as `direct_leg`."""
     distance, level = _plan(position, antenna)
     ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
-    spreading = 1.0 + 2.0 * ray.first / (earth_radius * np.maximum(ray.grazing_sine, _TINY))
-    curvature = spreading / np.maximum(ray.first + ray.second * spreading, _TINY)
     rise = ray.rise / np.maximum(ray.second, _TINY)
-    return Leg(ray.first + ray.second, level, rise, curvature, distance / earth_radius, ray.grazing_sine > 0.0)
+    return Leg(ray.first + ray.second, level, rise)
 
 
 def sea_divergence(position: Floats, antenna: Floats, earth_radius: float) -> Floats:

@@ -1,4 +1,4 @@
-"""Legs: lengths as the echo stage has them, directions and wavefronts as their first and second derivatives."""
+"""Legs: lengths as the echo stage has them, directions as their derivatives."""
 
 import numpy as np
 import pytest
@@ -33,11 +33,9 @@ def test_lengths_are_those_of_the_echoes(earth: float, distance: float, height: 
 @pytest.mark.parametrize("by_sea", [False, True], ids=["direct", "by sea"])
 @pytest.mark.parametrize("earth", EARTHS)
 @pytest.mark.parametrize(("distance", "height"), [(100.0, 2.0), (450.0, 7.0), (4000.0, 13.0), (12000.0, 30.0)])
-def test_directions_and_wavefronts_are_derivatives_of_the_length(
-    by_sea: bool, earth: float, distance: float, height: float
-) -> None:
-    """Differences over 1 cm and 20 cm: 1e-7 of rounding in 12 km / 1 cm; curvature to 2 %, and 2 % of 1 / length. The earth's
-    tilt enters the horizontal derivative by tilt times rise, 1e-5."""
+def test_directions_are_derivatives_of_the_length(by_sea: bool, earth: float, distance: float, height: float) -> None:
+    """Differences over 1 cm: 1e-7 of rounding in 12 km / 1 cm. The earth's tilt
+    enters the horizontal derivative by tilt times rise, 1e-5."""
     leg = sea_leg if by_sea else direct_leg
     position = points(distance, height)
     made = leg(position, ANTENNA, earth)
@@ -51,9 +49,6 @@ def test_directions_and_wavefronts_are_derivatives_of_the_length(
     ahead = (length(0.01 * level) - length(-0.01 * level)) / 0.02
     np.testing.assert_allclose(made.rise, rise, atol=1e-6)
     np.testing.assert_allclose(np.sqrt(1 - made.rise**2), ahead, atol=2e-5)
-    step = 0.02 * distance**0.5
-    second = (length(step * up) + length(-step * up) - 2 * made.length) / step**2
-    np.testing.assert_allclose(made.curvature * (1 - made.rise**2), second, rtol=0.02, atol=0.02 / distance)
 
 
 @pytest.mark.parametrize("earth", EARTHS)
@@ -65,11 +60,6 @@ def test_reflection_points_divide_the_way(earth: float) -> None:
     bent = [p - [0, 0, 1] * (((p - ANTENNA)[:, :2] ** 2).sum(axis=1, keepdims=True) / (2 * earth)) for p in (foot, position)]
     total = np.linalg.norm(bent[0] - ANTENNA, axis=1) + np.linalg.norm(bent[1] - bent[0], axis=1)
     np.testing.assert_allclose(total, sea_leg(position, ANTENNA, earth).length, rtol=1e-12)
-
-
-def test_no_ray_by_the_sea_arrives_beyond_the_horizon() -> None:
-    assert not sea_leg(points(40_000.0, 5.0), ANTENNA, EARTHS[1]).arrives.any()
-    assert sea_leg(points(4000.0, 5.0), ANTENNA, EARTHS[1]).arrives.all()
 
 
 def test_what_the_curved_sea_leaves_is_the_divergence_of_the_two_rays() -> None:

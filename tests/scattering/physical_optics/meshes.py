@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
-from radar_service.world.poses import MAP_POSE, pose_at
+from radar_service.world.poses import MAP_POSE
 
 Floats = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 9.41e9
@@ -135,9 +135,3 @@ def toward(direction: Any, distance: float) -> Floats:
 def decibels(power: float) -> float:
     """10 log10."""
     return float(10.0 * np.log10(power))
-
-
-def in_body(made: rs.Scene) -> Floats:
-    """The antenna (3,) in the frame of a scene's first body, at time 0."""
-    body = made.bodies[0]
-    return pose_at(body, 0.0).frame_from_map(made.antenna(0.0)[0], np.inf)

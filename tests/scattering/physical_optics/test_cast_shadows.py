@@ -98,5 +98,3 @@ def test_a_mast_through_a_roof_shows_what_stands_above_it() -> None:
     assert lit_area(shadows, 100.0) == pytest.approx(
         48.0 - 8.0 * 2.0, abs=8.0 * 13.0 / 99.0
     )  # what the near rim hides above
-
-
