@@ -25,8 +25,9 @@ static int add_planes_of_edges(const Vec *corner, int corners, Vec eye, Vec midd
     return count;
 }
 
-/* Takes out of regions the shadow that a convex occluder, with its plane, throws from an eye. What no shadow meets stays as it is. */
-static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plane plane) {
+/* Takes out of regions the shadow that a convex occluder, with its plane, throws from an eye; `first`: also of regions that lie in
+ * this plane, so that of two layers in one place one counts. What no shadow meets stays as it is. */
+static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plane plane, int first) {
     Plane sides[MOST + 1];
     int count = 0;
     double toward = height_over(plane, eye);
@@ -35,7 +36,7 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
     for (int i = 0; i < corners; i++) middle = vadd(middle, occluder[i]);
     middle = vscale(middle, 1.0 / corners);
     sides[count].normal = vscale(plane.normal, toward > 0.0 ? -1.0 : 1.0); /* the eye is below, the shadow above */
-    sides[count++].offset = toward > 0.0 ? -plane.offset : plane.offset;
+    sides[count++].offset = (toward > 0.0 ? -plane.offset : plane.offset) - (first ? 2.0 * THIN : 0.0);
     count = add_planes_of_edges(occluder, corners, eye, middle, sides, count);
     int64_t before = list->n;
     list->work += before;
@@ -395,14 +396,14 @@ typedef struct {
 } Path;
 
 /* Shades a region on a piece from an occluder that lies before it, mirrored in the last `from` pieces of a path. */
-static void shade_by(const Scene *scene, Regions *list, Polygon *occluder, Plane plane, const Path *path, int from, Vec eye) {
+static void shade_by(const Scene *scene, Regions *list, Polygon *occluder, Plane plane, const Path *path, int from, Vec eye, int first) {
     for (int k = from; k < path->n; k++) {
         Plane mirror = scene->plane[path->chain[k]];
         for (int i = 0; i < occluder->n; i++) occluder->at[i] = mirrored(occluder->at[i], mirror);
         plane.normal = reflected(plane.normal, mirror.normal);
     }
     plane.offset = vdot(plane.normal, occluder->at[0]);
-    shade(list, occluder->at, occluder->n, eye, plane);
+    shade(list, occluder->at, occluder->n, eye, plane, first);
 }
 
 static inline void shade_by_view(Aspect *a, Regions *list, const View *view, int f, int own, const Path *path, Vec eye, double water) {
@@ -413,7 +414,7 @@ static inline void shade_by_view(Aspect *a, Regions *list, const View *view, int
     Polygon occluder = occluder_of(scene, &view->leg, number, water, &plane);
     if (path && !keep_before(&occluder, scene->plane[own])) return;
     Path none = {0, {0, 0}, 0, {eye, eye, eye}};
-    shade_by(scene, list, &occluder, plane, path ? path : &none, 0, eye);
+    shade_by(scene, list, &occluder, plane, path ? path : &none, 0, eye, number < own);
 }
 
 /* Takes out of regions what is hidden from a view. `window`: as the view has it on piece `own`; with a path, the regions lie on its
@@ -460,9 +461,9 @@ static void hide_between(Aspect *a, Regions *list, int from, int to, const Polyg
         if (!keep_before(&occluder, scene->plane[from])) continue;
         if (last) {
             if (!keep_before(&occluder, scene->plane[to])) continue;
-            shade_by(scene, list, &occluder, scene->plane[c], last, last->n - 1, last_eye);
+            shade_by(scene, list, &occluder, scene->plane[c], last, last->n - 1, last_eye, 0);
         } else {
-            shade(list, occluder.at, occluder.n, eye, scene->plane[c]);
+            shade(list, occluder.at, occluder.n, eye, scene->plane[c], c < to);
         }
     }
     if (is_worn_out(a)) list->n = 0;

@@ -1,60 +1,21 @@
-"""Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, sides, layers, curvature.
-
-Layers of a mesh so close to each other that neither shadows the other both reflect, where a real hull has one skin.
-"""
+"""Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, sides, curvature."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
-from radar_service.scattering.surface_sampling import normals_and_areas
-from radar_service.trace.embree import TriangleScene
-from radar_service.trace.occluder import TOLERANCE
 from radar_service.world.body import Body, Mesh
 from radar_service.world.large_mesh import mesh_sample, outward_winding
 
-PARALLEL = 0.999  # cosine between normals: 2.6 degrees
-APART = 2e-4  # m, at most, by which layers in one place are told apart: a tenth of TOLERANCE
-GOLDEN = (5.0**0.5 - 1.0) / 2.0  # steps of it spread evenly over 0 to 1
 Sides = NDArray[np.int8]
 MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
-MIN_DOUBLED = 1e-3  # of the area: doubled layers of less add under 0.01 dB to a mean echo
 MAX_SAG, CURVES_DB = (
     1.0 / 200.0,
     0.2,
 )  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (world/shapes.py)
-
-
-class Layers(NamedTuple):
-    """Triangles of a mesh that are doubled: how many, and their share of the area of the mesh."""
-
-    facets: int
-    share: float
-
-
-def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
-    """The triangles at whose middle another one lies within TOLERANCE, parallel, and lit from the same side.
-
-    A line of sight ends TOLERANCE before its point, so neither shadows the other. Sides that face each other, as a crate's bottom
-    and the deck under it, are not lit together; this is known of closed parts (`outward_side`).
-    """
-    normal, area = normals_and_areas(mesh)
-    shift = APART * (np.arange(len(area)) * GOLDEN % 1.0)
-    corners = mesh.vertices[mesh.faces] + (shift[:, None] * normal)[:, None]
-    scene = TriangleScene(corners.reshape(-1, 3), np.arange(3 * len(area)).reshape(-1, 3))
-    doubled = np.zeros(len(area), dtype=np.bool_)
-    for out in (normal, -normal):
-        begin = corners.mean(axis=1) + TOLERANCE * out
-        hit = scene.first_hit(begin, -out)
-        near = scene.hit_distance(hit, begin, -out) < 2.0 * TOLERANCE
-        alike = np.einsum("ij,ij->i", normal, normal[hit])
-        together = outside * outside[hit] * np.sign(alike) >= 0.0
-        doubled |= (hit >= 0) & (hit != np.arange(len(hit))) & near & (np.abs(alike) > PARALLEL) & together
-    return Layers(int(doubled.sum()), float(area[doubled].sum() / area.sum()))
 
 
 def mesh_quality(body: Body, radar: Radar, bounces: int, distance: float) -> list[str]:
@@ -69,7 +30,7 @@ def mesh_quality(body: Body, radar: Radar, bounces: int, distance: float) -> lis
     corners, facing = mesh.vertices[mesh.faces], concave(mesh, outside)
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     sentences = [f"optics: facets up to {longest:.3g} m long; {_concavity(facing, len(mesh.faces), bounces)}"]
-    return sentences + _sides(outside) + _layers(mesh, outside) + _curves(mesh, radar) + large
+    return sentences + _sides(outside) + _curves(mesh, radar) + large
 
 
 def _concavity(facing: int, count: int, bounces: int) -> str:
@@ -86,16 +47,6 @@ def _sides(outside: Sides) -> list[str]:
     return [
         f"{unknown} of {len(outside)} facets belong to parts that are open or wound both ways: both their sides reflect; close "
         "a hull, so that no inner wall reflects through a gap"
-    ]
-
-
-def _layers(mesh: Mesh, outside: Sides) -> list[str]:
-    count, share = doubled_layers(mesh, outside)
-    if share < MIN_DOUBLED:
-        return []
-    return [
-        f"{count} facets, {100.0 * share:.2g} % of the area, lie within {length_text(TOLERANCE)} of others that face the same "
-        "way: both reflect, up to 6 dB too much there; keep one layer"
     ]
 
 
