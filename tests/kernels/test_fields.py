@@ -7,8 +7,8 @@ import pytest
 
 from radar_service.numerics.frames import map_from_body
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.plane_echoes import Wave
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
-from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.poses import BodyPose
 from tests.kernels.both import both
 

@@ -12,10 +12,9 @@ from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
 from radar_service.scattering.physical_optics.patches import is_concave, outward_side
 from radar_service.scattering.physical_optics.path_centres import PATHS, PathCentres, flattest, over_nodes
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import PlaneOptics
+from radar_service.scattering.physical_optics.plane_echoes import PlaneOptics, Wave
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
-from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.trace.tree_cache import content_key
 from radar_service.world.body import Body, Mesh, Plating
 from radar_service.world.materials import power_reflectivity

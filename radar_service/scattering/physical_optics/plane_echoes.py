@@ -16,7 +16,6 @@ from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plating import PlatedWalls
-from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.poses import MAP_POSE
 
 # Of the field of the ship's usual largest cell: surfaces and bounces that have less at most are left out
@@ -28,6 +27,25 @@ MOST_WORK, MOST_OF_PIECE = 20_000_000, 100
 ASPECTS, FAR = 12, 2000.0  # azimuths and distance [m] at which a usual cell is looked for, from ELEVATION [rad]
 ELEVATION, ASKEW = 0.01, 0.38  # no azimuth is ahead or abeam, where walls of ships face
 ROOM = 40  # echoes expected of a piece; of more the aspect is evaluated once more
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The wave: wavelength [m] and the radar's polarization, "h" or "v"."""
+
+    wavelength: float
+    polarization: str
+
+    @property
+    def wavenumber(self) -> float:
+        """[rad/m]"""
+        return 2.0 * np.pi / self.wavelength
+
+    def phasor(self, length: Floats) -> Complexes:
+        """exp(-j k length) (M,) of paths [m]."""
+        result = np.empty(len(length), dtype=np.complex128)
+        KERNELS.phasors(len(length), np.ascontiguousarray(-self.wavenumber * length), result)
+        return result
 
 
 class Longest(NamedTuple):

@@ -15,9 +15,8 @@ from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneEchoes, PlaneOptics
+from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneEchoes, PlaneOptics, Wave
 from radar_service.scattering.physical_optics.plating import SPREAD, PlatedWalls
-from radar_service.scattering.physical_optics.wave import Wave
 from radar_service.world.body import Mesh, Plating
 from radar_service.world.hull_types import hull_mesh
 from radar_service.world.poses import MAP_POSE
