@@ -34,14 +34,9 @@ from radar_service.world.scene import Scene
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
-TRACES_PER_BODY = 4  # kept: those in use, and those of threads that are ahead
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
-MIN_TABLES = 16  # kept of passages
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
-MAX_STEADY_ANGLE = (
-    0.05  # rad, half of what a steady body fills: parts of a nearer one have aspects of their own (80 m at 800 m)
-)
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
 

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 FOLDER = Path(__file__).parent
 NAME = "compiled"
@@ -37,8 +36,7 @@ DTYPES = {
     "int8_t": (np.dtype(np.int8), np.dtype(np.bool_)),
     "uint8_t": (np.dtype(np.bool_), np.dtype(np.uint8)),
 }
-RAY_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
-SCALARS: dict[str, Any] = {"int64_t": ctypes.c_int64, "double": ctypes.c_double, "RayCall": RAY_CALL}
+SCALARS: dict[str, Any] = {"int64_t": ctypes.c_int64, "double": ctypes.c_double}
 PROTOTYPE = re.compile(r"(?:/\* Arrays: ((?:(?!\*/)[^\0])*) \*/\n)?^KERNEL int64_t (\w+)\(([^)]*)\) \{", re.M)
 STRUCT = re.compile(r"^typedef struct \{([^}]*)\} (\w+);", re.M)
 FIELD = re.compile(r"(const )?(\w+) (\*?)(\w+)")
@@ -46,7 +44,6 @@ ENTRY = re.compile(r"([\w, ]+?)(?: \(([^)]*)\))?(?: from (.+?))?(?: < (.+))?")
 _memory: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer  # of what is writable, contiguous and not empty
 
 Function = Callable[..., int]
-FirstHit = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.int64]]
 
 
 class Argument(NamedTuple):
@@ -243,35 +240,6 @@ def _stopped(name: str, code: int) -> NoReturn:
         if code == NO_MEMORY
         else ValueError(f"{name}: a number is not finite, or out of range")
     )
-
-
-class _Memory:
-    """Memory as numpy takes it; a type of ctypes for each count takes 0.1 ms."""
-
-    def __init__(self, address: int, shape: tuple[int, ...], kind: str) -> None:
-        self.__array_interface__ = {"data": (address, False), "shape": shape, "typestr": kind, "version": 3}
-
-
-def run_with_rays(kernel: Function, first_hit: FirstHit, *arguments: Any) -> int:
-    """Runs a kernel whose last but one argument is a call that traces rays: first_hit takes begins and directions (M, 3) and
-    returns triangles (M,). Raises what it raises, and KeyboardInterrupt where ctypes dropped it."""
-    raised: list[BaseException] = []
-
-    def traced(count: int, begin: int, direction: int, hit: int) -> int:
-        try:
-            rays = (np.asarray(_Memory(at, (count, 3), "<f4")) for at in (begin, direction))
-            np.asarray(_Memory(hit, (count,), "<i8"))[:] = first_hit(*rays)
-        except BaseException as error:  # C cannot pass it on
-            raised.append(error)
-            return 1
-        return 0
-
-    try:
-        return kernel(*arguments[:-1], RAY_CALL(traced), arguments[-1])
-    except (KeyboardInterrupt, MemoryError):
-        if raised:
-            raise raised[0] from None
-        raise
 
 
 def library_file() -> Path | None:

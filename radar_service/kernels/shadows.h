@@ -36,12 +36,4 @@ KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const 
                      const double *position, const double *antenna, double earth_radius, double moved, const double *own,
                      uint8_t *stand);
 
-KERNEL int64_t shadow_planes(int64_t count, const double *corners, double *kept, double *plane, double *offset, double *distance);
-
-KERNEL int64_t silhouettes(int64_t count, const double *corners, double *plane, double *offset);
-
-KERNEL int64_t cast_cuts(int64_t count, int64_t edges, int64_t triangles, int64_t room, const double *corners, const double *virtual,
-                  const double *edge_plane, const double *edge_offset, const double *plane, const double *offset, double *parts,
-                  int64_t *origin, uint8_t *bright);
-
 #endif

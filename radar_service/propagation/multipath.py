@@ -267,16 +267,3 @@ def reflection_distance(d: Floats, h: Floats, antenna_height: Floats | float, ea
 def _between(x: Floats, d: Floats) -> Floats:
     """Distances x, at least 0 and at most d; few of them take half the time of `clip`."""
     return np.asarray(np.minimum(np.maximum(x, 0.0), d))
-
-
-def reflection_points(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Flags]:
-    """Where the ways by the sea to positions (M, 3) meet it, (M, 3) at height 0 on the map [m], and whether they do (M,)."""
-    offset = position[:, :2] - antenna[:2]
-    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
-    ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
-    level = (
-        offset / np.maximum(distance, 1e-12)[:, None]
-    )  # 1e-12 m keeps directions finite at the antenna's own plan position
-    points = np.zeros((len(distance), 3))
-    points[:, :2] = antenna[:2] + level * ray.reflection[:, None]
-    return points, np.asarray(ray.grazing_sine > 0.0)

@@ -85,8 +85,6 @@ class TriangleScene:
     """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Equal ones share a tree. Pickling leaves
     the tree out."""
 
-    rotation: Floats = np.eye(3)  # as of a `RotatedScene`
-
     def __init__(self, vertices: Floats, faces: Indices, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
         used = used_rows(vertices, faces)
@@ -108,10 +106,6 @@ class TriangleScene:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._build_large()
-
-    def rotated(self, rotation: Floats) -> "RotatedScene":
-        """The same triangles rotated about the origin by a matrix (3, 3)."""
-        return RotatedScene(self, rotation)
 
     def first_hit(self, origin: Floats, direction: Floats) -> Indices:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
@@ -171,21 +165,3 @@ class TriangleScene:
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[Singles, Singles]:
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)
-
-
-class RotatedScene:
-    """Triangles rotated about the origin. Rays are turned back, so that what they hit does not depend on how rotated vertices are
-    rounded, and no tree is built."""
-
-    def __init__(self, scene: TriangleScene, rotation: Floats) -> None:
-        self.radius, self.centre = scene.radius, scene.centre
-        self._scene, self.rotation = scene, rotation
-
-    def first_hit_of(self, begin: Singles, direction: Singles) -> Indices:
-        """Index (M,) of the first triangle that each ray (M, 3) meets, -1 where none. Rays are turned back already, and
-        relative to `centre`."""
-        return self._scene.first_hit_of(begin, direction)
-
-    def first_hit(self, origin: Floats, direction: Floats) -> Indices:
-        """As of a `TriangleScene`, of rays in the rotated frame."""
-        return self._scene.first_hit(origin @ self.rotation, direction @ self.rotation)

@@ -15,7 +15,6 @@ from radar_service.world.body import Mesh
 from radar_service.world.poses import BodyPose
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
-NO_TRIANGLE = -1
 RELATIVE_TOLERANCE = 2e-6  # of the line of sight's length: float32 rounding of its direction
 
 

@@ -3,7 +3,6 @@
 It prints each kernel before it is called, so that the last line of a process that ends names it, and "done" at its end.
 """
 
-import ctypes
 import re
 import sys
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.kernels.library import DTYPES, KERNELS, RAY_CALL, Argument, Prototype
+from radar_service.kernels.library import DTYPES, KERNELS, Argument, Prototype
 
 ODD = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1e300, -1e300, 1e-300, 1e18, -1.0])
 MOST = 6  # of a count
@@ -66,26 +65,13 @@ def arguments_of(prototype: Prototype, draw: np.random.Generator, odd: bool) -> 
     sizes = drawn_sizes(prototype, draw)
     made: dict[str, Any] = {}
     for argument in prototype.arguments:
-        if argument.kind == "RayCall":
-            made[argument.name] = RAY_CALL(hits(draw, sizes["triangles"], odd))
-        elif argument.shape is None:
+        if argument.shape is None:
             finite = argument.kind == "int64_t" or not odd or draw.random() < 0.8
             made[argument.name] = sizes[argument.name] if finite else float(draw.choice(ODD))
             made[argument.name] *= 1000 if argument.name == "longest" else 1
         else:
             made[argument.name] = drawn_array(argument, sizes, draw, odd)
     return made
-
-
-def hits(draw: np.random.Generator, triangles: int, odd: bool) -> Callable[..., int]:
-    """What rays hit: any triangle; odd: also one that is not there."""
-
-    def traced(count: int, _begin: int, _direction: int, hit: int) -> int:
-        for n in range(count):
-            ctypes.c_int64.from_address(hit + 8 * n).value = int(draw.integers(-1, triangles + odd))
-        return 0
-
-    return traced
 
 
 def spoilt(value: Any, argument: Argument, prototype: Prototype, draw: np.random.Generator) -> Any:

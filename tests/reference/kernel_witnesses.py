@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
-from tests.reference.shadow_witnesses import cast_lit, curved, shadow_planes, silhouettes, skyline, stand_before
+from tests.reference.shadow_witnesses import curved, shadow_planes, skyline, stand_before
 
 NORMAL_WEIGHT, FEATURE_STEPS, ALIKE = 1.5, 1e6, 0.8  # of strata
 
@@ -234,7 +234,7 @@ WITNESSES: dict[str, Any] = {
     function.__name__: function
     for function in (
         phasors, beam_weights, spread_points, spread_series, echo_positions, lines_of_sight, points_behind, surface_points,
-        strata, leg_rays, leg_weights, leg_lengths, lattice_nodes, lattice_between, lattice_sums, shadow_planes, silhouettes,
-        stand_before, cast_lit, skyline,
+        strata, leg_rays, leg_weights, leg_lengths, lattice_nodes, lattice_between, lattice_sums, shadow_planes, stand_before,
+        skyline,
     )
 }  # fmt: skip

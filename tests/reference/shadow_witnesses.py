@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.scattering.physical_optics.cast_shadows import NEAR, NEAR_SHARE
+from radar_service.scattering.physical_optics.cast_shadows import NEAR, NEAR_SHARE, CastShadows
 from radar_service.scattering.physical_optics.picture import Picture, Windows
 
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
@@ -32,25 +32,6 @@ def shadow_planes(count: int, corners: Floats, kept: Floats, plane: Floats, offs
     kept[:total], plane[:total], offset[:total] = corners[casts], planes[casts], 0.0
     offset[:total, 3] = (np.abs(away) * (1.0 + NEAR / np.maximum(far, NEAR) + NEAR_SHARE))[casts]
     distance[:total] = np.linalg.norm(corners[casts], axis=2).min(axis=1)
-    return total
-
-
-def silhouettes(count: int, corners: Floats, plane: Floats, offset: Floats) -> int:
-    points, number = np.unique(np.round(corners.reshape(-1, 3) / SAME_POINT), axis=0, return_inverse=True)
-    number = number.reshape(-1, 3)
-    ends = np.sort(np.concatenate([number[:, [0, 1]], number[:, [1, 2]], number[:, [2, 0]]]), axis=1)
-    third = corners[:, [2, 0, 1]].transpose(1, 0, 2).reshape(-1, 3)
-    total = 0
-    for edge in np.unique(ends, axis=0):
-        a, b = points[edge] * SAME_POINT
-        normal = _unit(np.cross(a, b))
-        side = third[(ends == edge).all(axis=1)] @ normal
-        if not normal.any() or ((side > ON_PLANE).any() and (side < -ON_PLANE).any()):
-            continue
-        ahead = _unit(a + b)
-        plane[total] = normal, _unit(np.cross(normal, a)), _unit(np.cross(b, normal)), ahead
-        offset[total] = 0.0, 0.0, 0.0, min(a @ ahead, b @ ahead)
-        total += 1
     return total
 
 
@@ -124,6 +105,6 @@ def _inside(points: Floats, plane: Floats, offset: Floats) -> Flags:
     return np.asarray((np.einsum("tkx,...x->...tk", plane, points) >= offset).all(axis=-1))
 
 
-def cast_lit(count: int, triangles: int, virtual: Floats, plane: Floats, offset: Floats, lit: Flags) -> int:
-    lit[:] = ~_inside(virtual, plane, offset).any(axis=1)
-    return count
+def lit(shadows: CastShadows, position: Floats) -> Flags:
+    """Which points (M, 3) on the map [m] lie in no shadow."""
+    return ~_inside(shadows.picture.virtual(position), shadows.plane, shadows.offset).any(axis=1)

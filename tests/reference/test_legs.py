@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import polar_from_map
-from radar_service.propagation.multipath import reflection_points, specular_geometry
-from tests.reference.legs import direct_leg, leg_length, sea_divergence, sea_leg
+from radar_service.propagation.multipath import specular_geometry
+from tests.reference.legs import direct_leg, leg_length, reflection_points, sea_divergence, sea_leg
 
 ANTENNA = np.array([10.0, -20.0, 15.0])
 EARTH = 4 / 3 * 6_371_000.0

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.frames import polar_from_map
-from radar_service.propagation.multipath import reflection_points
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import Occluder
 from radar_service.world.body import Body
 from radar_service.world.poses import pose_at
 from tests.occlusion import occluded
+from tests.reference.legs import reflection_points
 from tests.scenes import point, scene
 
 EARTH = 4 / 3 * 6_371_000.0

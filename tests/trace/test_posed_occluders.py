@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.propagation.multipath import reflection_points
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder
 from radar_service.world.poses import BodyPoses, pose_at
+from tests.reference.legs import reflection_points
 from tests.scenes import scene
 
 EARTH = 4 / 3 * 6_371_000.0

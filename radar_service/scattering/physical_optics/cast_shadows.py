@@ -1,10 +1,9 @@
-"""Shadows that other bodies cast on one, exactly: its facets are cut at the silhouettes of all that may stand before it.
+"""Shadows that other bodies cast on one: triangles that hide parts of it from the antenna, exactly, and outlines of many.
 
 Triangles are searched for by their windows in the antenna's picture (`picture`), which miss none. The shadow of a triangle is
 what lies behind it within the planes through the antenna and its edges; by the sea these stand in the picture of the
 reflected rays. A ray that the sea reflects is stopped on its way to the sea by what stands in the direct picture, and behind
-the reflection by what stands in the one by the sea. The edges of all shadows together are `silhouettes`. Between them a part of a
-facet is in the shadow as a whole, or not at all. Rough land has many that other land hides: these cut nothing.
+the reflection by what stands in the one by the sea.
 """
 
 from collections.abc import Sequence
@@ -70,28 +69,6 @@ class CastShadows:
         result.corners, result.plane = self.corners[which], self.plane[which]
         result.offset, result.distance = self.offset[which], self.distance[which]
         return result
-
-    def visible(self, position: Floats) -> Flags:
-        """Which points (M, 3) on the map [m] lie in no shadow."""
-        return self._lit(self.picture.virtual(position))
-
-    def _lit(self, virtual: Floats) -> Flags:
-        """Which points (M, 3) at virtual positions lie in no shadow."""
-        lit = np.empty(len(virtual), dtype=np.bool_)
-        KERNELS.cast_lit(len(virtual), len(self), *map(np.ascontiguousarray, (virtual, self.plane, self.offset)), lit)
-        return lit
-
-
-def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
-    """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
-    from which all triangles lie on one side.
-
-    The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
-    first one at both ends, and across the rays; their normals point to it.
-    """
-    planes, offsets = np.empty((3 * len(corners), 4, 3)), np.empty((3 * len(corners), 4))
-    count = KERNELS.silhouettes(len(corners), np.ascontiguousarray(corners), planes, offsets)
-    return planes[:count], offsets[:count]
 
 
 _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))

@@ -34,11 +34,6 @@ def patch_spans(mesh: Mesh) -> Floats:
     return np.asarray((high - low)[patch])
 
 
-def ranks(patch: Floats) -> Indices:
-    """Ranks (F,) of triangles by the size of their patches (F,) [m]."""
-    return np.asarray(np.round(np.log(np.maximum(patch, 1e-9)) / SAME_SIZE), dtype=np.int64)
-
-
 def neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
     face_a, face_b = shared_edges(mesh)

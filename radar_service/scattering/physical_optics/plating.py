@@ -73,26 +73,11 @@ class PlatedWalls:
         first = int(bays[0]), int(tiers[0])
         return cls(plating, 2.0 * np.pi / wavelength, np.where(plated, along, -1), 2 * along + (across > 0.0), drawn, first)
 
-    def depths(self, points: Floats, triangle: Indices) -> Floats:
-        """By how much plating lies inward (N,) [m] at points (N, 3) of plated triangles (N,): linear from tier to tier."""
-        share = np.where(self.axis[triangle] == 0, points[:, 0], points[:, 1]) / self.plating.frame
-        tier = points[:, 2] / self.plating.tier - 0.5
-        low = np.floor(tier)
-        _, bays, tiers = self.drawn.shape
-        bay = np.floor(share).astype(np.int64) - self.first[0]
-        panel = (self.wall[triangle] * bays + bay) * tiers + low.astype(np.int64) - self.first[1]
-        lower, upper = self.drawn.ravel().take(panel), self.drawn.ravel().take(panel + 1)
-        return np.asarray((lower + (tier - low) * (upper - lower)) * np.sin(np.pi * share) ** 2)
-
     @property
     def zone(self) -> tuple[float, float]:
         """Turns of the two-way phase along a panel beyond which facets are flat, and below which they are wholly dented."""
         dented = ORDERS + 2.0 * self.wavenumber * self.plating.depth
         return dented + FADING, dented
-
-    def coherent(self, facing: Floats, triangle: Indices) -> Floats:
-        """The share (M,) of the field that a bounce keeps in its direction. facing: (M,) cosines at triangles (M,), or -1."""
-        return np.where((triangle >= 0) & (self.axis[triangle] >= 0), self._kept(facing), 1.0)
 
     def _kept(self, facing: Floats) -> Floats:
         """The share (M,) of the field that a bounce on plating keeps, by cosines (M,)."""

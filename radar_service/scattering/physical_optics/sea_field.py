@@ -29,13 +29,6 @@ LONGEST, SHORTEST = 0.1, 0.02  # and the edges of facets: linear over one, F^2 e
 EDGES = 12.0  # so many are in the height of a body: linear over one, the square of the height has 1 % too much
 
 
-def strength_by_sea(radar: Radar, environment: Environment, reach: Floats, top: float, antenna_height: float) -> float:
-    """The most that the field by the sea has of the direct one on a body: at three heights up to its top, at distances of its
-    `reach` (3,), all in [m]."""
-    distances, heights = np.meshgrid(reach, top * np.array([0.0, 0.5, 1.0]))
-    return float(np.abs(radar_two_rays(radar, environment, distances, heights, antenna_height).ratio).max())
-
-
 def ground_before(radar: Radar, environment: Environment, scene: OcclusionScene, antenna: Floats, box: Floats) -> float:
     """Height [m] of the land that reflects to the middle of a box (8, 3) on the map [m]; 0 where the sea does, or nothing."""
     if not environment.multipath or scene.land is None:

@@ -10,6 +10,7 @@ from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
 from tests.reference.cast_shadows import picture_of
 from tests.reference.metal_on_water import EARTH, Setting
+from tests.reference.shadow_witnesses import lit
 
 ANTENNA = np.array([0.0, 0.0, 15.0])
 FLAT, CURVED = Picture(ANTENNA, np.inf, False), Picture(ANTENNA, EARTH, False)
@@ -34,7 +35,7 @@ def lit_area(shadows: CastShadows, north: float) -> float:
     """What of the plate is in the light [m^2], of 300,000 points."""
     across, up = np.meshgrid((np.arange(800) + 0.5) / 100.0 - 4.0, (np.arange(375) + 0.5) / 62.5)
     points = np.stack([across.ravel(), np.full(across.size, north), up.ravel()], axis=1)
-    return 48.0 * float(shadows.visible(points).mean())
+    return 48.0 * float(lit(shadows, points).mean())
 
 
 @pytest.mark.parametrize("name, low, high, dark", [
@@ -87,7 +88,7 @@ def test_no_body_that_casts_a_shadow_is_missed() -> None:
             along, toward = following - hull, flat[:, None] - hull
             side = along[:, 0] * toward[..., 1] - along[:, 1] * toward[..., 0]
             inside = (side > 1e-6 * np.linalg.norm(along, axis=1)).all(axis=1)  # 2 mm at 2 km from an edge
-            assert not shadows.visible(points)[inside].any()
+            assert not lit(shadows, points)[inside].any()
             seen += int(inside.any())
     assert seen > 40  # of 600 pairs of a box and a leg
 

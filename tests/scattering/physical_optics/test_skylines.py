@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.propagation.multipath import reflection_points
 from radar_service.scattering.physical_optics import cast_shadows
 from radar_service.scattering.physical_optics.cast_shadows import MAX_TRIANGLES, RINGS, CastShadows, Onlooker
 from radar_service.scattering.physical_optics.picture import Picture
@@ -16,7 +15,9 @@ from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
+from tests.reference.legs import reflection_points
 from tests.reference.metal_on_water import EARTH
+from tests.reference.shadow_witnesses import lit
 from tests.scattering.physical_optics.test_cast_shadows import box, lit_area, onlooker
 from tests.scenes import point, scene
 
@@ -70,7 +71,7 @@ def differing(made: Onlooker, shadows: CastShadows, meshes: list[Mesh], count: i
     """Which points of the near face (up, across) are seen past the shadows, or by rays, not by both."""
     points = face(made.box, count)
     seen = ray_cast(meshes, points, shadows.picture)
-    return np.asarray(seen != shadows.visible(points)).reshape(count, count)
+    return np.asarray(seen != lit(shadows, points)).reshape(count, count)
 
 
 # Of 40: those where something hides part of the face.
@@ -125,7 +126,7 @@ def test_land_in_which_a_body_stands_hides_it_up_to_its_middle(monkeypatch: pyte
     made = Onlooker(body_box(100.0, 10.0, 6.0), (Picture(np.array([0.0, 0.0, 15.0]), np.inf, False),), 500)
     (shadows,) = made.shadows([(TriangleClusters(joined, True), MAP_POSE)])
     up = np.linspace(0.1, 5.9, 581)
-    near, far = (shadows.visible(np.stack([0.0 * up, 0.0 * up + north, up], axis=1)) for north in (100.0, 102.0))
+    near, far = (lit(shadows, np.stack([0.0 * up, 0.0 * up + north, up], axis=1)) for north in (100.0, 102.0))
     # 2 cm of 6 m: the near face behind the slabs' near walls, and the far one behind their tops before the middle
     assert (near == (up > 15.0 - 12.0 * 100.0 / 90.0)).mean() > 0.99
     assert (far == (up > 15.0 - 12.0 * 102.0 / 101.0)).mean() > 0.99
