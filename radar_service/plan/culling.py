@@ -121,7 +121,7 @@ def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody |
     (x, y, z), (own_x, own_y, _) = body.motion.position[0].tolist(), scene.own_ship.position[0].tolist()
     afloat = z + (0.0 if body.mesh is None else body.mesh.top) >= 0.0
     if afloat and math.hypot(x - own_x, y - own_y) + MARGIN < min(max_echo_range(scene.radar), scene.horizon()):
-        return None  # it is visible at the start, as most are: a tenth of the time of its closest approach
+        return None  # it is in range at the start, as most are
     nearest, top = nearest_and_top(body, scene)
     if nearest > max_echo_range(scene.radar):
         return CulledBody(f"always out of range: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
