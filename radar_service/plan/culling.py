@@ -26,6 +26,7 @@ from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
+MARGIN = 1.0  # m, for rounding
 DISTANCES = 1024  # at which sea reflection is evaluated
 MAX_FAINT = -20.0  # dB of the noise, below which false echoes are left out: each changes a mean power by 0.04 dB at most
 SIDELOBE = 0.1  # one-way field of the direct beam at a target while it lights a structure elsewhere
@@ -117,6 +118,10 @@ def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody |
     Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea. No horizon counts
     for bodies that have echoes beyond it.
     """
+    (x, y, z), (own_x, own_y, _) = body.motion.position[0].tolist(), scene.own_ship.position[0].tolist()
+    afloat = z + (0.0 if body.mesh is None else body.mesh.top) >= 0.0
+    if afloat and math.hypot(x - own_x, y - own_y) + MARGIN < min(max_echo_range(scene.radar), scene.horizon()):
+        return None  # it is in range at the start, as most are
     nearest, top = nearest_and_top(body, scene)
     if nearest > max_echo_range(scene.radar):
         return CulledBody(f"always out of range: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
