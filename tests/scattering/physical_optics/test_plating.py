@@ -12,7 +12,9 @@ import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics import plating
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.patches import patch_spans
 from radar_service.scattering.physical_optics.plating import PlatedWalls
+from radar_service.scattering.surface_sampling import triangle_frames
 from tests.measurements.cross_sections import fields, sections_dbsm
 from tests.reference import plated_hulls, plated_walls
 from tests.reference.metal_on_water import Setting
@@ -37,7 +39,10 @@ def scene_of(setting: Setting, body: dict[str, Any]) -> rs.Scene:
 
 
 def walls_of(scene: rs.Scene) -> PlatedWalls:
-    walls = OpticalBody.of(scene.bodies[0], scene.radar, 1).walls
+    body = scene.bodies[0]
+    assert body.mesh is not None
+    spans = patch_spans(body.mesh), body.plating, scene.radar.wavelength
+    walls = PlatedWalls.of(body.mesh, triangle_frames(body.mesh)[1], *spans)
     assert walls is not None
     return walls
 
@@ -195,12 +200,10 @@ def test_only_large_walls_are_plated() -> None:
     """Neither decks nor bars are: of a ferry its sides and houses, of a cylinder nothing."""
     table = {"name": "f", "shape": "hull", "hull_type": "ferry", "length_m": 90.0, "beam_m": 16.0, "height_m": 14.0}
     made = scene([table, {"name": "c", "shape": "cylinder", "radius_m": 0.3, "height_m": 5.0, "plating": {}}])
-    body = OpticalBody.of(made.bodies[0], made.radar, 1)
-    assert body.walls is not None and OpticalBody.of(made.bodies[1], made.radar, 1).walls is None
-    plated = body.walls.axis >= 0
-    assert (np.abs(body.planes.normal[plated, 2]) < 0.5).all() and np.ptp(
-        body.mesh.vertices[body.mesh.faces][plated, :, 2], axis=1
-    ).min() > 0.7
+    optics, bare = (OpticalBody.of(body, made.radar, 1).optics for body in made.bodies)
+    assert optics.walls is not None and bare.walls is None
+    plated = optics.walls.axis >= 0
+    assert (np.abs(optics.pieces.normal[plated, 2]) < 0.5).all() and optics.pieces.spans[plated, 2].min() > 0.7
     assert 0.02 < plated.mean() < 0.5
 
 
