@@ -12,8 +12,8 @@
 #define KERNEL
 #endif
 
-/* What a kernel returns that stops: no memory, rays that were not traced, numbers that are not finite or out of range. */
-enum { NO_MEMORY = -1, NO_RAYS = -2, REFUSED = -3 };
+/* What a kernel returns that stops: no memory, numbers that are not finite or out of range. */
+enum { NO_MEMORY = -1, REFUSED = -3 };
 
 static inline double larger(double a, double b) { return a > b ? a : b; }
 

@@ -27,7 +27,7 @@ ABSENT = (
     "the compiled kernels are absent, or were built from other sources: `pip install` (in a checkout `pip install -e .`) "
     "builds them"
 )
-NO_MEMORY, NO_RAYS, REFUSED = -1, -2, -3  # what a kernel returns that stops, as geometry.h has them
+NO_MEMORY, REFUSED = -1, -3  # what a kernel returns that stops, as geometry.h has them
 DTYPES = {
     "double": (np.dtype(np.float64),),
     "float": (np.dtype(np.float32),),
@@ -233,8 +233,6 @@ def _checked(prototype: Prototype, values: tuple[Any, ...], inside: Function | N
 
 def _stopped(name: str, code: int) -> NoReturn:
     """Raises what a kernel stopped for."""
-    if code == NO_RAYS:  # a signal came before the first line of `traced`: what its handler raised is lost
-        raise KeyboardInterrupt
     raise (
         MemoryError(f"{name}: no memory")
         if code == NO_MEMORY

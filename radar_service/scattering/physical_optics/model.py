@@ -95,40 +95,46 @@ class PhysicalOptics(AspectModel):
 
     @override
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        posed, scene, over_sea = pose_at(self.bodies[b], instant.time), instant.line_of_sight, self._environment.multipath
-        lean = posed.lean
-        optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
-        over_sea = over_sea and antenna[2] > 0.0
+        posed = pose_at(self.bodies[b], instant.time)
+        optical = self._optical[b] if posed.lean is None else self._optical[b].leaning(posed.lean)
+        legs = self._legs(b, optical, posed, antenna, instant)
+        centres = optical.echoes(legs, self._lowest(b, legs[0]))
+        if posed.lean is not None:
+            centres = [path._replace(position=path.position @ posed.lean) for path in centres]
+        return BodyEchoes.joined([_body_echoes(b, path, len(legs) > 1) for path in centres])
+
+    def _legs(self, b: int, optical: OpticalBody, posed: BodyPose, antenna: Floats, instant: Instant) -> tuple[BodyLeg, ...]:
+        """The direct leg to body b in a pose, and the one by the sea where that does not stand for all paths, above what
+        reflects."""
+        over_sea, scene = self._environment.multipath and bool(antenna[2] > 0.0), instant.line_of_sight
         sea = self._sea_field(b, optical, posed.upright, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         ground = self._ground(optical, posed.upright, antenna, instant) if by_paths and sea is None else 0.0
-        pose, antenna = posed.lifted(-ground).upright, antenna - [0.0, 0.0, ground]
-        onlooker = self._onlooker(optical, pose, antenna, instant, by_paths)
-        posed_others = scene.posed_triangles(others, antenna, instant.time)
-        shadows = onlooker.shadows([(triangles, each.lifted(-ground)) for triangles, each in posed_others])
-        legs = [
-            BodyLeg(by_sea, pose, antenna, scene.earth_radius, sea if by_sea == by_paths else None, cast)
-            for by_sea, cast in zip((False, True), shadows, strict=False)
-        ]
-        centres = optical.echoes(tuple(legs), self._lowest(b, pose, antenna, scene.earth_radius))
-        if lean is not None:
-            centres = [path._replace(position=path.position @ lean) for path in centres]
-        return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
+        pose, raised = posed.lifted(-ground).upright, antenna - [0.0, 0.0, ground]
+        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        before = scene.posed_triangles(others, raised, instant.time)
+        shadows = self._onlooker(optical, pose, raised, instant, by_paths).shadows(
+            [(triangles, each.lifted(-ground)) for triangles, each in before]
+        )
+        fields = (None, sea) if by_paths else (sea,)
+        return tuple(
+            BodyLeg(number > 0, pose, raised, scene.earth_radius, field, cast)
+            for number, (field, cast) in enumerate(zip(fields, shadows, strict=True))
+        )
 
     def _ground(self, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
         """`ground_before` a body in a pose."""
         return ground_before(self._radar, self._environment, instant.line_of_sight, antenna, _box(optical, pose))
 
-    def _lowest(self, b: int, pose: BodyPose, antenna: Floats, earth_radius: float) -> float:
+    def _lowest(self, b: int, leg: BodyLeg) -> float:
         """Height [m] in the frame of body b below which nothing scatters: of the sea, or where nothing diffracts of the way over
         the horizon to its middle."""
-        water, height = -float(pose.position[2]), max(float(antenna[2]), 0.0)
+        water, height = -float(leg.pose.position[2]), max(float(leg.antenna[2]), 0.0)
         if height < self._over_horizon:
             return water
-        middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
-        beyond = math.dist(middle[:2], antenna[:2]) - float(horizon(0.0, height, earth_radius))
-        return water + (max(beyond, 0.0) ** 2 / (2.0 * earth_radius))
+        middle = leg.on_map(self.bodies[b].middle)
+        beyond = math.dist(middle[:2], leg.antenna[:2]) - float(horizon(0.0, height, leg.earth_radius))
+        return water + max(beyond, 0.0) ** 2 / (2.0 * leg.earth_radius)
 
     @override
     def casters(
