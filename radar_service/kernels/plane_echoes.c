@@ -132,7 +132,7 @@ static double length_at(const Aspect *a, const Path *path, const View *back, Vec
     return length + detour(out, first_point(a->scene, path, point)) + detour(&back->leg, point);
 }
 
-/* (p . d)(n . E) - (p . E)(n . d), as of `scattering_amplitude` in physical_optics/facet_integral.py. */
+/* (p . d)(n . E) - (p . E)(n . d): what the current that a field makes on a surface sends back, as received. */
 static inline double current(Vec received, Vec direction, Vec field, Vec normal) {
     return vdot(received, direction) * vdot(normal, field) - vdot(received, field) * vdot(normal, direction);
 }

@@ -1,4 +1,4 @@
-/* Means over triangles of phasors times barycentric coordinates, as tests/reference/facet_integral.py has them in numpy. */
+/* Means over triangles of phasors times barycentric coordinates. */
 
 #ifndef TRIANGLE_MEANS_H
 #define TRIANGLE_MEANS_H

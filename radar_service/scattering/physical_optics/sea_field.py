@@ -2,7 +2,7 @@
 
 Where both rays still reach the body, diffraction changes the ray by the sea: its field over the direct one is the ratio by which
 both add up to the field F. Where they come at less than a milliradian from each other (X band), and behind the horizon, one leg
-stands for all paths: a facet scatters as the direct ray has it, times F for each way.
+stands for all paths: a piece scatters as the direct ray has it, times F for each way.
 
 Echoes have the ratio or F^2 at the scattering centres, from azimuth to azimuth (`echo.sea_paths`); the profile says what it is
 between them.
@@ -25,7 +25,7 @@ HEIGHTS = 40.0  # in a natural height (4.8 m in X band): linear in between, the 
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 ONE_LEG = 0.5  # m sin(grazing) at the foot of a body below which one leg stands for all paths; there, in natural heights,
 FLATTEST_SHARE = 0.3  # is what a cell may have: F^2 turns by 0.6 rad over it at most,
-LONGEST, SHORTEST = 0.1, 0.02  # and the edges of facets: linear over one, F^2 errs by 1 % of the direct ray's; in between,
+LONGEST, SHORTEST = 0.1, 0.02  # and the edges of pieces: linear over one, F^2 errs by 1 % of the direct ray's; in between,
 EDGES = 12.0  # so many are in the height of a body: linear over one, the square of the height has 1 % too much
 
 
@@ -88,7 +88,7 @@ class SeaField:
 
     @property
     def longest(self) -> float:
-        """The longest edge of facets there [m]: in half octaves, so that facets are kept while a body heaves."""
+        """The longest edge of pieces there [m], in half octaves."""
         longest = np.clip(self.top / EDGES, SHORTEST * self.natural, LONGEST * self.natural)
         return float(2.0 ** (np.floor(2.0 * np.log2(longest)) / 2.0))
 

@@ -40,7 +40,7 @@ def _other_than_ais(ais: TransponderModel, across: float, along: float, remedy: 
 
 
 def check_optics_area(body: BodyOfAKind, mesh: Mesh, size: Floats, location: str) -> None:
-    """Raises SceneError for a body by physical optics that has too much surface: its facets, lattice and tubes grow with that."""
+    """Raises SceneError for a body by physical optics that has too much surface: its cut edges and lattice grow with that."""
     if max(size) <= LONGEST or (area := float(normals_and_areas(mesh)[1].sum())) <= MAX_OPTICS_AREA:
         return
     raise SceneError(
