@@ -24,7 +24,7 @@ MANY = 1000  # pieces; of more, those that add up are the smaller the more there
 # Cuts and pairs of pieces of an aspect, some 2 s, and those of each piece: the shipped tanker has 0.4 million. A mesh whose
 # surfaces cross each other everywhere has no end of them.
 MOST_WORK, MOST_OF_PIECE = 20_000_000, 100
-ASPECTS, FAR = 12, 2000.0  # azimuths and distance [m] at which a usual cell is looked for, from ELEVATION [rad]
+ASPECTS, FAR = 5, 2000.0  # azimuths and distance [m] at which a usual cell is looked for, from ELEVATION [rad]
 ELEVATION, ASKEW = 0.01, 0.38  # no azimuth is ahead or abeam, where walls of ships face
 ROOM = 40  # echoes expected of a piece; of more the aspect is evaluated once more
 

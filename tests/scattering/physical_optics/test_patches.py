@@ -6,7 +6,12 @@ from radar_service.scattering.physical_optics.patches import concave_sides, neig
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
-from tests.scattering.physical_optics.test_mesh_quality import united
+
+
+def united(*parts: Mesh) -> Mesh:
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
+    return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def test_coplanar_neighbours_make_one_patch() -> None:
