@@ -219,7 +219,7 @@ static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
 
 static inline int in_beam(Vec middle, Vec half, const Beam *beam) {
     if (half.x < 0.0) return 0;
-    for (int k = 0; k < beam->n; k++) {
+    for (int k = beam->n - 1; k >= 0; k--) { /* the sides first: a beam is narrow */
         Vec n = beam->at[k].normal;
         if (height_over(beam->at[k], middle) + fabs(n.x) * half.x + fabs(n.y) * half.y + fabs(n.z) * half.z <= THIN) return 0;
     }
