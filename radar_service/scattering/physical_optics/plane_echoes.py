@@ -6,6 +6,7 @@ first piece, and the second one is lit by it through the first as through a wind
 sums over the edges of what is lit, away from specular directions, and closed forms near them (the kernel says how).
 """
 
+import warnings
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self
 
@@ -24,6 +25,9 @@ MANY = 1000  # pieces; of more, those that add up are the smaller the more there
 # Cuts and pairs of pieces of an aspect, some 2 s, and those of each piece: the shipped tanker has 0.4 million. A mesh whose
 # surfaces cross each other everywhere has no end of them.
 MOST_WORK, MOST_OF_PIECE = 20_000_000, 100
+TOO_MUCH = (
+    "metal of {} pieces: an aspect takes over {} cuts, and what is left is missing; surfaces should not cross each other"
+)
 ASPECTS, FAR = 5, 2000.0  # azimuths and distance [m] at which a usual cell is looked for, from ELEVATION [rad]
 ELEVATION, ASKEW = 0.01, 0.38  # no azimuth is ahead or abeam, where walls of ships face
 ROOM = 40  # echoes expected of a piece; of more the aspect is evaluated once more
@@ -60,14 +64,13 @@ class Longest(NamedTuple):
 class PlaneEchoes(NamedTuple):
     """Fields (N,) that pieces return: place (N, 3) in the body's frame [m], heights of the first and the last surface (N, 2) [m],
     amplitude (N,) with the phase of the whole path [m], how many of its two ways go by the sea (N,), and surfaces in a row (N,).
-    Of mixed paths both orders are in it. work: cuts and pairs of pieces; above MOST_WORK something is missing."""
+    Of mixed paths both orders are in it."""
 
     place: Floats
     ends: Floats
     amplitude: Complexes
     ways: Indices
     surfaces: Indices
-    work: int
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,7 @@ class PlaneOptics:
         """What returns by one leg, or by two: the direct one and the one by the sea.
 
         water: height of the sea in the body's frame [m], -inf: there is none. longest: edge over which a field may be taken as
-        linear. Raises MemoryError.
+        linear. Raises MemoryError. Warns where something is left out, as it takes too much.
         """
         pieces, pose, room = self.pieces, legs[0].pose, 1000 + ROOM * len(self.pieces)
         faint = self.level * min(1.0, MANY / max(len(pieces), 1))
@@ -139,8 +142,9 @@ class PlaneOptics:
             result = place, ends, amplitude, ways, surfaces
             count = KERNELS.plane_echoes(*numbers, room, *limits, *taken, *turn, *dents, *result, work)
             if count <= room:
-                kept = place[:count], ends[:count], amplitude[:count], ways[:count], surfaces[:count]
-                return PlaneEchoes(*kept, int(work[0]))
+                if work[0] > most:
+                    warnings.warn(TOO_MUCH.format(len(pieces), most), RuntimeWarning, stacklevel=2)
+                return PlaneEchoes(place[:count], ends[:count], amplitude[:count], ways[:count], surfaces[:count])
             room = count
 
 

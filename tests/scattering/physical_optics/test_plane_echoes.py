@@ -241,12 +241,12 @@ def test_a_body_of_planes_has_the_centres_of_its_echoes(earth_radius: float) -> 
 
 
 def test_bounces_of_surfaces_that_cross_everywhere_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A hundred large triangles that cross each other: after so much work the rest is left out, and the result says so."""
+    """A hundred large triangles that cross each other: after so much work the rest is left out, with a warning."""
     monkeypatch.setattr(plane_echoes, "MOST_WORK", 20_000)
     monkeypatch.setattr(plane_echoes, "MOST_OF_PIECE", 1)
     tangle = welded(10.0 * np.random.default_rng(1).random((100, 3, 3)))
-    echoes = seen(optics(tangle), np.array([500.0, 100.0, 15.0]))
-    assert 20_000 < echoes.work < 30_000 and np.isfinite(echoes.amplitude).all()
+    with pytest.warns(RuntimeWarning, match="metal of .* pieces: an aspect takes over 20000 cuts"):
+        assert np.isfinite(seen(optics(tangle), np.array([500.0, 100.0, 15.0])).amplitude).all()
 
 
 def test_an_aspect_from_amid_the_body_is_finite() -> None:
