@@ -14,8 +14,11 @@ from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-NAMES = [file.relative_to(ROOT).as_posix() for file in DOCUMENTS]
+HISTORY = ["CHANGELOG.md", *(f"docs/changes/{file.name}" for file in (ROOT / "docs" / "changes").glob("[0-9]*.md"))]
+FRAGMENTS = [f"docs/changes/{file.name}" for file in sorted((ROOT / "docs" / "changes").glob("[!0-9]*.md"))]
+FOUND = [file.relative_to(ROOT).as_posix() for file in sorted((ROOT / "docs").rglob("*.md"))]
+NAMES = ["README.md", "CONTRIBUTING.md", *(name for name in FOUND if name not in HISTORY + FRAGMENTS)]
+DOCUMENTS = [ROOT / name for name in NAMES]
 CODE = [
     file
     for pattern in ("*.py", "*.js", "*.toml")
@@ -71,7 +74,7 @@ def broken(source: str, target: str) -> str | None:
     return None if not anchor or anchor in anchors(name) else f"{source}: {target}: {name} has no such section"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *HISTORY, ".github/SECURITY.md"])
 def test_links_resolve(name: str) -> None:
     faults = [fault for target in LINK.findall(prose(name)) if (fault := broken(name, target))]
     assert not faults, "\n".join(faults)
@@ -271,3 +274,10 @@ def test_no_code_cites_a_document_outside_the_repository() -> None:
 def test_the_readme_is_short() -> None:
     readme = text("README.md")
     assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 1800
+
+
+def test_changes_are_told_in_short() -> None:
+    newest_release = text("CHANGELOG.md").split("\n## ")[1]
+    for told, most in ((newest_release, 40), *((text(name), 2) for name in FRAGMENTS)):
+        lines = told.rstrip().splitlines()
+        assert len(lines) <= most and max(map(len, lines)) <= 240, told
