@@ -1,6 +1,10 @@
 """The documents are true: links resolve, files exist, tables are those of the code, examples run, the code cites what exists."""
 
 import re
+import shlex
+import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -8,6 +12,7 @@ from typing import Any
 import pytest
 
 import radar_service as rs
+from radar_service.commands.command_line import parser
 from radar_service.scene_file.load import load_scene
 from tests.prose import Names, code, code_files
 from tests.prose import prose as prose_of
@@ -281,3 +286,13 @@ def test_changes_are_told_in_short() -> None:
     for told, most in ((newest_release, 40), *((text(name), 2) for name in FRAGMENTS)):
         lines = told.rstrip().splitlines()
         assert len(lines) <= most and max(map(len, lines)) <= 240, told
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="systemd-analyze is absent")
+def test_the_unit_of_systemd_is_valid_and_its_command_exists(tmp_path: Path) -> None:
+    unit = text("docs/deploy/radar.service")
+    program, *command = shlex.split(re.search("^ExecStart=(.*)$", unit, flags=re.M)[1])  # type: ignore[index]
+    assert parser().parse_args(command).command == "serve"
+    (tmp_path / "radar.service").write_text(unit.replace(program, sys.executable))
+    told = subprocess.run(["systemd-analyze", "verify", tmp_path / "radar.service"], capture_output=True, text=True)
+    assert told.returncode == 0 and "radar.service" not in told.stderr, told.stderr
