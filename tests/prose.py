@@ -21,7 +21,7 @@ COMMENT = {
 FENCED = re.compile(r"^```.*?^```$", flags=re.M | re.S)
 FILE = (
     r"(?:py|js|mjs|c|h|so|md|toml|json|jsonl|txt|svg|png|jpg|gif|css|html|xml|ini|obj|stl|ply|glb|gltf|tif|npz|zarr|nc|csv|yml"
-    r"|mcap|pcap|log|whl)"
+    r"|mcap|pcap|log|whl|conf|yaml)"
 )
 PATH = re.compile(rf"(?<![\w/.~*}}{{-])((?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]*\w)(?![\w{{*]|\.\*)")
 SHORT = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:py|js|c|h))`")

@@ -1,6 +1,10 @@
 """The documents are true: links resolve, files exist, tables are those of the code, examples run, the code cites what exists."""
 
 import re
+import shlex
+import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -8,14 +12,18 @@ from typing import Any
 import pytest
 
 import radar_service as rs
+from radar_service.commands.command_line import parser
 from radar_service.scene_file.load import load_scene
 from tests.prose import Names, code, code_files
 from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-NAMES = [file.relative_to(ROOT).as_posix() for file in DOCUMENTS]
+HISTORY = ["CHANGELOG.md", *(f"docs/changes/{file.name}" for file in (ROOT / "docs" / "changes").glob("[0-9]*.md"))]
+FRAGMENTS = [f"docs/changes/{file.name}" for file in sorted((ROOT / "docs" / "changes").glob("[!0-9]*.md"))]
+FOUND = [file.relative_to(ROOT).as_posix() for file in sorted((ROOT / "docs").rglob("*.md"))]
+NAMES = ["README.md", "CONTRIBUTING.md", *(name for name in FOUND if name not in HISTORY + FRAGMENTS)]
+DOCUMENTS = [ROOT / name for name in NAMES]
 CODE = [
     file
     for pattern in ("*.py", "*.js", "*.toml")
@@ -71,7 +79,7 @@ def broken(source: str, target: str) -> str | None:
     return None if not anchor or anchor in anchors(name) else f"{source}: {target}: {name} has no such section"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *HISTORY, ".github/SECURITY.md"])
 def test_links_resolve(name: str) -> None:
     faults = [fault for target in LINK.findall(prose(name)) if (fault := broken(name, target))]
     assert not faults, "\n".join(faults)
@@ -271,3 +279,20 @@ def test_no_code_cites_a_document_outside_the_repository() -> None:
 def test_the_readme_is_short() -> None:
     readme = text("README.md")
     assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 1800
+
+
+def test_changes_are_told_in_short() -> None:
+    newest_release = text("CHANGELOG.md").split("\n## ")[1]
+    for told, most in ((newest_release, 40), *((text(name), 2) for name in FRAGMENTS)):
+        lines = told.rstrip().splitlines()
+        assert len(lines) <= most and max(map(len, lines)) <= 240, told
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="systemd-analyze is absent")
+def test_the_unit_of_systemd_is_valid_and_its_command_exists(tmp_path: Path) -> None:
+    unit = text("docs/deploy/radar.service")
+    program, *command = shlex.split(re.search("^ExecStart=(.*)$", unit, flags=re.M)[1])  # type: ignore[index]
+    assert parser().parse_args(command).command == "serve"
+    (tmp_path / "radar.service").write_text(unit.replace(program, sys.executable))
+    told = subprocess.run(["systemd-analyze", "verify", tmp_path / "radar.service"], capture_output=True, text=True)
+    assert told.returncode == 0 and "radar.service" not in told.stderr, told.stderr
