@@ -26,7 +26,7 @@ static void slopes(Window *window, double bottom, double top, double antenna_hei
 /* The window of a hull of points (P, 3), P = corners, in a frame: `Windows.of`, but for its slopes; the lowest and highest point. */
 static Window plan_window(const double *points, int64_t corners, const double *matrix, const double *position,
                           const double *antenna, double *bottom, double *top) {
-    double east[8], north[8], to_east = 0.0, to_north = 0.0, half = 0.0, ahead_most = INFINITY;
+    double east[8], north[8], to_east = 0.0, to_north = 0.0, ahead_most = INFINITY;
     Window window = {0.0, 0.0, INFINITY, -INFINITY, 0.0, 0.0};
     *bottom = INFINITY;
     *top = -INFINITY;
@@ -44,11 +44,17 @@ static Window plan_window(const double *points, int64_t corners, const double *m
     to_east /= (double)corners;
     to_north /= (double)corners;
     double scale = larger(sqrt(to_east * to_east + to_north * to_north), NEAREST * NEAREST);
+    double widest_aside = 0.0, widest_ahead = 1.0; /* of the corner farthest off the middle in angle */
     for (int64_t i = 0; i < corners; i++) {
-        double ahead = (east[i] * to_east + north[i] * to_north) / scale, aside = (east[i] * to_north - north[i] * to_east) / scale;
-        half = larger(half, fabs(atan2(aside, ahead)));
+        double ahead = (east[i] * to_east + north[i] * to_north) / scale, aside = fabs(east[i] * to_north - north[i] * to_east) / scale;
+        double turn = aside * widest_ahead - ahead * widest_aside;
+        if (turn > 0.0 || (ahead < 0.0 && widest_ahead >= 0.0)) {
+            widest_aside = aside;
+            widest_ahead = ahead;
+        }
         ahead_most = smaller(ahead_most, ahead);
     }
+    double half = atan2(widest_aside, widest_ahead);
     int around = half > AROUND || scale < NEAREST;
     window.nearest = larger(around ? 0.0 : ahead_most, NEAREST);
     window.half = around ? PI : half;
@@ -80,19 +86,23 @@ static int overlap(const Window *window, const Window *other) {
 KERNEL int64_t stand_before(int64_t count, int64_t corners, int64_t legs, const double *points, const double *matrix,
                             const double *position, const double *antenna, double earth_radius, double moved, const double *own,
                             uint8_t *stand) {
+    Window others[2];
+    for (int64_t leg = 0; leg < legs; leg++) {
+        const double *at = own + WINDOW_SIZES * leg;
+        others[leg] = (Window){at[0], at[1], at[2], at[3], at[4], at[5]};
+    }
     for (int64_t i = 0; i < count; i++) {
         double bottom, top;
         Window plan = plan_window(points + 3 * corners * i, corners, matrix, position, antenna, &bottom, &top);
+        Window wide = widened(plan, moved);
+        int aside = 1;
+        for (int64_t leg = 0; leg < legs; leg++) aside &= !before(&wide, &others[leg]);
         stand[i] = 0;
-        for (int by_sea = 0; by_sea < legs && !stand[i]; by_sea++) {
-            Window seen = plan, wide;
+        for (int by_sea = 0; by_sea < legs && !aside && !stand[i]; by_sea++) {
+            Window seen = plan;
             slopes(&seen, bottom, top, antenna[2], earth_radius, by_sea);
             wide = widened(seen, moved);
-            for (int64_t leg = by_sea; leg < legs; leg++) {
-                const double *at = own + WINDOW_SIZES * leg;
-                Window other = {at[0], at[1], at[2], at[3], at[4], at[5]};
-                stand[i] |= (uint8_t)overlap(&wide, &other);
-            }
+            for (int64_t leg = by_sea; leg < legs; leg++) stand[i] |= (uint8_t)overlap(&wide, &others[leg]);
         }
     }
     return count;

@@ -10,26 +10,31 @@ from radar_service.trace.box_tree import Boxes, curve_order
 from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import is_ground
 
-CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 3 MB
+CLUSTER, GROUP = (
+    16,
+    64,
+)  # triangles in a cluster, clusters in a group: the corners of the boxes of a million triangles take 12 MB
+KEPT = 256  # answers to questions
 Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the body's frame may concern a question
 
 
 class TriangleClusters:
     """The triangles of a mesh, in its own frame. Neighbours in the list of triangles should be neighbours in space.
 
-    is_ground: as of `materials.is_ground`.
+    is_ground: as of `materials.is_ground`. kept: what others find among them, by their question.
     """
 
     def __init__(self, mesh: Mesh, is_ground: bool = False) -> None:
         self.is_ground = is_ground
+        self.kept: ResultCache[bytes, Floats] = ResultCache(KEPT)
         self._vertices, self._faces = mesh.vertices, mesh.faces
         corners = [mesh.vertices[mesh.faces[:, k]].T for k in range(3)]
         fine = _enclosing(np.minimum.reduce(corners), np.maximum.reduce(corners), CLUSTER)
         self._order = curve_order((fine.low + fine.high).T / 2.0)
-        self._clusters = Boxes(fine.low[:, self._order], fine.high[:, self._order])
-        self._groups = _enclosing(*self._clusters, GROUP)
-        around = _enclosing(*self._groups, max(1, self._groups.low.shape[1]))
-        self.box: Floats = _box_corners(around, np.zeros(1, dtype=np.int64))[0]  # corners (8, 3) of the box around all
+        clusters = Boxes(fine.low[:, self._order], fine.high[:, self._order])
+        groups = _enclosing(*clusters, GROUP)
+        self._clusters, self._groups = box_corners(clusters), box_corners(groups)
+        self.box: Floats = box_corners(_enclosing(*groups, max(1, len(self._groups))))[0]  # corners (8, 3) around all
 
     def __len__(self) -> int:
         return len(self._faces)
@@ -41,11 +46,11 @@ class TriangleClusters:
 
     def chosen(self, concerns: Test) -> Floats:
         """The triangles (T, 3, 3) [m] that pass a test. The hull of any set must pass it that has one in it that does."""
-        group = np.arange(self._groups.low.shape[1])
+        group = np.arange(len(self._groups))
         if len(group) > 1:
-            group = group[concerns(_box_corners(self._groups, group))]
+            group = group[concerns(self._groups)]
         cluster = _members(group, GROUP, len(self._order))
-        cluster = cluster[concerns(_box_corners(self._clusters, cluster))]
+        cluster = cluster[concerns(self._clusters[cluster])]
         corners = self._vertices[self._faces[_members(self._order[cluster], CLUSTER, len(self._faces))]]
         return np.asarray(corners[concerns(corners)])
 
@@ -77,8 +82,8 @@ def _enclosing(low: Floats, high: Floats, size: int) -> Boxes:
     return Boxes(np.minimum.reduceat(low, first, axis=1), np.maximum.reduceat(high, first, axis=1))
 
 
-def _box_corners(boxes: Boxes, which: Indices) -> Floats:
-    """The corners (N, 8, 3) of boxes `which` (N,)."""
-    ends = np.stack([boxes.low[:, which], boxes.high[:, which]])
+def box_corners(boxes: Boxes) -> Floats:
+    """The corners (N, 8, 3) of boxes."""
+    ends = np.stack(boxes)
     axes = np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")
     return np.stack([ends[end.ravel(), axis].T for axis, end in enumerate(axes)], axis=2)

@@ -18,13 +18,16 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.skylines import Outlook
 from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
-from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.trace.box_tree import Boxes
+from radar_service.trace.triangle_clusters import TriangleClusters, box_corners
 from radar_service.world.poses import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
 MAX_TESTS = 16_000_000  # of triangles against those of the body: more have outlines
 RINGS = 32  # about the antenna, of shores between which the sea may reflect rays to a body
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
+FEW = 32  # triangles of ground that have no outline
+CELL = 4.0  # m: ground is looked for once for all bodies and antennas in a cell
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
 
 Posed = Sequence[tuple[TriangleClusters, BodyPose]]
@@ -98,10 +101,13 @@ class Onlooker(NamedTuple):
         near = self._near(others, own)
         if not near:
             return [CastShadows.none(leg) for leg in self.legs]
-        dry = [above_water(self._before(triangles, pose, own), 0.0)[0] for triangles, pose in near]
+        dry = [above_water(self._ground(*one, own) if one[0].is_ground else self._before(*one, own), 0.0)[0] for one in near]
         most = most_triangles(self.triangles)
         many = most if sum(map(len, dry)) <= most else most // len(near)
-        outlined = [triangles.is_ground or len(corners) > many for (triangles, _), corners in zip(near, dry, strict=True)]
+        outlined = [
+            len(corners) > (min(FEW, many) if triangles.is_ground else many)
+            for (triangles, _), corners in zip(near, dry, strict=True)
+        ]
         exact = list(compress(dry, np.logical_not(outlined)))
         result = []
         for number, leg in enumerate(self.legs):
@@ -109,11 +115,6 @@ class Onlooker(NamedTuple):
             shadows = self._along(number, np.concatenate([np.zeros((0, 3, 3)), *exact]), *outlines)
             result.append(shadows.chosen(shadows.on(leg.virtual(self.box))))
         return result
-
-    def before(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> Floats:
-        """The triangles (T, 3, 3) of another body, in its frame [m], that may stand before this one; others as of `nearest`."""
-        own = self._windows(own_moved)
-        return triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
 
     def nearest(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> float:
         """Distance in plan [m] of the nearest triangle of another body that may cast a shadow on this one; inf: none may.
@@ -188,6 +189,23 @@ class Onlooker(NamedTuple):
         """
         chosen = triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
         return pose.map_from_frame(chosen)
+
+    def _ground(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows]) -> Floats:
+        """`_before` of ground, among what may stand before any body in the cells of space around this one, for any antenna in
+        the cell of this one: neighbouring aspects share that."""
+        low, high = np.floor(self.box.min(axis=0) / CELL), np.ceil(self.box.max(axis=0) / CELL)
+        antenna, legs = np.floor(self.legs[0].antenna / CELL) + 0.5, len(self.legs)
+        cells = np.concatenate([low, high, antenna, pose.position, pose.matrix.ravel(), [legs, self.legs[0].earth_radius]])
+
+        def found() -> Floats:
+            pictures = tuple(leg._replace(antenna=CELL * antenna) for leg in self.legs)
+            box = box_corners(Boxes(CELL * low[:, None], CELL * high[:, None]))[0]
+            around = self._replace(box=box, legs=pictures)
+            wide = around._windows(CELL)
+            return triangles.chosen(lambda points: around._stand_before(points, pose, wide, CELL))
+
+        near = triangles.kept.get(cells.tobytes(), found)
+        return pose.map_from_frame(near[self._stand_before(near, pose, own)])
 
     def _windows(self, own_moved: float = 0.0) -> list[Windows]:
         """The body's windows in the picture of each leg; own_moved: as of `nearest`."""
