@@ -335,6 +335,9 @@ static void block_field(Aspect *a, const Path *path, const View *back, int piece
     for (int i = 0; i < 3; i++) emit(&a->out, at + i, turned(sum[i], -1.0), path, back);
 }
 
+/* What the field at an edge is over its length, over the phasor; outward: across the edge, along the piece. */
+static inline double edge_weight(const At *at, Vec outward, double k) { return at->weight * vdot(outward, at->gradient) / (k * at->steep); }
+
 /* The field of a region by its edges; 0 where a specular point may be too near. */
 static int edge_fields(Aspect *a, const Path *path, const View *back, int piece, const Polygon *p, const At *at) {
     Output *o = &a->out;
@@ -352,8 +355,7 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, int piece,
         if (length < 1e-9) continue;
         along = vscale(along, 1.0 / length);
         Vec outward = vcross(along, normal);
-        double here = at[i].weight * vdot(outward, at[i].gradient) / (k * at[i].steep);
-        double there = at[j].weight * vdot(outward, at[j].gradient) / (k * at[j].steep);
+        double here = edge_weight(at + i, outward, k), there = edge_weight(at + j, outward, k);
         double turn_here = -k * vdot(at[i].gradient, along), turn_there = -k * vdot(at[j].gradient, along);
         double least = smaller(fabs(turn_here), fabs(turn_there));
         if (turn_here * turn_there > 0.0 && least * length > ENDS && fabs(turn_there - turn_here) < 0.02 * least * least * length) {
@@ -371,7 +373,7 @@ static int edge_fields(Aspect *a, const Path *path, const View *back, int piece,
             double bend = -k * (length_at(a, path, back, vscale(vadd(before.point, next.point), 0.5)) - 0.5 * (before.path + next.path));
             EdgeMoments e = edge_moments(-k * (next.path - before.path), before.phasor, next.phasor);
             Complex half = scaled(times(bubble_of(bend), e.bubble), 0.5);
-            double low = here + (there - here) * (s - 1) / parts, high = here + (there - here) * s / parts;
+            double low = edge_weight(&before, outward, k), high = edge_weight(&next, outward, k);
             Complex to_before = scaled(plus(minus(e.plain, e.toward), half), low * step);
             Complex to_next = scaled(plus(e.toward, half), high * step);
             if (s == 1)

@@ -17,7 +17,9 @@ from radar_service.numerics.types import Floats, Indices
 from radar_service.world.body import Mesh
 
 ORDER_BITS = 10  # of each coordinate along the curve by which pieces are sorted
-PIECE_SECONDS = {1: 1.2e-6, 2: 4e-6, 3: 12e-6}  # by bounces, over a sea; hulls of 210 to 270 pieces on one core of 2026
+# By bounces, over a sea by four paths: medians of the kernel alone for five hulls of 209 to 272 pieces, coaster, freighter and
+# tanker (870 to 2,582) at 4 to 12 azimuths from 1.5 km, on one busy core of 2026; single ones from 0.5 to 1.9 of these
+PIECE_SECONDS = {1: 5.8e-6, 2: 11e-6, 3: 18e-6}
 FEW_PIECES = 1000  # up to them an aspect takes as long as there are pieces, beyond as the power 1.5 of them
 AT_ONCE = 2**18  # pieces that are put in order together: some 50 MB
 

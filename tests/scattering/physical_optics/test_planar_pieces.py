@@ -177,9 +177,9 @@ def test_scenes_of_ships_keep_their_surface() -> None:
 
 
 def test_an_aspect_of_a_hull_takes_what_was_measured() -> None:
-    """Milliseconds of hulls of 250 pieces; about linear up to 1000, and 20 to 50 at 2000."""
-    assert [aspect_seconds(250, bounces) * 1e3 for bounces in (1, 3)] == pytest.approx([0.3, 3.0])
+    """Milliseconds of hulls of 250 pieces; about linear up to 1000, and some 50 at 2000."""
+    assert [aspect_seconds(250, bounces) * 1e3 for bounces in (1, 3)] == pytest.approx([1.45, 4.5])
     assert (
         aspect_seconds(1000, 3) == 4 * aspect_seconds(250, 3)
-        and 2.5 * aspect_seconds(1000, 3) < aspect_seconds(2000, 3) < 0.05
+        and 2.5 * aspect_seconds(1000, 3) < aspect_seconds(2000, 3) < 0.06
     )
