@@ -25,6 +25,7 @@ MANY = 1000  # pieces; of more, those that add up are the smaller the more there
 # Cuts and pairs of pieces of an aspect, some 2 s, and those of each piece: the shipped tanker has 0.4 million. A mesh whose
 # surfaces cross each other everywhere has no end of them.
 MOST_WORK, MOST_OF_PIECE = 20_000_000, 100
+WORK_OF_LEVEL = 2_000_000  # of an aspect at which a usual cell is looked for: of what takes more some is left out
 TOO_MUCH = (
     "metal of {} pieces: an aspect takes over {} cuts, and what is left is missing; surfaces should not cross each other"
 )
@@ -103,7 +104,9 @@ class PlaneOptics:
     def largest_cell(self, azimuth: float, range_cell: float) -> float:
         """The field of the largest range cell as seen from far away [m]."""
         toward = np.array([np.sin(azimuth), np.cos(azimuth), 0.0]) * np.cos(ELEVATION) + [0.0, 0.0, np.sin(ELEVATION)]
-        seen = self.echoes((BodyLeg(False, MAP_POSE, FAR * toward, np.inf),), -np.inf, Longest(range_cell))
+        seen = self._within((BodyLeg(False, MAP_POSE, FAR * toward, np.inf),), -np.inf, Longest(range_cell), WORK_OF_LEVEL)[
+            0
+        ]
         if not len(seen.ways):
             return 0.0
         cell = np.floor((seen.place @ toward) / range_cell).astype(np.int64)
@@ -121,6 +124,14 @@ class PlaneOptics:
         water: height of the sea in the body's frame [m], -inf: there is none. longest: edge over which a field may be taken as
         linear. Raises MemoryError. Warns where something is left out, as it takes too much.
         """
+        most = max(MOST_WORK, MOST_OF_PIECE * len(self.pieces))
+        echoes, work = self._within(legs, water, longest, most)
+        if work > most:
+            warnings.warn(TOO_MUCH.format(len(self.pieces), most), RuntimeWarning, stacklevel=2)
+        return echoes
+
+    def _within(self, legs: tuple[BodyLeg, ...], water: float, longest: Longest, most: int) -> tuple[PlaneEchoes, int]:
+        """What `echoes` returns, as far as it takes at most so many cuts and pairs of pieces, and how many it took."""
         pieces, pose, room = self.pieces, legs[0].pose, 1000 + ROOM * len(self.pieces)
         faint = self.level * min(1.0, MANY / max(len(pieces), 1))
         middle = _middle(pieces.corner, water)
@@ -128,7 +139,6 @@ class PlaneOptics:
         screens = [leg.screens(middle, eye) for leg, eye in zip(legs, eyes, strict=True)]
         screen_first = np.cumsum([0, *map(len, screens)])
         by_sea, work = np.array([leg.by_sea for leg in legs], dtype=np.int64), np.zeros(1, dtype=np.int64)
-        most = max(MOST_WORK, MOST_OF_PIECE * len(pieces))
         numbers = len(pieces), len(legs), self.bounces, self.wave.polarization == "h", most
         limits = water, self.wave.wavelength, *longest, FAINT * faint, FAINT_BOUNCE * faint
         shapes = pieces.first, pieces.corner, pieces.normal, pieces.patch
@@ -142,9 +152,8 @@ class PlaneOptics:
             result = place, ends, amplitude, ways, surfaces
             count = KERNELS.plane_echoes(*numbers, room, *limits, *taken, *turn, *dents, *result, work)
             if count <= room:
-                if work[0] > most:
-                    warnings.warn(TOO_MUCH.format(len(pieces), most), RuntimeWarning, stacklevel=2)
-                return PlaneEchoes(place[:count], ends[:count], amplitude[:count], ways[:count], surfaces[:count])
+                kept = PlaneEchoes(place[:count], ends[:count], amplitude[:count], ways[:count], surfaces[:count])
+                return kept, int(work[0])
             room = count
 
 

@@ -339,3 +339,15 @@ def test_of_two_layers_one_reflects(gap: float) -> None:
         10.0 ** (cross_section_db(optics(double), np.array([0.0, 1.0, 0.0])) / 20.0) * WAVELENGTH / np.sqrt(4.0 * np.pi)
     )
     assert surface == pytest.approx(abs(0.82 + 0.36 * np.exp(4j * np.pi * gap / WAVELENGTH)), rel=0.03)
+
+
+def test_a_usual_cell_of_what_has_no_end_is_found_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rough sheet, each part of which hides others: what a usual cell may take bounds it, without a warning."""
+    across, along = np.meshgrid(np.linspace(0.0, 30.0, 40), np.linspace(0.0, 10.0, 40))
+    points = np.stack([across, along, np.random.default_rng(1).uniform(0.0, 2.0, across.shape)], axis=2)
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    sheet_of = np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)
+    pieces = PlanarPieces.of(welded(sheet_of), np.zeros(len(sheet_of), dtype=np.int8))
+    whole = PlaneOptics.of(pieces, Wave(WAVELENGTH, "h"), 3, 7.5)
+    monkeypatch.setattr(plane_echoes, "WORK_OF_LEVEL", 3000)
+    assert 0.0 < PlaneOptics.of(pieces, Wave(WAVELENGTH, "h"), 3, 7.5).level < whole.level
