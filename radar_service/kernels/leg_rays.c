@@ -17,7 +17,7 @@ static inline Plan plan_of(const double *point, const double *position, double c
     return plan;
 }
 
-/* `reflected_ray` of propagation/multipath.py: lengths before and beyond the sea, rise over it, sine of the grazing angle. */
+/* `reflected_ray` of tests/reference/legs.py: lengths before and beyond the sea, rise over it, sine of the grazing angle. */
 typedef struct {
     double first, second, rise, grazing_sine;
 } SeaRay;

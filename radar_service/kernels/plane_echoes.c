@@ -8,7 +8,7 @@
 
 static const double TURN = 6.283185307179586; /* 2 pi */
 static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin of 1.4 degrees, above which edges are summed */
-static const double BENT = 800.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
+static const double BENT = 3000.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
 static const double FLUSH = 1e-3;    /* m: what rises less over a surface is no corner with it */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */

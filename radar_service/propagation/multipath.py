@@ -112,32 +112,6 @@ def moved_excess(geometry: SpecularGeometry, before: Site, after: Site, earth_ra
     return _lengths(_between(geometry.reflection + moved, d), d, h, antenna_height, earth_radius)[3]
 
 
-class ReflectedRay(NamedTuple):
-    """The ray by the sea, arrays of one shape.
-
-    reflection: distance of the reflection point from the antenna, along the earth [m].
-    first, second: lengths from antenna to sea, and from sea to target [m].
-    rise: of the target over the reflection point, from horizontal at the antenna [m].
-    grazing_sine: sine of the grazing angle, not positive below the horizon.
-    """
-
-    reflection: Floats
-    first: Floats
-    second: Floats
-    rise: Floats
-    grazing_sine: Floats
-
-
-def reflected_ray(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> ReflectedRay:
-    """The part of `specular_geometry` that is the ray by the sea, without its angles: a third of the time."""
-    height = np.maximum(height, 0.0)
-    x = reflection_distance(distance, height, antenna_height, earth_radius)
-    bulge = x * x / (2.0 * earth_radius)
-    rise, fall = height - distance * distance / (2.0 * earth_radius) + bulge, antenna_height - bulge
-    first, second = np.sqrt(x * x + (antenna_height + bulge) ** 2), np.sqrt((distance - x) ** 2 + rise * rise)
-    return ReflectedRay(x, first, second, rise, fall / np.sqrt(x * x + fall * fall))
-
-
 def _lengths(x: Floats, d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> tuple[Floats, ...]:
     """R, R1, R2 and R1 + R2 - R by a reflection point at x, the fall of R1, and the rise of R, all [m]."""
     beyond, drop, bulge = d - x, d * d / (2.0 * earth_radius), x * x / (2.0 * earth_radius)

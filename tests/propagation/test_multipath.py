@@ -9,12 +9,12 @@ from radar_service.propagation.multipath import (
     mean_square_factor,
     moved_excess,
     printed_two_ray_factor,
-    reflected_ray,
     specular_geometry,
     two_ray_factor,
     two_rays,
 )
 from radar_service.propagation.sea_surface import fresnel, miller_brown, sea_water_permittivity
+from tests.reference.legs import reflected_ray
 
 FREQUENCY = 9.41e9
 WAVELENGTH = multipath.wavelength(FREQUENCY)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.propagation.multipath import reflected_ray
+from radar_service.propagation.multipath import reflection_distance
 
 _TINY = 1e-12  # m; keeps directions finite at the antenna's own plan position
 
@@ -82,3 +82,29 @@ def reflection_points(position: Floats, antenna: Floats, earth_radius: float) ->
     points = np.zeros((len(distance), 3))
     points[:, :2] = antenna[:2] + level * ray.reflection[:, None]
     return points, np.asarray(ray.grazing_sine > 0.0)
+
+
+class ReflectedRay(NamedTuple):
+    """The ray by the sea, arrays of one shape.
+
+    reflection: distance of the reflection point from the antenna, along the earth [m].
+    first, second: lengths from antenna to sea, and from sea to target [m].
+    rise: of the target over the reflection point, from horizontal at the antenna [m].
+    grazing_sine: sine of the grazing angle, not positive below the horizon.
+    """
+
+    reflection: Floats
+    first: Floats
+    second: Floats
+    rise: Floats
+    grazing_sine: Floats
+
+
+def reflected_ray(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> ReflectedRay:
+    """The part of `specular_geometry` that is the ray by the sea, without its angles: a third of the time."""
+    height = np.maximum(height, 0.0)
+    x = reflection_distance(distance, height, antenna_height, earth_radius)
+    bulge = x * x / (2.0 * earth_radius)
+    rise, fall = height - distance * distance / (2.0 * earth_radius) + bulge, antenna_height - bulge
+    first, second = np.sqrt(x * x + (antenna_height + bulge) ** 2), np.sqrt((distance - x) ** 2 + rise * rise)
+    return ReflectedRay(x, first, second, rise, fall / np.sqrt(x * x + fall * fall))

@@ -14,7 +14,6 @@ Indices = NDArray[np.int64]
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
 SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with less has only rounding, and is a sheet
-SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 
 
