@@ -26,7 +26,7 @@ MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
 MAX_TESTS = 16_000_000  # of triangles against those of the body: more have outlines
 RINGS = 32  # about the antenna, of shores between which the sea may reflect rays to a body
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
-FEW = 32  # triangles of ground that have no outline
+FEW_TRIANGLES = 32  # triangles of ground that have no outline
 CELL = 4.0  # m: ground is looked for once for all bodies and antennas in a cell
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
 
@@ -97,15 +97,18 @@ class Onlooker(NamedTuple):
     def shadows(self, others: Posed) -> list[CastShadows]:
         """The shadows of other bodies that may lie on it along each leg: of ground by its outline, and of the others too where
         they have too many triangles."""
-        own = self._windows() if others else []
+        own = self.windows() if others else []
         near = self._near(others, own)
         if not near:
             return [CastShadows.none(leg) for leg in self.legs]
-        dry = [above_water(self._ground(*one, own) if one[0].is_ground else self._before(*one, own), 0.0)[0] for one in near]
+        dry = [
+            above_water(self.ground(*other, own) if other[0].is_ground else self.before(*other, own), 0.0)[0]
+            for other in near
+        ]
         most = most_triangles(self.triangles)
         many = most if sum(map(len, dry)) <= most else most // len(near)
         outlined = [
-            len(corners) > (min(FEW, many) if triangles.is_ground else many)
+            len(corners) > (min(FEW_TRIANGLES, many) if triangles.is_ground else many)
             for (triangles, _), corners in zip(near, dry, strict=True)
         ]
         exact = list(compress(dry, np.logical_not(outlined)))
@@ -121,7 +124,7 @@ class Onlooker(NamedTuple):
 
         moved, own_moved: how far the other body and this one may be from where they are, against the antenna [m].
         """
-        corners = above_water(self._before(triangles, pose, self._windows(own_moved), moved), -moved)[0]
+        corners = above_water(self.before(triangles, pose, self.windows(own_moved), moved), -moved)[0]
         nearest, middle = np.inf, np.hypot(*(self.box[:, :2].mean(axis=0) - self.legs[0].antenna[:2]))
         for number, leg in enumerate(self.legs):
             shadows = self._along(number, corners)
@@ -180,40 +183,40 @@ class Onlooker(NamedTuple):
         if not others:
             return others
         boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
-        return [others[number] for number in np.flatnonzero(self._stand_before(boxes, MAP_POSE, own)).tolist()]
+        return [others[number] for number in np.flatnonzero(self.stand_before(boxes, MAP_POSE, own)).tolist()]
 
-    def _before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
+    def before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
         """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.
 
-        own: as from `_windows`. moved: as of `nearest`.
+        own: as from `windows`. moved: as of `nearest`.
         """
-        chosen = triangles.chosen(lambda points: self._stand_before(points, pose, own, moved))
+        chosen = triangles.chosen(lambda points: self.stand_before(points, pose, own, moved))
         return pose.map_from_frame(chosen)
 
-    def _ground(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows]) -> Floats:
-        """`_before` of ground, among what may stand before any body in the cells of space around this one, for any antenna in
+    def ground(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows]) -> Floats:
+        """`before` of ground, among what may stand before any body in the cells of space around this one, for any antenna in
         the cell of this one: neighbouring aspects share that."""
         low, high = np.floor(self.box.min(axis=0) / CELL), np.ceil(self.box.max(axis=0) / CELL)
         antenna, legs = np.floor(self.legs[0].antenna / CELL) + 0.5, len(self.legs)
         cells = np.concatenate([low, high, antenna, pose.position, pose.matrix.ravel(), [legs, self.legs[0].earth_radius]])
 
-        def found() -> Floats:
+        def gathered() -> Floats:
             pictures = tuple(leg._replace(antenna=CELL * antenna) for leg in self.legs)
             box = box_corners(Boxes(CELL * low[:, None], CELL * high[:, None]))[0]
             around = self._replace(box=box, legs=pictures)
-            wide = around._windows(CELL)
-            return triangles.chosen(lambda points: around._stand_before(points, pose, wide, CELL))
+            wide = around.windows(CELL)
+            return triangles.chosen(lambda points: around.stand_before(points, pose, wide, CELL))
 
-        near = triangles.kept.get(cells.tobytes(), found)
-        return pose.map_from_frame(near[self._stand_before(near, pose, own)])
+        near = triangles.kept.get(cells.tobytes(), gathered)
+        return pose.map_from_frame(near[self.stand_before(near, pose, own)])
 
-    def _windows(self, own_moved: float = 0.0) -> list[Windows]:
+    def windows(self, own_moved: float = 0.0) -> list[Windows]:
         """The body's windows in the picture of each leg; own_moved: as of `nearest`."""
         return [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
 
-    def _stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:
+    def stand_before(self, points: Floats, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Flags:
         """Which hulls of points (N, P, 3) in a body's frame [m] may stand before this one along a leg; own, moved: as of
-        `_before`."""
+        `before`."""
         stand, leg, windows = np.empty(len(points), dtype=np.bool_), self.legs[0], np.array(own).reshape(len(own), -1)
         taken = map(np.ascontiguousarray, (points, pose.matrix, pose.position, leg.antenna))
         sizes = (len(points), points.shape[1], len(own))

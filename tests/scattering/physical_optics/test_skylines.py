@@ -79,7 +79,7 @@ def differing(made: Onlooker, shadows: CastShadows, meshes: list[Mesh], count: i
 def test_an_outline_of_terrain_hides_what_rays_do_not_reach(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random islands and hills before a random box: less than 0.5 % of its face differs from ray casting. At each place across,
     the height that differs is the stated error of two edges, and by the sea of a gap between shores that is filled."""
-    monkeypatch.setattr(cast_shadows, "FEW", 0)
+    monkeypatch.setattr(cast_shadows, "FEW_TRIANGLES", 0)
     draw, earth = np.random.default_rng(seed), (np.inf, EARTH)[seed % 2]
     distance, antenna = draw.uniform(600.0, 4000.0), np.array([0.0, 0.0, draw.uniform(8.0, 40.0)])
     columns, rows = (int(n) for n in draw.integers([20, 30], [60, 120]))
@@ -105,8 +105,8 @@ def test_what_ground_hides_does_not_depend_on_what_was_asked_before() -> None:
         antenna, shift = np.array([0.0, 0.0, 15.0]) + along, np.array([2.0, -1.0, 0.5]) * along
         legs = tuple(Picture(antenna, EARTH, by_sea) for by_sea in (False, True))
         made = Onlooker(body_box(1000.0, 30.0, 9.0) + shift, legs, 500)
-        own = made._windows()
-        anew, shared = made._before(land, MAP_POSE, own), made._ground(land, MAP_POSE, own)
+        own = made.windows()
+        anew, shared = made.before(land, MAP_POSE, own), made.ground(land, MAP_POSE, own)
         np.testing.assert_array_equal(shared, anew)
         found += len(anew)
     assert found > 100 and 1 < len(land.kept) < 40
