@@ -78,7 +78,7 @@ static int overlap(const Window *window, const Window *other) {
     return before(window, other) && !(window->low > other->high + ROUNDING || window->high < other->low - ROUNDING);
 }
 
-/* Which hulls of points (N, P, 3), N = count, P = corners of up to 8, may stand before a body along a leg: `_stand_before`.
+/* Which hulls of points (N, P, 3), N = count, P = corners of up to 8, may stand before a body along a leg: stand_before.
  *
  * matrix (3, 3), position (3): from the frame of the points to the map. moved: how far they may be from there [m]. own (L, 6), L =
  * legs: windows of the body, directly and by the sea. */
