@@ -14,7 +14,7 @@ from radar_service.world.poses import MAP_POSE
 
 POINTS = np.array([[0.0, 0.0, 0.3], [1.0, 2.0, 1.0], [0.5, -1.0, 2.9]])
 ENDS = np.array([[0.3, 0.3], [0.2, 1.8], [2.9, 2.9]])  # m: of a bounce both differ
-ECHOES = PlaneEchoes(POINTS, ENDS, np.ones(3, dtype=np.complex128), np.zeros(3, dtype=np.int64), np.array([1, 2, 1]), 0)
+ECHOES = PlaneEchoes(POINTS, ENDS, np.ones(3, dtype=np.complex128), np.zeros(3, dtype=np.int64), np.array([1, 2, 1]))
 LATTICE = Lattice.over(POINTS, np.full(3, 1.0), 1.5, 0.0)
 
 
