@@ -33,11 +33,9 @@ class ObservedEchoes:
         """The echoes of several parts as one; none of none. All have fades, or none has."""
         if len(parts) < 2:
             return parts
-        echoes, fades = (
-            BodyEchoes.joined([part.echoes for part in parts]),
-            [part.fade for part in parts if part.fade is not None],
-        )
-        return [cls(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades) if fades else None)]
+        position = np.concatenate([part.position for part in parts])
+        fades = [part.fade for part in parts if part.fade is not None]
+        return [cls(BodyEchoes.joined([part.echoes for part in parts]), position, np.concatenate(fades) if fades else None)]
 
 
 class BlockGeometry(NamedTuple):

@@ -8,14 +8,14 @@
 
 static const double TURN = 6.283185307179586; /* 2 pi */
 static const double STEEP = 0.05;    /* tangential phase gradient over k, 2 sin of 1.4 degrees, above which edges are summed */
-static const double BENT = 3000.0;    /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
+static const double BENT = 3000.0;   /* over wavenumber and path, of its square: nearer by, waves bend too much over the zone of a point */
 static const double FLUSH = 1e-3;    /* m: what rises less over a surface is no corner with it */
 static const double GRAZING = 0.005; /* sine of the angle at which a beam meets a piece, below which it bounces no further */
 static const double ENDS = 20.0;     /* rad along an edge, from which on its two ends stand for it */
 
 /* ------------------------------------------------------------------------------------------------------------------ plating */
 
-enum { STRIPS = 4, MOST_SLABS = 1 << 20 }; /* STRIPS: of the same name in plating.py */
+enum { STRIPS = 4, MOST_SLABS = 1 << 20 }; /* STRIPS to a panel: over a quarter of it sin^2 is quadratic within 0.003 */
 
 /* Which pieces are plated, as of `PlatedWalls`: axis (P), wall (P), drawn (4, bays, tiers) [m] with the numbers of the first bay and
  * tier. flat, dented: its `zone`. kept (nodes): share of the field of a bounce by cosine, from 0 to 1. own: axes of the body's frame. */

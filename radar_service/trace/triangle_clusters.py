@@ -10,10 +10,7 @@ from radar_service.trace.box_tree import Boxes, curve_order
 from radar_service.world.body import Body, Mesh
 from radar_service.world.materials import is_ground
 
-CLUSTER, GROUP = (
-    16,
-    64,
-)  # triangles in a cluster, clusters in a group: the corners of the boxes of a million triangles take 12 MB
+CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 12 MB
 KEPT = 256  # answers to questions
 Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the body's frame may concern a question
 

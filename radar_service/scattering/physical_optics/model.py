@@ -213,7 +213,7 @@ class PhysicalOptics(AspectModel):
 
     @staticmethod
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
-        """The longer side of the cells in which facets are summed."""
+        """The longer of cell and edge [m]."""
         assert body.mesh is not None
         return EdgeLimits.of(radar, body.mesh).coherence(nearest)
 
