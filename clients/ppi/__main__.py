@@ -8,6 +8,7 @@ import argparse
 import asyncio
 import math
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -39,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (FeedError, OSError) as fault:
         print(f"{PROGRAM}: {fault}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, asyncio.CancelledError):
         print(f"{PROGRAM}: interrupted; nothing was written", file=sys.stderr)
         return 130
     try:
@@ -82,6 +83,9 @@ def _print_notice(text: str) -> None:
 
 
 async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanCollector:
+    if sys.platform != "win32" and (task := asyncio.current_task()):
+        # The loop's own handler of Ctrl-C would cancel in the middle of a callback, which then fails with a traceback.
+        asyncio.get_running_loop().add_signal_handler(signal.SIGINT, task.cancel)
     with tqdm(unit="spoke", disable=not sys.stderr.isatty(), leave=False) as bar:
 
         def show(done: int, total: int) -> None:

@@ -22,10 +22,22 @@ from radar_service.display.picture import UNSEEN
 from tests.clients import fake_feed
 from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, gap, hello, running
 
-# The command with the handler of an interactive shell: a shell without job control has its background jobs ignore SIGINT
+# The command with the handler of an interactive shell: a shell without job control has its background jobs ignore SIGINT.
+# With an argument more, the signal comes while a message is put into the queue of received ones, the worst of all instants
 INTERRUPTIBLE = """
-import runpy, signal
+import runpy, signal, sys
+from websockets.asyncio.messages import SimpleQueue
 signal.signal(signal.SIGINT, signal.default_int_handler)
+def interrupted(self, item):
+    if self.get_waiter is None:
+        self.loop.call_soon(self.put, item)  # once somebody waits for it
+        return
+    self.queue.append(item)
+    if not self.get_waiter.done():
+        signal.raise_signal(signal.SIGINT)
+        self.get_waiter.set_result(None)
+if sys.argv.pop() == "within":
+    SimpleQueue.put = interrupted
 runpy.run_module("clients.ppi", run_name="__main__", alter_sys=True)
 """
 
@@ -133,12 +145,14 @@ def test_command_fails_with_a_sentence(
     assert not (tmp_path / "a.png").exists()
 
 
-def test_interrupting_the_command_is_clean(tmp_path: Path) -> None:
+@pytest.mark.parametrize("instant", ["any", "within"])
+def test_interrupting_the_command_is_clean(tmp_path: Path, instant: str) -> None:
     with running(Script([GREETING, batch(0, 5)], wait=True)) as feed:
-        command = [sys.executable, "-c", INTERRUPTIBLE, feed.url, "--out", str(tmp_path / "a.png")]
+        command = [sys.executable, "-c", INTERRUPTIBLE, feed.url, "--out", str(tmp_path / "a.png"), instant]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2])
-        assert feed.greeted.wait(60)
-        os.kill(process.pid, signal.SIGINT)
+        if instant == "any":
+            assert feed.greeted.wait(60)
+            os.kill(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted" in err and "Traceback" not in err
