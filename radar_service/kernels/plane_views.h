@@ -202,32 +202,39 @@ static void free_tree(Tree *t) {
     }
 }
 
-/* The planes through an eye and the edges of a window, and the window's own: a beam lies above them all. */
+/* The planes through an eye and the edges of a window, and the window's own: a beam lies above them all. last: the plane that last
+ * had something below it, and often has the next one too. */
 typedef struct {
-    int n;
+    int n, last;
     Plane at[MOST + 1];
 } Beam;
 
 static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
     Beam beam;
     Vec middle = middle_of(window);
-    beam.n = 0;
+    beam.n = beam.last = 0;
     beam.at[beam.n++] = beyond;
     beam.n = add_planes_of_edges(window->at, window->n, eye, middle, beam.at, beam.n);
     return beam;
 }
 
-static inline int in_beam(Vec middle, Vec half, const Beam *beam) {
-    if (half.x < 0.0) return 0;
+static inline int is_below(Plane plane, Vec middle, Vec half) {
+    Vec n = plane.normal;
+    return height_over(plane, middle) + fabs(n.x) * half.x + fabs(n.y) * half.y + fabs(n.z) * half.z <= THIN;
+}
+
+static inline int in_beam(Vec middle, Vec half, Beam *beam) {
+    if (half.x < 0.0 || is_below(beam->at[beam->last], middle, half)) return 0;
     for (int k = beam->n - 1; k >= 0; k--) { /* the sides first: a beam is narrow */
-        Vec n = beam->at[k].normal;
-        if (height_over(beam->at[k], middle) + fabs(n.x) * half.x + fabs(n.y) * half.y + fabs(n.z) * half.z <= THIN) return 0;
+        if (!is_below(beam->at[k], middle, half)) continue;
+        beam->last = k;
+        return 0;
     }
     return 1;
 }
 
 /* Pieces whose boxes a beam meets below a node of the tree, added to `found` from `count` on. */
-static int gather_beam(const Tree *t, int level, int node, const Beam *beam, int *found, int count) {
+static int gather_beam(const Tree *t, int level, int node, Beam *beam, int *found, int count) {
     if (!in_beam(t->middle[level][node], t->half[level][node], beam)) return count;
     if (!level) {
         found[count++] = node;
@@ -238,7 +245,7 @@ static int gather_beam(const Tree *t, int level, int node, const Beam *beam, int
     return count;
 }
 
-static int all_in_beam(const Tree *t, const Beam *beam, int *found) {
+static int all_in_beam(const Tree *t, Beam *beam, int *found) {
     int count = 0, top = t->levels - 1;
     for (int i = 0; i < t->count[top]; i++) count = gather_beam(t, top, i, beam, found, count);
     return count;
