@@ -41,7 +41,7 @@ PROTOTYPE = re.compile(r"(?:/\* Arrays: ((?:(?!\*/)[^\0])*) \*/\n)?^KERNEL int64
 STRUCT = re.compile(r"^typedef struct \{([^}]*)\} (\w+);", re.M)
 FIELD = re.compile(r"(const )?(\w+) (\*?)(\w+)")
 ENTRY = re.compile(r"([\w, ]+?)(?: \(([^)]*)\))?(?: from (.+?))?(?: < (.+))?")
-_memory: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer  # of what is writable, contiguous and not empty
+_memory: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer  # of what is writable and contiguous
 
 Function = Callable[..., int]
 
@@ -167,7 +167,7 @@ def _made(prototype: Prototype, function: Any, inside: Function | None) -> Funct
         "    try:",
         *(f"        {size} = {array}.shape[{axis}]" for size, (array, axis) in prototype.free.items()),
         f"        if not ({' and '.join(checks)}): raise ValueError",
-        *(f"        at_{of.name} = address(memory({of.name}))" for of in arrays),
+        *(f"        at_{of.name} = address(memory({of.name})) if {of.name}.size else 0" for of in arrays),
         f"        if not ({' and '.join(ranges) or True}): raise ValueError",
         "    except (AttributeError, ArithmeticError, IndexError, TypeError, ValueError):",
         f"        {passed}, = checked(prototype, ({names},), inside)",
