@@ -288,6 +288,11 @@ def test_changes_are_told_in_short() -> None:
         assert len(lines) <= most and max(map(len, lines)) <= 240, told
 
 
+def test_the_newest_release_is_the_one_that_is_cited() -> None:
+    cited = dict(re.findall(r"^(version|date-released): (.+)$", text("CITATION.cff"), flags=re.M))
+    assert text("CHANGELOG.md").split("\n## ")[1].startswith(f"{cited['version']}, {cited['date-released']}\n")
+
+
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="systemd-analyze is absent")
 def test_the_unit_of_systemd_is_valid_and_its_command_exists(tmp_path: Path) -> None:
     unit = text("docs/deploy/radar.service")

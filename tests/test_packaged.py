@@ -1,6 +1,7 @@
 """What an installation holds: one package, with the scenes, the page and the client in it, and two commands."""
 
 import configparser
+import re
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,8 @@ from radar_service.scene_file.document import packaged_folder
 ROOT = Path(__file__).parents[1]
 SOURCES = ("radar_service", "clients", "scenes")
 COMPILED = "compiled"  # the kernels that setuptools builds, radar_service/kernels/compiled.*
-FILES = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
+DOCUMENTS = ("docs", ".github")  # which the source distribution has too
+FILES = ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md")
 
 
 def source_files(folder: str) -> set[str]:
@@ -35,7 +37,7 @@ def source_files(folder: str) -> set[str]:
 
 def copied(folder: Path) -> None:
     """Copies what a build needs."""
-    for name in SOURCES:
+    for name in (*SOURCES, *DOCUMENTS):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", f"{COMPILED}.*"))
     for file in FILES:
         shutil.copy(ROOT / file, folder)
@@ -76,14 +78,18 @@ def test_wheel_holds_one_package_with_all_source_files(wheel: Path) -> None:
     assert len(kernels) == 1 and f"radar_service/kernels/{COMPILED}.other.so" not in kernels
 
 
-def test_a_source_distribution_carries_the_kernels_and_who_builds_them(tmp_path: Path) -> None:
+def test_a_source_distribution_carries_the_kernels_who_builds_them_and_all_that_its_page_names(tmp_path: Path) -> None:
     pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed")
     copied(tmp_path / "source")
     built(tmp_path / "source", f"build_sdist({str(tmp_path)!r})")
     with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
-        names = {name.partition("/")[2] for name in archive.getnames()}
+        names = {name.partition("/")[2]: name for name in archive.getnames()}
+        page = archive.extractfile(names["PKG-INFO"]).read().decode().partition("\n\n")[2]  # type: ignore[union-attr]
+    assert "![" not in page and not re.findall(r"\]\((?!https?:)", page), "an index resolves no path"
+    linked = set(re.findall(r"\(`(?!http)([^`#]+)[^`]*`\)", page))
+    assert len(linked) > 20 and linked <= names.keys(), linked - names.keys()
     sources = {name for name in source_files("radar_service") if name.endswith((".c", ".h"))}
-    assert sources | {"setup.py", "radar_service/kernels/build_backend.py"} <= names
+    assert sources | {"setup.py", "radar_service/kernels/build_backend.py"} <= names.keys()
 
 
 def test_wheel_has_both_commands(wheel: Path) -> None:
