@@ -87,12 +87,12 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_structures(scene, fidelity, statistics),
-        *_multiple(scene, statistics.culling.multiple_db),
+        *_multiple(scene),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
-        _multipath(scene, fidelity, statistics),
-        *_air(scene, statistics),
+        _multipath(scene, fidelity),
+        *_air(scene),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
         *_plating(scene, statistics.culling.dents),
@@ -150,9 +150,6 @@ def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) 
     structures, shadow = scene.radar.structures, structure_shadow(scene.radar)
     if shadow is None:
         return []
-    if "structures" in statistics.culling.effects:
-        how = "they take nothing from the beam that the error budget would notice"
-        return [PlanItem("structures", False, how, field_db=statistics.culling.effects["structures"])]
     bearings = np.array([structure.bearing for structure in structures])
     loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
     losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
@@ -160,13 +157,11 @@ def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) 
     return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, fidelity, statistics)]
 
 
-def _multiple(scene: Scene, culled_db: float | None) -> list[PlanItem]:
+def _multiple(scene: Scene) -> list[PlanItem]:
     """How echoes between own ship and ships near by are modelled; their cost is part of that of moving echoes."""
     multiple = scene.radar.multiple
     if multiple is None:
         return []
-    if culled_db is not None:
-        return [PlanItem("multiple echoes", False, f"always below the noise: at most {culled_db:.0f} dB of it")]
     ships = sum(not is_land(body) for body in scene.bodies)
     own = f"{10 * math.log10(multiple.own_rcs):.0f} dBsm of own ship"
     how = (
@@ -226,12 +221,9 @@ def _earth(scene: Scene) -> PlanItem:
     return PlanItem("earth", True, f"effective radius {factor:.4g} x the earth's; costs nothing; {raised}")
 
 
-def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> PlanItem:
+def _multipath(scene: Scene, fidelity: Fidelity) -> PlanItem:
     if not scene.environment.multipath:
         return PlanItem("multipath", False, NOT_REQUESTED)
-    if "multipath" in statistics.culling.effects:
-        how = "the sea reflects too little: too rough, grazing angle too large, or outside the beam"
-        return PlanItem("multipath", False, how, field_db=statistics.culling.effects["multipath"])
     error = multipath_db(scene, fidelity)
     diffracting = diffraction_height(scene.radar, scene.environment)
     how = SERIES.format(diffracting) if scene.radar.height < diffracting else TWO_RAY
@@ -239,12 +231,9 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
     return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
-def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+def _air(scene: Scene) -> list[PlanItem]:
     environment = scene.environment
     lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
-    if "gas" in statistics.culling.effects and not environment.rain_mm_h:
-        text = f"{environment.gas_db_per_km:.4g} dB/km changes nothing within the range of this radar"
-        return [PlanItem("gas and rain loss", False, text, field_db=statistics.culling.effects["gas"])]
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
     return [PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy else ""))]
 

@@ -7,7 +7,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.culling import Culling, cull, culled_bodies, max_power, negligible_effects
+from radar_service.plan.culling import Culling, cull, culled_bodies, max_power
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -50,17 +50,13 @@ def test_out_of_range_unless_earlier_pulses_are_received() -> None:
     assert not reasons(scene([far], radar=folded))
 
 
-def test_the_sea_is_not_left_out_where_a_beacon_answers() -> None:
-    """A point 2 m up, 0.01 mm before its horizon, where nothing of the reflected ray is left; its racon is higher."""
-    horizon = scene().horizon(2.0)
-    radar, fidelity = LOW | {"range_max_m": 30_000}, fidelity_for(scene(), ErrorBudget(0.5))
-    plain, with_racon = (
-        negligible_effects(
-            scene([point("t", 0, horizon - 1e-5, 2) | more], radar=radar, environment={"multipath": True}), fidelity
-        )
-        for more in ({}, {"racon": {"letter": "K", "offset_m": [0, 0, 5]}})
-    )
-    assert "multipath" in plain and "multipath" not in with_racon
+def test_an_effect_that_a_scene_asks_for_is_never_left_out() -> None:
+    """Gas of 0.1 mdB/km, a mast far below the beam, a sea that hardly reflects: who needs none of them switches it off."""
+    radar = LOW | {"structure": [MAST | {"top_m": -30.0}], "multiple_echoes": {"own_rcs_dbsm": -20}}
+    made = scene([point("t", 0, 900)], radar=radar, environment={"gas_db_per_km": 1e-4, "multipath": True, "sea_state": 6})
+    assert rs.Simulator(made, "auto").scene.environment == made.environment
+    choices = {choice["what"]: choice["modelled"] for choice in rs.Simulator(made, "auto").unmeasured_info.plan["choices"]}
+    assert all(choices[what] for what in ("multipath", "gas and rain loss", "structures", "multiple echoes"))
 
 
 def test_presets_leave_nothing_out() -> None:
@@ -117,39 +113,16 @@ def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], hidden
     assert occluded(line_of_sight, position, antenna, 0.0)[0] == hidden
 
 
-@pytest.mark.parametrize(("gas", "culled"), [(1e-4, True), (0.01, False)])
-def test_gas_is_left_out_only_where_it_moves_nothing(gas: float, culled: bool) -> None:
-    """2 x 2 km of 0.01 dB: 0.02 dB, -53 dB of the field, where methods may err by -54; and a hundredth of that."""
-    made = scene([point("t", 0, 900)], radar=LOW | {"range_max_m": 1900}, environment={"gas_db_per_km": gas})
-    assert ("gas" in negligible_effects(made, fidelity_for(made, ErrorBudget()))) == culled
-
-
 MAST = {"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}
 
 
-@pytest.mark.parametrize(("top_m", "culled"), [(None, False), (1.0, False), (-30.0, True)])
-def test_structures_far_below_the_beam_are_left_out(top_m: float | None, culled: bool) -> None:
-    """Their top takes less than the methods may err: 30 m below, 3 m off, it is at 139 Fresnel units: 1 / (139 pi) of the field,
-    times the share of a thin mast."""
-    made = scene([point("t", 0, 500)], radar=LOW | {"structure": [MAST if top_m is None else MAST | {"top_m": top_m}]})
-    fidelity = fidelity_for(made, ErrorBudget(2.0))
-    culling = cull(made, fidelity)
-    assert ("structures" in culling.effects) == culled
-    assert (culling.applied_to(made).radar.structures == ()) == culled
-
-
-def test_bodies_whose_false_echoes_stay_below_the_noise_have_none() -> None:
-    """A strong and a weak point: indirect echoes of the strong one alone, multiple ones while it is near."""
+def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
+    """A strong and a weak point: indirect echoes of the strong one alone."""
     bodies = [point("strong", 0, 500, rcs_dbsm=60.0), point("weak", 4000, 0, rcs_dbsm=-20.0)]
-    radar = LOW | {"power_w": 20.0, "structure": [MAST], "multiple_echoes": {"own_rcs_dbsm": 30}}
+    radar = LOW | {"power_w": 20.0, "structure": [MAST]}
     made = scene(bodies, radar=radar, environment={"noise": True})
     culling = cull(made, fidelity_for(made, ErrorBudget(0.5)))
     assert set(culling.faint) == {1} and culling.faint[1] < -20.0
-    assert culling.multiple_db is None
-    far = scene(bodies[1:], radar=radar, environment={"noise": True})
-    culling = cull(far, fidelity_for(far, ErrorBudget(0.5)))
-    assert culling.multiple_db is not None and culling.multiple_db < -20.0
-    assert culling.applied_to(far).radar.multiple is None
     assert cull(made, PRESETS["balanced"]) == Culling()
 
 

@@ -131,13 +131,6 @@ def test_clutter_below_the_noise_is_missing_by_its_own_power() -> None:
     assert items(scene(environment={"sea_state": 3}))["sea clutter"].power_db is None
 
 
-def test_culled_effects_have_their_reason_and_error() -> None:
-    made = scene([point("t", 0, 500)], environment={"multipath": True, "gas_db_per_km": 1e-4})
-    result = items(made, statistics=EngineStatistics(Culling(effects={"multipath": -70.0, "gas": -80.0})))
-    assert (result["multipath"].modelled, result["multipath"].field_db) == (False, -70.0)
-    assert (result["gas and rain loss"].modelled, result["gas and rain loss"].field_db) == (False, -80.0)
-
-
 def test_the_documented_engine_has_what_the_specification_has() -> None:
     result = items(everything(), "documented")
     assert {what for what, item in result.items() if item.modelled} == {"signal chain", "beam", "multipath"}
@@ -195,10 +188,6 @@ def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
     for name, each in (("balanced", metal), ("reference", metal), ("balanced", made)):
         held = "the aspect of the beam's crossing" in items(each, name)["indirect echoes"].how
         assert held == (name == "balanced" and each is metal)
-    culled = Culling(effects={"structures": -70.0}, multiple_db=-25.0)
-    result = items(made, statistics=EngineStatistics(culled))
-    assert not result["structures"].modelled and result["structures"].field_db == -70.0
-    assert not result["multiple echoes"].modelled and "-25 dB" in result["multiple echoes"].how
     assert not items(made, "documented")["structures"].modelled and not items(made, "documented")["multiple echoes"].modelled
 
 

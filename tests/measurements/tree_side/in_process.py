@@ -10,6 +10,8 @@ import numpy as np
 from mcap.reader import make_reader
 
 import radar_service as rs
+from radar_service.scene_file.describe import describe, json_schema
+from radar_service.truth.truth_file import scene_hash
 from tests.measurements.tree_side.kept import Kept, lasting
 from tests.measurements.tree_side.worlds import (
     AT_REST,
@@ -21,6 +23,7 @@ from tests.measurements.tree_side.worlds import (
     day_of_commands,
     real_scenes,
     two_radars,
+    with_effects,
 )
 
 SEED = 1
@@ -45,6 +48,21 @@ def presets(kept: Kept, real: Path | None) -> None:
     for fidelity in PRESETS:
         for name, scene in scenes.items():
             fields_of(kept, name, scene, fidelity)
+
+
+def effects(kept: Kept) -> None:
+    """Scenes with beacons and other radars: sources, truth, plan, hash, and what `check` says of them; the schema of scenes."""
+    for name, content, fidelity in with_effects():
+        scene = rs.load_scene(content)
+        sources = {} if fidelity == "documented" else {"labels": True, "powers": "all"}
+        sim = rs.Simulator(scene, fidelity=fidelity, seed=SEED, **sources)
+        sim.skip_to(2)
+        if sources:
+            keep_scan(kept, f"effects/{name}", sim, sim.scan())
+            kept.record(f"effects/{name}/names", sim.label_names)
+        kept.record(f"effects/{name}/plan", lasting(sim.unmeasured_info.plan))
+        kept.record(f"effects/{name}/scene", [scene_hash(sim.scene), describe(scene), scene.warnings])
+    kept.record("effects/schema", json_schema())
 
 
 def commands(kept: Kept) -> None:
