@@ -10,7 +10,6 @@ from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.clutter.sea import MAX_SEA_STATE
 from radar_service.echo.land import PIECE
 from radar_service.numerics.frames import effective_earth_radius
-from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
@@ -20,7 +19,9 @@ from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
+from radar_service.stages.registry import effects_in
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
 from radar_service.world.materials import is_land
@@ -39,14 +40,17 @@ STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip 
 INDIRECT_DB = 1.0
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
+NOT_SPECIFIED = "requested, but not in the specification"
 
 
 def effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """The items of all effects, bodies apart."""
-    return _documented_effects(scene) if fidelity.engine == "documented" else _corrected_effects(scene, fidelity, statistics)
+    if fidelity.engine == "documented":
+        return _documented_effects(scene, fidelity)
+    return _corrected_effects(scene, fidelity, statistics)
 
 
-def _documented_effects(scene: Scene) -> list[PlanItem]:
+def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
     environment, radar = scene.environment, scene.radar
     chain = f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths); {missed_area(scene)}"
     return [
@@ -59,7 +63,7 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
         *_undocumented_structures(scene.radar),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
-        *_documented_clutter(scene),
+        *_documented_clutter(scene, fidelity),
     ]
 
 
@@ -75,7 +79,7 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
 
 def _undocumented_structures(radar: Radar) -> list[PlanItem]:
     requested = {"structures": bool(radar.structures), "multiple echoes": radar.multiple is not None}
-    return [PlanItem(what, False, "requested, but not in the specification") for what, flag in requested.items() if flag]
+    return [PlanItem(what, False, NOT_SPECIFIED) for what, flag in requested.items() if flag]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
@@ -99,7 +103,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
-        *_interference(scene, None if costs is None else costs.interference),
+        *_stages(scene, fidelity, {} if costs is None else costs.effects),
         *_beacons(scene, None if costs is None else costs.beacons),
     ]
 
@@ -257,15 +261,15 @@ def missed_area(scene: Scene) -> str:
     return f"beyond {distance:.0f} m, one azimuth in twenty or more misses a square metre"
 
 
-def _documented_clutter(scene: Scene) -> list[PlanItem]:
+def _documented_clutter(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
     environment = scene.environment
     requested = {
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
-        "interference": scene.interference,
+        **{item.what: True for item in _stages(scene, fidelity, {})},
         "beacons": any(body.beacon is not None for body in scene.bodies),
     }
-    return [PlanItem(what, False, "requested, but not in the specification") for what, value in requested.items() if value]
+    return [PlanItem(what, False, NOT_SPECIFIED) for what, value in requested.items() if value]
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
@@ -331,12 +335,9 @@ def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     ]  # fmt: skip
 
 
-def _interference(scene: Scene, microseconds: float | None) -> list[PlanItem]:
-    if not scene.interference:
-        return []
-    others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
-    how = f"{others}, each pulse at its time through both beams and the filter"
-    return [PlanItem("interference", True, how, microseconds=microseconds)]
+def _stages(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
+    """What the effects of `stages` say of themselves. costs: by their names [us]."""
+    return [item for each in effects_in(scene) for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
 
 
 def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:

@@ -11,7 +11,6 @@ from radar_service.plan.bodies import bodies
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
-from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import (
     all_rests,
     fidelity_for,
@@ -23,6 +22,7 @@ from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realt
 from radar_service.radar.folding import remedies
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
 from radar_service.world.scene import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
@@ -86,7 +86,7 @@ class Plan:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
             parts = ", ".join(
-                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5
+                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in self.costs.by_stage().items() if cost >= 0.5
             )
             factor = f"{self.realtime_factor:.3g} x real time on one thread here"
             lines.append(f"cost: {self.costs.total:.3g} us per azimuth ({parts}), {factor}")

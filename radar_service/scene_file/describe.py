@@ -13,7 +13,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.checks.body_size import metres
 from radar_service.scene_file.checks.placement import nearest_point
-from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.scene import scene_schema
+from radar_service.stages.registry import effects_in
 from radar_service.world.beacon import DOT_SPACING, SART_CYCLES, Beacon, Racon
 from radar_service.world.body import Body
 from radar_service.world.currents import CurrentArea
@@ -126,8 +127,7 @@ def _polar(body: Body, scene: Scene) -> tuple[Polar, str]:
 
 def json_schema() -> dict[str, Any]:
     """Returns the JSON Schema (draft 2020-12) of a scene file."""
-    schema = SceneModel.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **scene_schema()}
 
 
 def two_way_beamwidth(radar: Radar) -> float | None:
@@ -211,7 +211,7 @@ def _environment_lines(scene: Scene) -> list[str]:
         coming_from = _bearing(e.seaway.towards + math.pi)
         enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     enabled += [f"stream of {_stream_text(e.stream)}"] if any(e.stream) else []
-    enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
+    enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]
     extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}", *map(_current_line, e.areas)]
 

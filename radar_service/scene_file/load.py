@@ -18,7 +18,6 @@ from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene_file.convert import (
     environment_from_model,
-    interferer_from_model,
     radar_from_model,
 )
 from radar_service.scene_file.currents import currents_from_models
@@ -35,6 +34,7 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
+from radar_service.stages.registry import effect_records
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.currents import NO_CURRENTS
@@ -86,10 +86,10 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         loader.warnings.extend(placement_warnings(*where, is_afloat=is_afloat))
     loader.warnings.extend(beacon_warnings(bodies, radars))
     loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
-    interference = tuple(interferer_from_model(other) for other in model.interference)
+    of_effects = effect_records(model, "scene_keys", lambda effect, given: effect.scene_record(given))
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
     return Scene(
-        world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
+        world, first.radar, first.platform, warnings, of_effects, notes, first.errors, first.id, tuple(radars),
         first.ais, first.gnss_offset,
     )  # fmt: skip
 

@@ -1,8 +1,10 @@
 """Records of bodies: the material, the radar reflector, the triangle mesh and the body itself."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -124,6 +126,7 @@ class Body:
     presence: when it is in the scene at all.
     reflector: the radar reflector that it is; None of all else.
     beacon: a racon or a search and rescue transponder on it.
+    effects: what it keeps of the keys of effects, by their names (`stages`).
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
     plating: how its walls are dented, where it scatters by physical optics; None: they are flat.
     """
@@ -143,6 +146,7 @@ class Body:
     one_sided: bool = field(default=False, metadata={"added": 2})
     reflector: Reflector | None = field(default=None, metadata={"added": 3})
     beacon: Beacon | None = field(default=None, metadata={"added": 3})
+    effects: Mapping[str, Any] = field(default_factory=dict)
     plating: Plating | None = field(default=None, metadata={"added": 4})
 
     @property

@@ -9,12 +9,12 @@ import pytest
 import radar_service as rs
 from radar_service.plan.culling import Culling
 from radar_service.plan.effects import effects, missed_area
-from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import Costs, EngineStatistics
 from radar_service.records.fidelity import PRESETS
+from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene
 
-COSTS = Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+COSTS = Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0})
 
 
 def items(made: rs.Scene, name: str = "balanced", statistics: EngineStatistics | None = None) -> dict[str, PlanItem]:
@@ -159,7 +159,7 @@ def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
     ]
     s_band, statistics = (
         {"frequency_hz": 3.05e9},
-        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, beacons=64.0)),
+        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 32.0, beacons=64.0, effects={"interference": 16.0})),
     )
     item = items(scene(bodies, radar=s_band, environment={"noise": True}), statistics=statistics)["beacons"]
     assert item.modelled and item.microseconds == 64.0 and item.power_db == pytest.approx(10 * math.log10(1.002))

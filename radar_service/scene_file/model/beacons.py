@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.scene_file.model.fields import Number, Section
+from radar_service.stages.fields import Number, Section
 from radar_service.world.beacon import morse_dots
 
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time

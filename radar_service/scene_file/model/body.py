@@ -1,7 +1,8 @@
 """Scene file models of bodies, one for each kind. The key that a body has tells its kind: `shape`, `mesh` or `heightmap`."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
@@ -9,7 +10,8 @@ from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.beacons import RaconModel, SartModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
-from radar_service.scene_file.model.fields import (
+from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.stages.fields import (
     Bearing,
     EastNorthUp,
     Flag,
@@ -21,8 +23,9 @@ from radar_service.scene_file.model.fields import (
     Section,
     Size,
     Whole,
+    with_keys,
 )
-from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.stages.registry import effects, given_keys
 from radar_service.world.hull_types import HULL_TYPES, PLAIN
 
 MAX_UNITS = 1000  # of a schedule
@@ -193,6 +196,9 @@ class BodyModel(NamedSection):
             raise ValueError(
                 "sart: a body has one beacon, and this one has a racon; give it to another body at the same place"
             )
+        for effect in effects():
+            if given := given_keys(self, effect.body_keys):
+                effect.check_body(given, not self.can_carry)
         if info.context:
             raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
         self.check_kind()
@@ -335,11 +341,11 @@ def _of_its_kind(table: Any) -> Any:
     if not isinstance(table, Mapping):
         return BodyModel.model_validate(table)
     given = [kind for kind in KINDS if table.get(kind) is not None]
-    model, others = (
-        (KINDS[given[0]], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else (BodyModel, KINDS)
-    )
+    kind, others = (given[0], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else ("", [*KINDS])
     foreign = {key for kind in others for key in OWN_KEYS[kind]}
-    return model.model_validate({key: table[key] for key in table if key not in foreign}, context=_refusal(table, given))
+    return body_models()[kind].model_validate(
+        {key: table[key] for key in table if key not in foreign}, context=_refusal(table, given)
+    )
 
 
 def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
@@ -357,4 +363,16 @@ def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
 
 
 BodyOfAKind = ShapeBodyModel | MeshBodyModel | HeightMapBodyModel
-AnyBody = Annotated[BodyOfAKind, BeforeValidator(_of_its_kind)]
+
+
+@cache
+def body_models() -> Mapping[str, type[BodyModel]]:
+    """The model of each kind of body with the keys of all effects, and that of a body of no kind, by ""."""
+    keys = {key: declared for effect in effects() for key, declared in effect.body_keys.items()}
+    kinds: Mapping[str, type[BodyModel]] = {"": BodyModel, **KINDS}
+    return {kind: with_keys(model, keys) for kind, model in kinds.items()}
+
+
+def any_body() -> Any:
+    """Returns the type of a body of any kind, with the keys of all effects."""
+    return Annotated[Union[tuple(body_models()[kind] for kind in KINDS)], BeforeValidator(_of_its_kind)]  # noqa: UP007

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.receive.interference import Arrivals, Interference
+from radar_service.stages.interference.stage import Arrivals, Interference
 from tests.scenes import scene
 
 LIGHT = 299_792_458.0

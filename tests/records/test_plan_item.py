@@ -2,7 +2,7 @@
 
 import pytest
 
-from radar_service.plan.items import PlanItem
+from radar_service.records.plan_item import PlanItem
 
 
 @pytest.mark.parametrize(

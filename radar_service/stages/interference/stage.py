@@ -4,23 +4,28 @@ They travel directly from antenna to antenna, at their own repetition frequency.
 the filter of a long chirp widens a short pulse by half the chirp's length each side.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy.fft
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.random import INTERFERENCE, generator
+from radar_service.numerics.random import generator
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.world.environment import Interferer
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
+from radar_service.stages.interference.effect import InterferenceEffect, Interferer
+from radar_service.stages.stage import Context, Stage, Tile
 from radar_service.world.scene import Scene
 
+PURPOSE = 23  # the first key of its random numbers
 MIN_PULSE_TO_NOISE = 1e-3  # weaker pulses are not added
 
 
@@ -37,9 +42,10 @@ class Interference:
     """The pulses of one other radar, as this one receives them."""
 
     def __init__(self, scene: Scene, index: int, seed: int) -> None:
-        """index: of the other radar in scene.interference."""
-        self.scene, self.other = scene, scene.interference[index]
-        self._key = (seed, INTERFERENCE, index)
+        """index: of the other radar in the scene."""
+        self.scene = scene
+        self.other: Interferer = InterferenceEffect().of_scene(scene)[index]
+        self._key = (seed, PURPOSE, index)
         lag, circle = generator(*self._key, 0).random(2)
         self._first = lag / self.other.prf  # s, time of its pulse number 0
         self._start = circle * 2.0 * np.pi  # rad, its boresight at t = 0
@@ -113,3 +119,27 @@ def unmatched_spectrum(frequency: Floats, radar: Radar, other: Interferer) -> Co
     `radar`, at frequencies of any shape [Hz] from own carrier."""
     _, filtered = waveform_spectra(radar)
     return np.asarray(other.pulse * np.sinc((frequency - other.frequency_offset) * other.pulse) * filtered(frequency))
+
+
+class InterferenceStage(Stage):
+    """The pulses of all other radars of a scene, which a blind sector does not stop."""
+
+    def __init__(self, radars: Sequence[Interference], source: int) -> None:
+        self.radars, self._source = radars, source
+
+    @classmethod
+    def of(cls, context: Context) -> Self:
+        count = len(InterferenceEffect().of_scene(context.scene))
+        radars = [Interference(context.scene, index, context.seed) for index in range(count)]
+        return cls(radars, context.numbers["interference"])
+
+    def add(self, tile: Tile) -> None:
+        for other in self.radars:
+            for row, received in other.rows(tile.azimuths.boresight, tile.azimuths.time):
+                tile.add(self._source, row, received)
+
+    @classmethod
+    def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
+        count = len(InterferenceEffect().of_scene(scene))
+        how = f"{count} other radar{'s' if count > 1 else ''}, each pulse at its time through both beams and the filter"
+        return [PlanItem("interference", True, how, microseconds=microseconds)]

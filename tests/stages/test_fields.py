@@ -6,7 +6,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.scene_file.model.fields import MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number
+from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number
 
 
 @pytest.mark.parametrize("value", [True, "12", None])

@@ -1,8 +1,9 @@
 """Types of the values in a scene file, and the base of all its tables."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar, cast
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from radar_service.numerics.constants import MAX_COORDINATE
 
@@ -21,9 +22,17 @@ Latitude = Annotated[float, Field(strict=True, ge=-90, le=90)]
 Longitude = Annotated[float, Field(strict=True, ge=-180, le=180)]
 EastNorth = tuple[Coordinate, Coordinate]
 EastNorthUp = tuple[Coordinate, Coordinate, Height]
+Keys = Mapping[str, tuple[Any, Any]]  # of a table: the type and the Field of each
+Model = TypeVar("Model", bound=BaseModel)
 
 
 class Section(BaseModel):
     """A table of the scene file."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def with_keys(model: type[Model], keys: Keys) -> type[Model]:
+    """Returns a model with more keys, and the same name."""
+    fields: dict[str, Any] = dict(keys)
+    return cast(type[Model], create_model(model.__name__, __base__=model, __doc__=model.__doc__, **fields))
