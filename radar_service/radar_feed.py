@@ -21,11 +21,12 @@ from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.records.reports import FeedErrorCounts
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import BeaconTruth, Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
+from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
 from radar_service.simulator import Simulator
+from radar_service.stages.registry import effects_named
 from radar_service.wire import SpokeRows
 from radar_service.world.scene import Scene, known_radar
 
@@ -245,9 +246,9 @@ def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
     fields = {"boresight": line["bearing"]} | _tupled(line)
     if "false_echoes" in line:
         fields["false_echoes"] = tuple(FalseEcho(**echo) for echo in line["false_echoes"])
-    beacon = BeaconTruth(**line["beacon"]) if "beacon" in line else None
-    rest = {key: value for key, value in fields.items() if key not in ("type", "own_ship", "beacon")}
-    return Crossing(**rest, own_ship=own_ship, beacon=beacon)
+    of_effects = {each.name: each.crossing_record(**line[each.name]) for each in effects_named(line)}
+    rest = {key: value for key, value in fields.items() if key not in ("type", "own_ship", *of_effects)}
+    return Crossing(**rest, own_ship=own_ship, effects=of_effects)
 
 
 def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
@@ -257,6 +258,7 @@ def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
         scan=line["scan"], time=line["time"], radar=line["radar"], own_ship=OwnShipTruth(**_tupled(line["own_ship"])),
         bodies=tuple(Kinematics(**_tupled(body)) for body in line["bodies"]),
         feed_errors=errors and FeedErrorCounts(**errors),
+        effects={each.name: line[each.name] for each in effects_named(line)},
     )  # fmt: skip
 
 

@@ -38,7 +38,6 @@ class Contributions:
     rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
     clutter: of sea and rain, where there is any.
     added: by stages: profiles (bins,) [sqrt(W)] by source number and row.
-    beacons: those of answers of beacons, by kind ("racon", "sart") and row.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
@@ -46,7 +45,6 @@ class Contributions:
     rows: Profiles | None = None
     clutter: ClutterRows | None = None
     added: dict[int, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
-    beacons: dict[str, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
 
 
 @BLAS_LIMIT.held()
@@ -65,7 +63,6 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
     add_stages(prepared, Tile(azimuths, ~blind, field, None if record is None else record.added))
-    add_beacons(prepared, field, azimuths, blind, record)
     return field
 
 
@@ -78,7 +75,6 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
     add_clutter(prepared, unused, azimuths, blind, record)
     add_stages(prepared, Tile(azimuths, ~blind, unused, record.added))
-    add_beacons(prepared, unused, azimuths, blind, record)
     return record
 
 
@@ -244,17 +240,6 @@ def add_stages(prepared: Prepared, tile: Tile, after: Callable[[str], None] = la
     for name, stage in prepared.stages.items():
         stage.add(tile)
         after(name)
-
-
-def add_beacons(
-    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
-) -> None:
-    """Adds the answers of racons and SARTs."""
-    for answers in prepared.beacons:
-        kept = {} if record is None else record.beacons.setdefault(answers.beacon.kind, {})
-        for row, received in answers.rows(azimuths.number, azimuths.boresight, azimuths.time, ~blind):
-            field[row] += received
-            kept[row] = kept.get(row, 0.0) + received
 
 
 def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:

@@ -23,7 +23,6 @@ from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
-from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -60,7 +59,6 @@ class Prepared:
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
     stages: of the other effects, by their names, in the order in which they add.
-    beacons: the answers of each racon and SART.
     indirect: false echoes by own ship's structures; None without any.
     """
 
@@ -79,7 +77,6 @@ class Prepared:
     compression: Compression
     clutter: Clutter | None
     stages: Mapping[str, Stage]
-    beacons: tuple[BeaconAnswers, ...] = ()
     indirect: IndirectEchoes | None = None
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
@@ -144,9 +141,6 @@ def prepare(
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         _stages(scene, fidelity, seed, line_of_sight, compression),
-        tuple(
-            BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
-        ),
         _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight, moving),
     )
 

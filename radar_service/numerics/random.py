@@ -9,7 +9,6 @@ from radar_service.numerics.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
 SPECKLE, TEXTURE = 21, 22
-BEACON = 26  # purpose of the phases of answers of beacons
 ORDER_STATISTIC = 41  # purpose of the factor of OS-CFAR
 SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench

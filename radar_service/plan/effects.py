@@ -16,7 +16,6 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
@@ -104,7 +103,6 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
         *_stages(scene, fidelity, {} if costs is None else costs.effects),
-        *_beacons(scene, None if costs is None else costs.beacons),
     ]
 
 
@@ -267,7 +265,6 @@ def _documented_clutter(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
         **{item.what: True for item in _stages(scene, fidelity, {})},
-        "beacons": any(body.beacon is not None for body in scene.bodies),
     }
     return [PlanItem(what, False, NOT_SPECIFIED) for what, value in requested.items() if value]
 
@@ -338,22 +335,3 @@ def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
 def _stages(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
     """What the effects of `stages` say of themselves. costs: by their names [us]."""
     return [item for each in effects_in(scene) for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
-
-
-def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
-    """How the answers of racons and SARTs are modelled, with those that cannot answer this radar."""
-    beacons = [(body.name, body.beacon) for body in scene.bodies if body.beacon is not None]
-    if not beacons:
-        return []
-    kinds = [beacon.kind for _, beacon in beacons]
-    count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
-    deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
-    none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
-    how = (
-        f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
-        f"filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
-    )
-    if len(deaf) == len(beacons):
-        return [PlanItem("beacons", False, how)]
-    error = 10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
-    return [PlanItem("beacons", True, how, error, microseconds=microseconds)]

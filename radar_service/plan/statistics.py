@@ -43,7 +43,6 @@ class Costs:
     clutter: sea and rain.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
-    beacons: answers of racons and SARTs.
     false_echoes: indirect ones, by own ship's structures.
     effects: of the effects of `stages`, by their names.
     """
@@ -54,7 +53,6 @@ class Costs:
     clutter: float
     profiles: float
     aspects: float = 0.0
-    beacons: float = 0.0
     false_echoes: float = 0.0
     effects: Mapping[str, float] = field(default_factory=dict)
 

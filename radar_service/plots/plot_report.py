@@ -20,7 +20,6 @@ from radar_service.records.truth import Crossing
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 from radar_service.sources.numbers import (
-    BEACONS,
     BODY,
     FAINT,
     FALSE,
@@ -39,7 +38,6 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does
     NOISE: "noise", SEA: "clutter", RAIN: "clutter", SECOND_TIME_AROUND: "clutter",
     FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
-    **{number: "interference" for number in BEACONS.values()},
 }  # fmt: skip
 SCHEMA = 1
 Progress = Callable[[Iterable[Scan], int], Iterable[Scan]]

@@ -10,7 +10,6 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
 from radar_service.scattering.reflector_patterns import size_of
-from radar_service.scene_file.beacons import beacon_from_model
 from radar_service.scene_file.checks.body_size import check_optics_area, size_findings
 from radar_service.scene_file.checks.mesh_axes import axis_findings, is_under_way
 from radar_service.scene_file.checks.mesh_findings import Findings
@@ -87,7 +86,7 @@ class BodyLoader:
         return Body(
             model.name, mesh, motion, material, scattering, rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
-            plating=_plating(model), reflector=reflector, beacon=beacon_from_model(model, mesh),
+            plating=_plating(model), reflector=reflector,
             effects=effect_records(model, "body_keys", lambda effect, given: effect.body_record(given, mesh)),
         )  # fmt: skip
 

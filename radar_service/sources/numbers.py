@@ -21,7 +21,6 @@ FAINT = 9  # range sidelobes and faint parts of bodies: more than `labels_within
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
 BODY = 256  # of the first body of the scene; the others follow in their order
 COMMON = {NOISE: "noise", SEA: "sea", RAIN: "rain", SECOND_TIME_AROUND: "second time around"}
-BEACONS = {"racon": 5, "sart": 6}  # numbers of answers of beacons, by their kind
 
 
 def source_numbers(scene: Scene) -> Indices:
@@ -42,8 +41,6 @@ def false_echoes(scene: Scene) -> set[int]:
 def source_names(scene: Scene) -> dict[int, str]:
     """The name of each source number that the scene may have, by rising number."""
     names = COMMON | {FALSE[kind]: FALSE_NAMES[kind] for kind in false_echoes(scene)}
-    kinds = {body.beacon.kind for body in scene.bodies if body.beacon is not None}
-    names |= {number: kind for kind, number in BEACONS.items() if kind in kinds}
     land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
     bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
     names |= {FAINT: "range sidelobes and faint parts"} if bodies and scene.radar.label_floor else {}

@@ -20,7 +20,7 @@ from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
-from radar_service.sources.numbers import BEACONS, NOISE, RAIN, SEA
+from radar_service.sources.numbers import NOISE, RAIN, SEA
 from radar_service.sources.resting import RestingField, resting_field, resting_numbers
 from radar_service.sources.rows import source_rows
 
@@ -95,9 +95,6 @@ class SourcePowers:
             power[number] = np.zeros(shape, dtype=np.float32)
             for row, received in added.items():
                 power[number][row] = np.abs(received) ** 2
-        for kind, answers in record.beacons.items():
-            for row, received in answers.items():
-                power.setdefault(BEACONS[kind], np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
         rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
         echoing = rows.full_rows.keys() | self._at_rest.keys()
         alone = {

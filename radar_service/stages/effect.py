@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from radar_service.radar.parameters import Radar
     from radar_service.stages.stage import Stage
     from radar_service.world.body import Body, Mesh
-    from radar_service.world.platform import Installation
     from radar_service.world.scene import Scene
 
 Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
@@ -73,8 +72,8 @@ class Effect:
         """What a body keeps of the values of its body keys, in SI units; None for nothing. Raises SceneError."""
         return None
 
-    def warnings(self, bodies: "Sequence[Body]", installations: "Sequence[Installation]") -> Sequence[str]:
-        """Sentences about unusual content."""
+    def warnings(self, scene: "Scene") -> Sequence[str]:
+        """Sentences about unusual content of a scene that has its record."""
         return ()
 
     def scene_text(self, scene: "Scene") -> str:

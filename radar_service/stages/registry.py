@@ -5,7 +5,7 @@ key, stop only the scenes that have such a key.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 GROUP = "radar_service.effects"
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
     "radar_service.stages.interference.effect:InterferenceEffect",
+    "radar_service.stages.beacons.effect:BeaconEffect",
 )
 HERE = "radar-service"
 FIRST_FOREIGN = 128  # number of the first source whose effect gives none: above land, below the bodies
@@ -40,9 +41,15 @@ class RefusedEffect(Effect):
 
 
 @cache
+def own_effects() -> tuple[Effect, ...]:
+    """Returns the effects of this package."""
+    return tuple(_loaded(place)() for place in EFFECTS)
+
+
+@cache
 def effects() -> tuple[Effect, ...]:
     """Returns all effects: first those of this package, then the others by name."""
-    own = [_loaded(place)() for place in EFFECTS]
+    own = own_effects()
     entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
     others = {f"{entry.name} of {entry.dist.name if entry.dist else entry.value}": _foreign(entry) for entry in entries}
     owners: dict[str, list[str]] = defaultdict(list)
@@ -106,6 +113,11 @@ def effect_records(table: BaseModel, keys: str, record: Callable[[Effect, Mappin
     """What effects make of a table that has keys of theirs, by their names. keys: "scene_keys" or "body_keys"."""
     records = {each.name: record(each, given) for each in effects() if (given := given_keys(table, getattr(each, keys)))}
     return {name: content for name, content in records.items() if content is not None}
+
+
+def effects_named(*names: Iterable[str]) -> list[Effect]:
+    """The effects with these names."""
+    return [effect for effect in effects() if any(effect.name in some for some in names)]
 
 
 def effects_in(scene: "Scene") -> list[Effect]:

@@ -159,7 +159,7 @@ def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
     ]
     s_band, statistics = (
         {"frequency_hz": 3.05e9},
-        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 32.0, beacons=64.0, effects={"interference": 16.0})),
+        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0, "beacon": 64.0})),
     )
     item = items(scene(bodies, radar=s_band, environment={"noise": True}), statistics=statistics)["beacons"]
     assert item.modelled and item.microseconds == 64.0 and item.power_db == pytest.approx(10 * math.log10(1.002))

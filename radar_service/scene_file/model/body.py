@@ -8,7 +8,6 @@ from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_v
 
 from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.ais import TransponderModel
-from radar_service.scene_file.model.beacons import RaconModel, SartModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
 from radar_service.stages.fields import (
@@ -165,8 +164,6 @@ class BodyModel(NamedSection):
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="she has an AIS transponder; see `ais`")
     ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
-    racon: RaconModel | None = Field(None, description="it answers radars by a letter in Morse code")
-    sart: SartModel | None = Field(None, description="it answers X-band radars by sweeps, in distress")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
         None, description="that AIS reports; default: how deep her mesh reaches"
     )
@@ -192,10 +189,6 @@ class BodyModel(NamedSection):
             raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
         if self.ais is not None and self.mmsi is None:
             raise ValueError("ais: a transponder has a number; add mmsi")
-        if self.racon is not None and self.sart is not None:
-            raise ValueError(
-                "sart: a body has one beacon, and this one has a racon; give it to another body at the same place"
-            )
         for effect in effects():
             if given := given_keys(self, effect.body_keys):
                 effect.check_body(given, not self.can_carry)
@@ -291,9 +284,6 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         for key in ("start_s", "end_s", "fading"):
             if key in self.model_fields_set:
                 raise ValueError(f"{key}: a height map is land and always there; remove {key}")
-        for key in ("racon", "sart"):
-            if getattr(self, key) is not None:
-                raise ValueError(f"{key}: a height map is land; give the beacon to a body that stands on it")
         if self.plating is not None:
             raise ValueError("plating: a height map is land, without plates; remove plating")
         self._check_heights_and_corners()

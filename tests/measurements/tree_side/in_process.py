@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 import radar_service as rs
 from radar_service.scene_file.describe import describe, json_schema
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.truth_file import scene_hash, truth_lines
 from tests.measurements.tree_side.kept import Kept, lasting
 from tests.measurements.tree_side.worlds import (
     AT_REST,
@@ -88,8 +88,8 @@ def keep_scan(kept: Kept, name: str, sim: rs.Simulator, scan: rs.Scan) -> None:
     kept.array(f"{name}/labels", scan.labels)
     for source, power in sorted(sim.source_powers(scan.number).items()):
         kept.array(f"{name}/power-{source}", power)
-    kept.record(f"{name}/crossings", list(sim.crossings(scan.number)))
-    kept.record(f"{name}/snapshot", sim.snapshot(scan.number))
+    lines = truth_lines(sim.crossings(scan.number), sim.snapshot(scan.number))
+    kept.bytes(f"{name}/truth.jsonl", "".join(lines).encode())
 
 
 def errors(kept: Kept) -> None:
@@ -99,7 +99,7 @@ def errors(kept: Kept) -> None:
         sim.set_errors(tables)
         for number, spoke in enumerate(sim.feed(2)):
             kept.record(f"errors/{part}/{number:04}", spoke)
-        kept.record(f"errors/{part}/snapshot", sim.snapshot())
+        kept.record(f"errors/{part}/snapshot", sim.snapshot().as_dict())
 
 
 def files(kept: Kept, folder: Path) -> Path:

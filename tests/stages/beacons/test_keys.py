@@ -4,17 +4,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 import radar_service as rs
 from radar_service.scene_file.describe import describe
-from radar_service.world.beacon import S_BAND, X_BAND, Racon, Sart
+from radar_service.stages.beacons.beacon import S_BAND, X_BAND, Racon, Sart
+from radar_service.stages.beacons.keys import RaconModel, SartModel
 from tests.scenes import point, scene
 
 LIGHT = 299_792_458.0
 
 
 def beacon(**keys: Any) -> Any:
-    return scene([point("b", 0, 3000, **keys)]).bodies[0].beacon
+    return scene([point("b", 0, 3000, **keys)]).bodies[0].effects.get("beacon")
 
 
 def test_a_racon_with_its_defaults() -> None:
@@ -42,7 +44,7 @@ def test_a_sart() -> None:
 
 def test_on_a_mesh_it_stands_above_the_highest_point() -> None:
     box = {"name": "b", "shape": "box", "length_m": 30, "width_m": 8, "height_m": 5, "racon": {"letter": "T"}}
-    made = scene([box]).bodies[0].beacon
+    made = scene([box]).bodies[0].effects.get("beacon")
     assert made is not None and made.offset[2] == 5.5
 
 
@@ -77,3 +79,16 @@ def test_what_check_says() -> None:
     plan = str(rs.Simulator(scene(bodies)).plan)
     assert "1 racon, 1 sart: one-way powers" in plan and "not triggered by this radar's carrier or pulse: raft" in plan
     assert "beacons" not in str(rs.Simulator(scene([point("p", 0, 3000)])).plan)
+
+
+def test_defaults() -> None:
+    """A fifth of 10 NM, -50 dBm at the antenna, a SART's 400 mW (M.628)."""
+    racon, sart = RaconModel(letter="K"), SartModel()
+    assert racon.mark_m == 0.2 * 10 * 1852 and racon.sensitivity_dbm == sart.sensitivity_dbm == -50.0
+    assert 10 ** (sart.power_dbm / 10) == pytest.approx(400, rel=0.01)
+
+
+@pytest.mark.parametrize("keys", [{"letter": "K", "color": 1}, {"letter": "ABCD"}, {"letter": "K", "delay_s": -1e-9}])
+def test_what_is_refused(keys: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        RaconModel.model_validate(keys)

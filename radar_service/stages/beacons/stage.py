@@ -4,20 +4,28 @@ A beacon answers with plain pulses and sweeps. The filter is not matched to them
 over T, and takes as much of their power as lies in its band.
 """
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Self
 
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.random import BEACON, generator, name_key
+from radar_service.numerics.random import generator, name_key
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.propagation.beacon_link import BeaconLink
 from radar_service.radar.waveform import chirp_spectrum
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
+from radar_service.stages.beacons.beacon import Pulses
+from radar_service.stages.beacons.effect import BeaconEffect
+from radar_service.stages.beacons.link import BeaconLink
+from radar_service.stages.beacons.truth import BeaconTruths
+from radar_service.stages.stage import Context, Stage, Tile
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.beacon import Pulses
 from radar_service.world.scene import Scene
 
+PURPOSE = 26  # the first key of the random phases of answers
 MIN_ANSWER_TO_NOISE = 1e-3  # weaker answers are not added
 # s, standard deviation of a keyed edge, which rises from 10 to 90 % in 51 ns: sharper ones splash over the band.
 EDGE = 20e-9
@@ -33,7 +41,7 @@ class BeaconAnswers:
         self.link = BeaconLink(scene, key, line_of_sight)
         self.beacon = self.link.beacon
         self._radar, self._noise = radar, receiver_noise_power(radar)
-        self._key = (seed, BEACON, name_key(scene.name, scene.bodies[key].name), *scene.random_key)
+        self._key = (seed, PURPOSE, name_key(scene.name, scene.bodies[key].name), *scene.random_key)
         # A chirp's filter works on the sampled band. A plain pulse is sampled behind the filter, so the band folds.
         self._folds = np.arange(-2, 3) if radar.modulation == "none" else np.zeros(1)
         duration = self.beacon.pulses(radar.frequency, 0.0).duration
@@ -116,3 +124,45 @@ def answer_spectrum(frequency: Floats, pulses: Pulses) -> Complexes:
         middles = pulses.begin[which.reshape(-1) == k] + length / 2.0
         total += shape * sum(np.exp(-2j * np.pi * middle * off) for middle in middles.tolist())
     return total
+
+
+class BeaconStage(Stage):
+    """The answers of all beacons of a scene."""
+
+    def __init__(self, answers: Sequence[BeaconAnswers], numbers: Mapping[str, int]) -> None:
+        self._answers, self._numbers = answers, numbers
+
+    @classmethod
+    def of(cls, context: Context) -> Self:
+        keys = BeaconEffect().of_bodies(context.scene)
+        answers = [BeaconAnswers(context.scene, key, context.line_of_sight, context.seed) for key in keys]
+        return cls(answers, context.numbers)
+
+    @classmethod
+    def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
+        beacons = [(scene.bodies[key].name, beacon) for key, beacon in BeaconEffect().of_bodies(scene).items()]
+        kinds = [beacon.kind for _, beacon in beacons]
+        count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
+        deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
+        none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
+        how = (
+            f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, "
+            f"through the filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
+        )
+        if len(deaf) == len(beacons):
+            return [PlanItem("beacons", False, how)]
+        error = (
+            10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
+        )
+        return [PlanItem("beacons", True, how, error, microseconds=microseconds)]
+
+    @classmethod
+    def truth(cls, scene: Scene, line_of_sight: OcclusionScene) -> BeaconTruths:
+        return BeaconTruths(scene, line_of_sight)
+
+    def add(self, tile: Tile) -> None:
+        azimuths = tile.azimuths
+        for answers in self._answers:
+            source = self._numbers[answers.beacon.kind]
+            for row, received in answers.rows(azimuths.number, azimuths.boresight, azimuths.time, tile.transmitting):
+                tile.add(source, row, received)

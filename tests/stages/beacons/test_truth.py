@@ -27,7 +27,7 @@ def crossings(*bodies: dict[str, Any], scan: int = 0, radar: Any = None) -> dict
 def test_a_racon_as_the_beam_meets_it() -> None:
     """74 dBm and 30 dBi over 121.46 dB of free space: -17.5 dBm there; its 30 dBm give -61.5 dBm back. The mark begins c/2 x
     (0.5 - 0.05) us behind the echo and is 9 dots of 149.9 m long."""
-    beacon = crossings(RACON)["racon"].beacon
+    beacon = crossings(RACON)["racon"].effects["beacon"]
     assert (beacon.kind, beacon.letters, beacon.triggered, beacon.carrier_offset) == ("racon", "K", True, 0.0)
     assert beacon.pulse_dbm == pytest.approx(73.979 + 30 - 121.46, abs=0.006)
     assert beacon.answer_dbm == pytest.approx(30 + 30 - 121.46, abs=0.006)
@@ -38,7 +38,7 @@ def test_a_racon_as_the_beam_meets_it() -> None:
 
 def test_a_sart_as_it_is_switched_on() -> None:
     """At 2 s, in the second half of its first scan of 2.5 s: the beam meets it at 1.25 s."""
-    before, after = (crossings(SART, scan=scan)["sart"].beacon for scan in (0, 1))
+    before, after = (crossings(SART, scan=scan)["sart"].effects["beacon"] for scan in (0, 1))
     assert (before.triggered, after.triggered) == (False, True) and after.kind == "sart" and after.letters is None
     assert after.first_dot == pytest.approx(2000 + LIGHT / 2 * (0.45e-6 + 0.4e-6 + 7.5e-6 * 0.7), abs=1e-3)
     assert after.dot_spacing / 1852 == pytest.approx(0.64, abs=0.001)
@@ -52,7 +52,7 @@ def test_it_is_not_triggered(radar: dict[str, Any], others: list[dict[str, Any]]
     racon = RACON | {"racon": {"letter": "K", "sensitivity_dbm": -25.0}}
     made = scene([racon, *others], radar=RADAR | radar, environment=FLAT)
     sim = rs.Simulator(made, labels=True)
-    assert not next(crossing for crossing in sim.crossings(0) if crossing.body == "racon").beacon.triggered  # type: ignore[union-attr]
+    assert not next(crossing for crossing in sim.crossings(0) if crossing.body == "racon").effects["beacon"].triggered
     assert not (sim.scan().labels == 5).any()
 
 
@@ -68,8 +68,8 @@ def test_truth_and_picture_agree() -> None:
     spoke = crossing.spoke % 360
     where = (np.arange(scan.power.shape[1]) + 0.5) * made.radar.range_step
     cells = where[(scan.labels[spoke] == 5) & (scan.power[spoke] > 0.25 * scan.power[spoke][scan.labels[spoke] == 5].max())]
-    assert cells.min() == pytest.approx(crossing.beacon.begin, abs=5.1) and cells.max() == pytest.approx(
-        crossing.beacon.end, abs=5.1
+    assert cells.min() == pytest.approx(crossing.effects["beacon"].begin, abs=5.1) and cells.max() == pytest.approx(
+        crossing.effects["beacon"].end, abs=5.1
     )
 
 

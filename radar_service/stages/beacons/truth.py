@@ -5,22 +5,22 @@ import math
 import numpy as np
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.propagation.beacon_link import BeaconLink
-from radar_service.records.truth import BeaconTruth
+from radar_service.stages.beacons.beacon import DOT_SPACING, BeaconTruth, Racon, Sart
+from radar_service.stages.beacons.link import BeaconLink
+from radar_service.stages.effect import EffectTruth
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.beacon import DOT_SPACING, Racon, Sart
 from radar_service.world.scene import Scene
 
 
-class BeaconTruths:
+class BeaconTruths(EffectTruth):
     """What the beacons of a scene do as the boresight meets them. Safe to call from several threads."""
 
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
         self._scene = scene
-        beacons = [key for key, body in enumerate(scene.bodies) if body.beacon is not None]
-        self._links = {key: BeaconLink(scene, key, line_of_sight) for key in beacons}
+        keys = [key for key, body in enumerate(scene.bodies) if "beacon" in body.effects]
+        self._links = {key: BeaconLink(scene, key, line_of_sight) for key in keys}
 
-    def at(self, body: int, time: float, boresight: float) -> BeaconTruth | None:
+    def at_crossing(self, body: int, time: float, boresight: float) -> BeaconTruth | None:
         """The beacon of a body, by its index in the scene, at `time` [s] for a boresight [rad]; None of a body without one."""
         link = self._links.get(body)
         if link is None:

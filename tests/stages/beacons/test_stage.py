@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.numerics.frames import effective_earth_radius
-from radar_service.receive.beacon_answers import BeaconAnswers
+from radar_service.stages.beacons.stage import BeaconAnswers
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 

@@ -7,8 +7,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.numerics.frames import effective_earth_radius
-from radar_service.propagation.beacon_link import BeaconLink
 from radar_service.propagation.multipath import two_ray_factor
+from radar_service.stages.beacons.link import BeaconLink
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.world.beacon import MORSE, S_BAND, X_BAND, Racon, Sart, morse_dots, morse_marks
+from radar_service.stages.beacons.beacon import MORSE, S_BAND, X_BAND, Racon, Sart, morse_dots, morse_marks
 
 LIGHT = 299_792_458.0
 COMMON = {"offset": (0.0, 0.0, 0.0), "power": 1.0, "sensitivity": 1e-8, "delay": 0.5e-6}

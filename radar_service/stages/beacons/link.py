@@ -14,9 +14,9 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.stages.beacons.beacon import Beacon
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
-from radar_service.world.beacon import Beacon
 from radar_service.world.scene import Scene
 
 
@@ -40,9 +40,7 @@ class BeaconLink:
 
     def __init__(self, scene: Scene, key: int, line_of_sight: OcclusionScene) -> None:
         """key: index of the body in the scene."""
-        beacon = scene.bodies[key].beacon
-        assert beacon is not None
-        self.beacon: Beacon = beacon
+        self.beacon: Beacon = scene.bodies[key].effects["beacon"]
         self._scene, self._body, self._line_of_sight = scene, scene.bodies[key], line_of_sight
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
         self._rests = self._body.motion.at_rest and scene.own_ship.at_rest

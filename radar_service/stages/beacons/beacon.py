@@ -196,3 +196,29 @@ def morse_dots(letters: str) -> int:
     """Length of letters in dots."""
     begin, length = morse_marks(letters)
     return int((begin + length).max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class BeaconTruth:
+    """A racon or a search and rescue transponder (SART) as the boresight meets its body. Ranges are those of a profile [m].
+
+    kind: "racon" or "sart"; letters: of the Morse code of a racon.
+    triggered: whether the radar's pulse reaches it, by line of sight and strong enough, and it answers.
+    pulse_dbm: power of the pulse at an isotropic antenna there; answer_dbm: of its answer at the radar's receiver; None: nothing.
+    carrier_offset: of a racon's carrier from the radar's [Hz]: out of the receiver's band it is not seen.
+    begin, end: ranges of the leading and the trailing edge of the answer, before the receiver's filter.
+    dot: length of a racon's dot [m].
+    first_dot, dot_spacing: range at which the first slow sweep of a SART passes the radar's carrier, and from there to the next.
+    """
+
+    kind: str
+    letters: str | None
+    triggered: bool
+    pulse_dbm: float | None
+    answer_dbm: float | None
+    carrier_offset: float | None
+    begin: float
+    end: float
+    dot: float | None
+    first_dot: float | None
+    dot_spacing: float | None
