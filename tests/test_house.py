@@ -34,6 +34,7 @@ BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upw
     "display": (*GROUND, "radar"),
     "scans": (*GROUND, "radar", "display"),
     "spoke_source": (*GROUND, "radar", "world"),
+    "effects": (*GROUND, *PHYSICS),
     "simulation": (*GROUND, *PHYSICS, "truth", "errors", "scans"),
     "simulator": SIMULATOR,
     "__init__": (*GROUND, "world", "scene_file", "scans", "simulator"),

@@ -170,6 +170,7 @@ def rooms() -> str:
 
 PUBLIC = (
     "radar_service",
+    "radar_service.effects",
     "radar_service.scans",
     "radar_service.recording",
     "radar_service.plots",
@@ -180,6 +181,7 @@ INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
     "radar_service.scene_file.readers.mesh_reader:BodyFile",
+    "radar_service.stages.effect:Effect", "radar_service.stages.effect:EffectTruth", "radar_service.stages.stage:Stage",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
     "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing",
     "radar_service.service.scene_request:Spared",

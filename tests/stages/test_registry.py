@@ -13,7 +13,7 @@ from radar_service.stages.effect import Effect, Source
 from radar_service.stages.registry import effects
 from radar_service.truth.truth_file import scene_hash
 from tests.scenes import point, scene
-from tests.stages.installed import Installed
+from tests.stages.fixtures import Installed
 
 
 @dataclass(frozen=True)

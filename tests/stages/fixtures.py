@@ -1,6 +1,7 @@
 """Effects of other packages that are installed for a test, in this process."""
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -37,3 +38,11 @@ def forget() -> None:
     """Lets effects, and the models of scenes, be made anew."""
     for cached in (effects, body_models, scene_model, scene_schema):
         cached.cache_clear()
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Installed]:
+    """Installs effects of other packages for a test."""
+    yield Installed(tmp_path, monkeypatch)
+    monkeypatch.undo()
+    forget()
