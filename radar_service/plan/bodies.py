@@ -56,7 +56,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
     conditions = Conditions.of_scene(scene, fidelity, scatterers)
     how = model.description(body, conditions, _computed(body, scene, fidelity, statistics))
-    error = body_error(body, statistics.culling.applied_to(scene), fidelity, scatterers)
+    error = body_error(body, scene, fidelity, scatterers)
     text = "; ".join((how + _counted(body, key, statistics), *error.remarks))
     return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)
 

@@ -1,21 +1,19 @@
-"""Culling: bodies, false echoes and dents that a scene does not need, each with the reason and the error of culling it."""
+"""Culling: bodies and false echoes that a scene does not need, each with the reason and the error of culling it."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.closest_approach import nearest_and_top
-from radar_service.plan.run import aspects
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
-from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
@@ -46,12 +44,10 @@ class Culling:
 
     bodies: culled bodies by their index in the scene.
     faint: bodies whose false echoes are culled, by their index in the scene, with the highest power of these [dB of the noise].
-    dents: bodies whose plating is culled, by their index in the scene, with the relative error of their fields [dB].
     """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
     faint: Mapping[int, float] = field(default_factory=dict)
-    dents: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def silent(self) -> list[int]:
@@ -63,19 +59,12 @@ class Culling:
         """Indices of bodies that occlude nothing."""
         return [key for key, culled in self.bodies.items() if not culled.occludes]
 
-    def applied_to(self, scene: Scene) -> Scene:
-        """The scene without the culled dents."""
-        bodies = tuple(replace(body, plating=None) if key in self.dents else body for key, body in enumerate(scene.bodies))
-        return scene.with_world(bodies=bodies) if self.dents else scene
-
 
 def cull(scene: Scene, fidelity: Fidelity) -> Culling:
     """What this fidelity culls from a scene; nothing where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return Culling()
-    bodies = culled_bodies(scene, fidelity)
-    dents = {key: error for key, error in negligible_dents(scene, fidelity).items() if key not in bodies}
-    return Culling(bodies, faint_indirect_echoes(scene, fidelity), dents)
+    return Culling(culled_bodies(scene, fidelity), faint_indirect_echoes(scene, fidelity))
 
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
@@ -145,14 +134,3 @@ def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
     level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
     multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
     return level * scattering_model(body).max_rcs(body, scene.radar, fidelity) * multipath
-
-
-def negligible_dents(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
-    """The bodies whose dents change their own field by less than the error budget, by index, with that relative error [dB]."""
-    conditions, allowed, result = Conditions.of_scene(scene, fidelity), ErrorBudget(fidelity.error_db).field_db, {}
-    for key, body in enumerate(scene.bodies):
-        if body.plating is not None and body.mesh is not None:
-            error = scattering_model(body).dents_db(body, conditions, aspects(body, scene))
-            if error is not None and error < allowed:
-                result[key] = error
-    return result

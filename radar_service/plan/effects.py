@@ -98,7 +98,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_air(scene),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
-        *_plating(scene, statistics.culling.dents),
+        *_plating(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
@@ -291,25 +291,16 @@ def _seaway(scene: Scene) -> list[PlanItem]:
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 
 
-def _plating(scene: Scene, culled: Mapping[int, float]) -> list[PlanItem]:
-    """How walls are dented; what it takes is counted with the aspects of metal. culled: errors [dB] of bodies whose dents are
-    left out."""
-    plated = {
-        key: body
-        for key, body in enumerate(scene.bodies)
-        if body.plating is not None and body.plating.depth > 0.0 and scattering_model(body).by_aspect
-    }
-    dents = [body.plating.depth for key, body in plated.items() if key not in culled and body.plating is not None]
+def _plating(scene: Scene) -> list[PlanItem]:
+    """How walls are dented; what it takes is counted with the aspects of metal."""
+    plated = [body for body in scene.bodies if body.plating is not None and scattering_model(body).by_aspect]
+    dents = [body.plating.depth for body in plated if body.plating is not None and body.plating.depth > 0.0]
     depths = f"{1e3 * min(dents, default=0.0):g} to {1e3 * max(dents, default=0.0):g} mm"
     how = (
         f"walls of {len(dents)} bodies, {depths} deep between frames, as phases of strips near their normals: "
         f"{PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
     )
-    items = [PlanItem("dented plating", True, how)] if dents else []
-    for key in sorted(culled.keys() & plated.keys()):
-        how = "flat: over the run its dents change its field by less than the error budget"
-        items.append(PlanItem(f"dents of {scene.bodies[key].name}", False, how, field_db=culled[key]))
-    return items
+    return [PlanItem("dented plating", True, how)] if dents else []
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.plan.culling import Culling
 from radar_service.plan.effects import effects, missed_area
 from radar_service.plan.statistics import Costs, EngineStatistics
 from radar_service.records.fidelity import PRESETS
@@ -79,11 +78,6 @@ def test_dented_plating_is_named_with_the_bodies_that_have_it() -> None:
     item = items(scene([*dented, *flat]))["dented plating"]
     assert item.modelled and item.how.startswith("walls of 2 bodies, 4 to 6 mm deep between frames")
     assert "dented plating" not in items(scene(flat))
-    some = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0})))
-    assert some["dented plating"].how.startswith("walls of 1 bodies, 6 to 6 mm deep")
-    assert not some["dents of a"].modelled and some["dents of a"].field_db == -51.0
-    all_flat = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0, 1: -42.0})))
-    assert "dented plating" not in all_flat and all_flat["dents of b"].field_db == -42.0
 
 
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:

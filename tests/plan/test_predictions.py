@@ -112,7 +112,7 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
     predicted, work, culling = sim.plan.counts, Work(), cull(sim.scene, fidelity)
     assert predicted is not None
     work.watch(monkeypatch)
-    prepared = prepare(culling.applied_to(sim.scene), fidelity, sim.seed, culling.silent, culling.transparent)
+    prepared = prepare(sim.scene, fidelity, sim.seed, culling.silent, culling.transparent)
     assert work.rays == predicted.set_up_rays
     first_visibility_update(prepared)
     assert work.rays == predicted.set_up_rays + predicted.look_rays
