@@ -31,7 +31,7 @@ class EffectTruth:
     """What an effect tells of a scene. Safe to call from several threads."""
 
     def at_crossing(self, body: int, time: float, boresight: float) -> Any:
-        """Returns its record of a body, by index, as the boresight [rad] meets it at `time` [s]; None of a body without one."""
+        """Returns a record or a mapping of a body, by index, as the boresight [rad] meets it at `time` [s]; None for nothing."""
         return None
 
     def at_end(self, time: float) -> Mapping[str, Any] | None:

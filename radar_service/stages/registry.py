@@ -6,6 +6,7 @@ key, stop only the scenes that have such a key.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Field
 
+from radar_service.records.truth import Crossing, Snapshot
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Keys, Section, with_keys
 
@@ -83,6 +85,9 @@ def _foreign(entry: EntryPoint) -> Effect:
         effect = entry.load()()
         with_keys(Section, {**effect.scene_keys, **effect.body_keys}).model_json_schema()
         assert isinstance(effect, Effect) and effect.name, "it is no Effect with a name"
+        assert effect.name not in {field.name for kind in (Crossing, Snapshot) for field in fields(kind)}, (
+            "the truth has its name"
+        )
         assert all(source.number is None for source in effect.sources), "the scene gives its sources their numbers"
     except Exception as error:  # of a package that nobody here has written
         package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]

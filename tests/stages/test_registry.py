@@ -59,6 +59,12 @@ class Careless(Drift):
     name, scene_keys = "careless", {"careless": (Ellipsis, Field(0))}
 
 
+class Ranger(Drift):
+    """Would stand in place of a field of the truth."""
+
+    name, scene_keys = "range", {"ranger": (int, Field(0))}
+
+
 def refusal(**keys: Any) -> str:
     with pytest.raises(rs.SceneError) as refused:
         scene(**keys)
@@ -104,9 +110,11 @@ def test_keys_of_this_package_stay_its_own(installed: Installed) -> None:
     assert scene(interference=[{"bearing_deg": 1}]).effects.keys() == {"interference"} and scene().radar is not None
 
 
-@pytest.mark.parametrize("broken", ["no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_effects:Careless"])
+@pytest.mark.parametrize(
+    "broken", ["no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_effects:Careless", "ice_effects:Ranger"]
+)
 def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installed: Installed, broken: str) -> None:
-    installed.package("ice-effects", Drift, Careless, slush=broken)
+    installed.package("ice-effects", Drift, Careless, Ranger, slush=broken)
     told = refusal(slush=1)
     assert told.startswith("slush: the effect slush of the package ice-effects cannot be loaded (")
     assert told.endswith("; repair or remove the package") and "\n" not in told

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import radar_service as rs
+from radar_service.radar_feed import RadarFeeds
 from radar_service.scene_file.describe import describe, json_schema
 from radar_service.truth.truth_file import scene_hash
 
@@ -85,6 +86,20 @@ def one_bird_and_a_point() -> float:
     return float(20 * np.log10(np.abs(birds.field - points.field).max() / np.abs(points.field).max()))
 
 
+def served() -> dict[str, Any]:
+    """A scan of a service in processes of its own, with labels and truth, against one of this process."""
+    content = WORLD | {"flock": [FLOCK], "jammer": [JAMMER]}
+    scans, labels, flocks = [], [], []
+    for over in ("process", "websocket"):
+        with RadarFeeds() as feeds:
+            feed = feeds(content, seed=3, over=over, fidelity="balanced", labels=True)
+            (scan,) = feed.scans(1)
+            scans.append(digest(scan.field, scan.labels))
+            labels.append(feed.label_names[128])
+            flocks.append(feed.snapshots[0].effects["flock"])
+    return {"same bytes": scans[0] == scans[1], "names": labels, "same truth": flocks[0] == flocks[1]}
+
+
 def refusals() -> list[str]:
     """What is said of scenes that are wrong."""
     texts = []
@@ -99,6 +114,11 @@ def refusals() -> list[str]:
 if __name__ == "__main__":
     told = {"plain": plain()}
     if "installed" in sys.argv:
-        told |= {"both": with_birds_and_jammer(), "one_db": one_bird_and_a_point(), "refusals": refusals()}
+        told |= {
+            "both": with_birds_and_jammer(),
+            "one_db": one_bird_and_a_point(),
+            "refusals": refusals(),
+            "served": served(),
+        }
         told["schema"] = json_schema()["$defs"]["FlockModel"]
     print(json.dumps(told))

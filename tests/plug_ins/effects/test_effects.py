@@ -59,6 +59,11 @@ def test_birds_and_a_jammer_are_echoes_labels_powers_costs_truth_and_keys(packag
     assert both["in two processes"]
 
 
+def test_a_service_serves_them(package: str) -> None:
+    """The processes of the service find the package by its entry points; clients get labels and truth."""
+    assert told(package)["served"] == {"same bytes": True, "names": ["birds", "birds"], "same truth": True}
+
+
 def test_a_bird_is_a_point_that_moves_over_the_sea(package: str) -> None:
     """The same range, phase, beam, spread and sea as of a body: single precision and the steps of visibility are between them."""
     assert told(package)["one_db"] < -70.0

@@ -78,3 +78,6 @@ def test_lines_have_a_beacon_where_there_is_one() -> None:
     assert "beacon" not in of_none.as_dict() and crossing_from_line(json.loads(json.dumps(of_none.as_dict()))) == of_none
     line = json.loads(json.dumps(of_beacon.as_dict()))
     assert line["beacon"]["letters"] == "K" and crossing_from_line(line) == of_beacon
+    assert crossing_from_line(line | {"hail": {"size": 3}}).effects == of_beacon.effects | {
+        "hail": {"size": 3}
+    }  # not installed
