@@ -110,9 +110,10 @@ def test_keys_of_this_package_stay_its_own(installed: Installed) -> None:
     assert scene(interference=[{"bearing_deg": 1}]).effects.keys() == {"interference"} and scene().radar is not None
 
 
-@pytest.mark.parametrize(
-    "broken", ["no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_effects:Careless", "ice_effects:Ranger"]
-)
+BROKEN = ("no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_effects:Careless", "ice_effects:Ranger")
+
+
+@pytest.mark.parametrize("broken", BROKEN)
 def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installed: Installed, broken: str) -> None:
     installed.package("ice-effects", Drift, Careless, Ranger, slush=broken)
     told = refusal(slush=1)
