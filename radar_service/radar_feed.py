@@ -6,7 +6,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Protocol, Self
@@ -21,11 +21,12 @@ from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.records.reports import FeedErrorCounts
 from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import BeaconTruth, Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
+from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
 from radar_service.simulator import Simulator
+from radar_service.stages.registry import effects_named
 from radar_service.wire import SpokeRows
 from radar_service.world.scene import Scene, known_radar
 
@@ -242,12 +243,13 @@ def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
     """Returns the crossing of a line of the truth, whose lists become tuples. In recordings of earlier versions the boresight
     is level."""
     own_ship = OwnShipTruth(**_tupled(line["own_ship"]))
-    fields = {"boresight": line["bearing"]} | _tupled(line)
+    content = {"boresight": line["bearing"]} | _tupled(line)
     if "false_echoes" in line:
-        fields["false_echoes"] = tuple(FalseEcho(**echo) for echo in line["false_echoes"])
-    beacon = BeaconTruth(**line["beacon"]) if "beacon" in line else None
-    rest = {key: value for key, value in fields.items() if key not in ("type", "own_ship", "beacon")}
-    return Crossing(**rest, own_ship=own_ship, beacon=beacon)
+        content["false_echoes"] = tuple(FalseEcho(**echo) for echo in line["false_echoes"])
+    of_effects = _of_effects(line, Crossing)
+    of_effects |= {each.name: each.crossing_record(**line[each.name]) for each in effects_named(of_effects)}
+    rest = {key: value for key, value in content.items() if key not in ("type", "own_ship", *of_effects)}
+    return Crossing(**rest, own_ship=own_ship, effects=of_effects)
 
 
 def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
@@ -257,7 +259,14 @@ def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
         scan=line["scan"], time=line["time"], radar=line["radar"], own_ship=OwnShipTruth(**_tupled(line["own_ship"])),
         bodies=tuple(Kinematics(**_tupled(body)) for body in line["bodies"]),
         feed_errors=errors and FeedErrorCounts(**errors),
+        effects=_of_effects(line, Snapshot),
     )  # fmt: skip
+
+
+def _of_effects(line: Mapping[str, Any], kind: type[Crossing | Snapshot]) -> dict[str, Any]:
+    """What effects tell in a line, also those that are not installed here: all that the record has no field for."""
+    known = {"type", *(field.name for field in fields(kind))}
+    return {key: line[key] for key in line if key not in known}
 
 
 def _tupled(line: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import BODY, FAINT, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from tests.scenes import point, scene
 
 Fields = NDArray[np.complexfloating[Any, Any]]
@@ -77,7 +77,7 @@ class Alone:
             sea, rain = replace(full.clutter, rain=np.zeros(0, dtype=np.float32)), replace(full.clutter, sea=None)
             fields[SEA] = field_of(Engine(replace(nothing, clutter=sea)), scan)
             fields[RAIN] = field_of(Engine(replace(nothing, clutter=rain)), scan)
-        fields[INTERFERENCE] = field_of(Engine(replace(nothing, interference=full.interference)), scan)
+        fields[3] = field_of(Engine(replace(nothing, stages=full.stages)), scan)
         return fields
 
     def powers(self, scan: int) -> Powers:
@@ -113,7 +113,7 @@ class Alone:
         made = self._made.with_world(environment=replace(self._made.environment, noise=False))
         made = replace(made, radar=replace(made.radar, second_time_around=earlier))
         with patch("radar_service.engine.preparation.prepare_clutter", return_value=None):
-            return replace(prepare(made, PRESETS["balanced"], self._seed, self._every - bodies), interference=())
+            return replace(prepare(made, PRESETS["balanced"], self._seed, self._every - bodies), stages={})
 
 
 @cache

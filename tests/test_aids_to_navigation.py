@@ -78,7 +78,7 @@ def test_the_mast_of_own_ship_sways() -> None:
     sim = simulator(RACON, own_ship=own, radar=RADAR | {"beamwidth_el_deg": 6})
     counts = [marked(sim.scan()) for _ in range(8)]
     assert min(counts) == 0 and max(counts) > 20
-    triggered = [sim.crossings(k)[0].beacon.triggered for k in range(8)]  # type: ignore[union-attr]
+    triggered = [sim.crossings(k)[0].effects["beacon"].triggered for k in range(8)]
     assert {count > 0 for count, now in zip(counts, triggered, strict=True) if now} == {True}
 
 
@@ -90,7 +90,7 @@ def test_a_ship_that_passes_before_it_hides_it() -> None:
     labels = [sim.scan().labels for _ in range(12)]
     visible = [bool((each[0] == RACON_LABEL).any()) for each in labels if each is not None]  # at north, where a scan begins
     crossings = [crossing for k in range(12) for crossing in sim.crossings(k) if crossing.body == "racon"]
-    triggered = {crossing.scan: crossing.beacon is not None and crossing.beacon.triggered for crossing in crossings}
+    triggered = {crossing.scan: crossing.effects["beacon"].triggered for crossing in crossings}
     assert visible[0] and not all(visible) and visible[-1]
     assert visible == [triggered[k] for k in range(12)]
 

@@ -21,19 +21,20 @@ GROUND = (
     "wire",
 )  # upward, as PHYSICS
 PHYSICS = (
-    "radar", "world", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "sources", "plan",
+    "radar", "world", "trace", "propagation", "scattering", "echo", "receive", "clutter", "stages", "engine", "sources", "plan",
 )  # fmt: skip  # upward, each may use all below it
 SIMULATOR = (*GROUND, *PHYSICS, "scene_file", "truth", "errors", "display", "scans", "spoke_source", "simulation")
-SERVICE = (*GROUND, "radar", "world", "scene_file", "receive", "errors", "display", "spoke_source")
+SERVICE = (*GROUND, "radar", "world", "stages", "scene_file", "receive", "errors", "display", "spoke_source")
 BELOW: dict[str, tuple[str, ...]] = {  # what a room may use besides itself; upward, as the table of rooms has them
     **{room: GROUND[:i] for i, room in enumerate(GROUND)},
     **{room: (*GROUND, *PHYSICS[:i]) for i, room in enumerate(PHYSICS)},
-    "scene_file": (*GROUND, "radar", "world", "scattering"),
-    "truth": (*GROUND, *PHYSICS[: PHYSICS.index("receive")]),
+    "scene_file": (*GROUND, "radar", "world", "scattering", "stages"),
+    "truth": (*GROUND, *PHYSICS[: PHYSICS.index("receive")], "stages"),
     "errors": (*GROUND, "radar", "world"),
     "display": (*GROUND, "radar"),
     "scans": (*GROUND, "radar", "display"),
     "spoke_source": (*GROUND, "radar", "world"),
+    "effects": (*GROUND, *PHYSICS),
     "simulation": (*GROUND, *PHYSICS, "truth", "errors", "scans"),
     "simulator": SIMULATOR,
     "__init__": (*GROUND, "world", "scene_file", "scans", "simulator"),
@@ -81,6 +82,7 @@ HOMES = {
     "starlette": ("radar_service.ports",),
     "uvicorn": ("radar_service.ports.http", "radar_service.ports.running", "radar_service.__main__"),
     "pydantic": (
+        "radar_service.stages",
         "radar_service.scene_file",
         "radar_service.ports.rest",
         "radar_service.bench.scenario",

@@ -74,9 +74,12 @@ def test_orientation_shows_each_target_where_it_belongs(bearing_deg: float, dist
 def test_aids_answer_as_promised() -> None:
     """The SART from the third scan on, by 12 dots where the truth has them, and the racon K of the tower."""
     simulator = rs.Simulator(scene("aids"), "fast", labels=True)
-    assert [c.beacon.triggered for c in simulator.crossings(1) if c.beacon is not None and c.body == "raft"] == [False]
+    assert [c.effects["beacon"].triggered for c in simulator.crossings(1) if c.body == "raft"] == [False]
     simulator.skip_to(2)
-    scan, beacons = simulator.scan(), {c.body: (c.spoke, c.beacon) for c in simulator.crossings(2) if c.beacon is not None}
+    scan, beacons = (
+        simulator.scan(),
+        {c.body: (c.spoke, c.effects["beacon"]) for c in simulator.crossings(2) if "beacon" in c.effects},
+    )
     spoke, tower = beacons["light tower"]
     assert scan.labels is not None and tower.letters == "K" and tower.dot is not None
     dashes_and_dot = (tower.begin + np.array([1.5, 4.5, 7.5]) * tower.dot) / scan.range_step

@@ -8,7 +8,7 @@ import pytest
 import radar_service as rs
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.structures import Structure
-from radar_service.receive.interference import Interference
+from radar_service.stages.interference.stage import Interference
 from tests.reference.cylinder_shadow import elements, past_strip, received
 from tests.scenes import point, scene
 

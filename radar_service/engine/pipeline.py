@@ -8,7 +8,7 @@ Arithmetic runs in tiles that are the same however spokes are grouped afterwards
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -26,6 +26,7 @@ from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
+from radar_service.stages.stage import Tile
 
 
 @dataclass
@@ -36,16 +37,14 @@ class Contributions:
     echoes: of the blocks of the tile: first azimuth, end, and the echoes that are not those of bodies at rest.
     rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
     clutter: of sea and rain, where there is any.
-    interference: profiles (bins,) [sqrt(W)] by row.
-    beacons: those of answers of beacons, by kind ("racon", "sart") and row.
+    added: by stages: profiles (bins,) [sqrt(W)] by source number and row.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     echoes: list[tuple[int, int, BeamWeightedEchoes]] = dataclasses.field(default_factory=list)
     rows: Profiles | None = None
     clutter: ClutterRows | None = None
-    interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
-    beacons: dict[str, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
+    added: dict[int, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
 
 
 @BLAS_LIMIT.held()
@@ -63,8 +62,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
         record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
-    add_interference(prepared, field, azimuths, record)
-    add_beacons(prepared, field, azimuths, blind, record)
+    add_stages(prepared, Tile(azimuths, ~blind, field, None if record is None else record.added))
     return field
 
 
@@ -76,8 +74,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     record.rows = with_silence(echo_rows(prepared, azimuths, record), blind)
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
     add_clutter(prepared, unused, azimuths, blind, record)
-    add_interference(prepared, unused, azimuths, record)
-    add_beacons(prepared, unused, azimuths, blind, record)
+    add_stages(prepared, Tile(azimuths, ~blind, unused, record.added))
     return record
 
 
@@ -118,7 +115,7 @@ def echo_rows(
     near_land: the only echoes of land that count; None: all of them.
     """
     rows: Profiles | None = None
-    if not len(prepared.moving) and not prepared.shadows.possible and prepared.land is None and prepared.indirect is None:
+    if _nothing_moves(prepared):
         return rows
     compression = prepared.compression
     for first, stop in blocks(prepared, azimuths):
@@ -133,6 +130,14 @@ def echo_rows(
         migration = echoes.range_migration * np.float32(1.0 / step)
         compression.spread(rows[first:stop], column(echoes.range, step), migration, echoes.amplitude)
     return rows
+
+
+def _nothing_moves(prepared: Prepared) -> bool:
+    """Whether no echo has a range history."""
+    alone = (
+        prepared.land is None and prepared.indirect is None and not any(each.has_echoes for each in prepared.stages.values())
+    )
+    return alone and not len(prepared.moving) and not prepared.shadows.possible
 
 
 def with_silence(rows: Profiles | None, blind: Flags) -> Profiles | None:
@@ -177,6 +182,8 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: Observe
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
     if prepared.indirect is not None:
         parts += fold_ranges(prepared.indirect.echoes, azimuths, prepared.scene.radar)
+    for stage in prepared.stages.values():
+        parts += fold_ranges(stage.echoes, azimuths, prepared.scene.radar) if stage.has_echoes else []
     if prepared.shadows.possible:
         if len(prepared.shadowed):
             parts += fold_ranges(prepared.shadowed.echoes, azimuths, prepared.scene.radar)
@@ -228,26 +235,11 @@ def add_clutter(
         record.clutter = rows
 
 
-def add_interference(
-    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, record: Contributions | None = None
-) -> None:
-    """Adds the pulses of other radars, which a blind sector does not stop."""
-    for other in prepared.interference:
-        for row, received in other.rows(azimuths.boresight, azimuths.time):
-            field[row] += received
-            if record is not None:
-                record.interference[row] = record.interference.get(row, 0.0) + received
-
-
-def add_beacons(
-    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
-) -> None:
-    """Adds the answers of racons and SARTs."""
-    for answers in prepared.beacons:
-        kept = {} if record is None else record.beacons.setdefault(answers.beacon.kind, {})
-        for row, received in answers.rows(azimuths.number, azimuths.boresight, azimuths.time, ~blind):
-            field[row] += received
-            kept[row] = kept.get(row, 0.0) + received
+def add_stages(prepared: Prepared, tile: Tile, after: Callable[[str], None] = lambda name: None) -> None:
+    """Lets each stage add to a tile. after: called after each, with the name of its effect."""
+    for name, stage in prepared.stages.items():
+        stage.add(tile)
+        after(name)
 
 
 def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:

@@ -1,6 +1,6 @@
-"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, interference."""
+"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, stages."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -23,15 +23,15 @@ from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
-from radar_service.receive.beacon_answers import BeaconAnswers
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
-from radar_service.receive.interference import Interference
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.resting_points import RestingModel
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
+from radar_service.stages.registry import echo_numbers, effects_in, numbered_sources
+from radar_service.stages.stage import Context, Stage
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
@@ -58,8 +58,7 @@ class Prepared:
     shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
-    interference: of each other radar.
-    beacons: the answers of each racon and SART.
+    stages: of the other effects, by their names, in the order in which they add.
     indirect: false echoes by own ship's structures; None without any.
     """
 
@@ -77,8 +76,7 @@ class Prepared:
     shadowed: MovingEchoes
     compression: Compression
     clutter: Clutter | None
-    interference: tuple[Interference, ...]
-    beacons: tuple[BeaconAnswers, ...] = ()
+    stages: Mapping[str, Stage]
     indirect: IndirectEchoes | None = None
 
     def at_origin(self, origin: Origin, seed: int) -> "Prepared":
@@ -142,12 +140,24 @@ def prepare(
         ),
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
-        tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
-        tuple(
-            BeaconAnswers(scene, k, line_of_sight, seed) for k, body in enumerate(scene.bodies) if body.beacon is not None
-        ),
+        _stages(scene, fidelity, seed, line_of_sight, compression),
         _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight, moving),
     )
+
+
+def _stages(
+    scene: Scene, fidelity: Fidelity, seed: int, line_of_sight: OcclusionScene, compression: Compression
+) -> dict[str, Stage]:
+    """The stages of the effects of a scene of which the plan models something."""
+    stages, sources, echoes = dict[str, Stage](), numbered_sources(scene), echo_numbers(scene)
+    for effect in effects_in(scene):
+        kind = effect.stage()
+        if any(item.modelled for item in kind.plan(scene, fidelity, None)):
+            numbers = {source.name: number for number, (name, source) in sources.items() if name == effect.name}
+            bodies = {name: len(scene.bodies) + echoes.index(number) for name, number in numbers.items() if number in echoes}
+            context = Context(effect.name, scene, fidelity, seed, line_of_sight, compression, numbers, bodies)
+            stages[effect.name] = kind.of(context)
+    return stages
 
 
 def _scatterers(

@@ -8,8 +8,7 @@ from scipy.special import ndtri
 from radar_service.numerics.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
-SPECKLE, TEXTURE, INTERFERENCE = 21, 22, 23
-BEACON = 26  # purpose of the phases of answers of beacons
+SPECKLE, TEXTURE = 21, 22
 ORDER_STATISTIC = 41  # purpose of the factor of OS-CFAR
 SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench
@@ -19,6 +18,7 @@ HULL_PARTS = 47  # purpose of the parts of hulls
 SWEEP_SEED, SWEEP_LIST, SWEEP_DRAW = 48, 49, 50  # purposes of seeds of runs, of drawn lists, of draws of each run
 SENSOR, FEED = 31, 32  # errors on purpose
 NEAR_PULSE = 25  # noise and speckle of the pulses of a radar that serve nearer ranges
+STAGE = 51  # purpose of effects of other packages, each by its name; 23 and 26 are those of effects here
 CHART = 40  # purpose of the study of speed against accuracy
 _LEVELS = 2**16  # of a normal number; the outermost is at 4.3 sigma
 _WORD = 2**64  # each key is one 64-bit word, so (2**32,) and (0, 1) differ

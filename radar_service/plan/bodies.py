@@ -6,9 +6,9 @@ from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.engine.preparation import rests
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
-from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
@@ -56,7 +56,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
     conditions = Conditions.of_scene(scene, fidelity, scatterers)
     how = model.description(body, conditions, _computed(body, scene, fidelity, statistics))
-    error = body_error(body, statistics.culling.applied_to(scene), fidelity, scatterers)
+    error = body_error(body, scene, fidelity, scatterers)
     text = "; ".join((how + _counted(body, key, statistics), *error.remarks))
     return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)
 

@@ -16,10 +16,9 @@ import numpy as np
 
 from radar_service.echo.visibility import Visibility
 from radar_service.engine.pipeline import (
-    add_beacons,
     add_clutter,
-    add_interference,
     add_resting,
+    add_stages,
     blocks,
     land_spectra,
     moving_rows,
@@ -32,6 +31,7 @@ from radar_service.plan.culling import Culling
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
 from radar_service.receive.detection import square_law
 from radar_service.scattering.model import BodyEchoes
+from radar_service.stages.stage import Tile
 
 MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed
 STRETCHES = 16  # that make a scan
@@ -121,10 +121,9 @@ class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
     stages: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(
-            ("moving", "receiver", "clutter", "interference", "profiles", "aspects", "beacons", "false_echoes"), 0.0
-        )
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "profiles", "aspects", "false_echoes"), 0.0)
     )
+    effects: dict[str, float] = field(default_factory=dict)
     azimuths: int = 0
     updates: dict[int, float] = field(default_factory=dict)
     _last: float = 0.0
@@ -141,6 +140,10 @@ class Stopwatch:
     def add(self, stage: str) -> None:
         """Adds the time since the last call to a stage."""
         self.stages[stage] += self.lap()
+
+    def add_effect(self, name: str) -> None:
+        """Adds the time since the last call to an effect of `stages`."""
+        self.effects[name] = self.effects.get(name, 0.0) + self.lap()
 
 
 def timed_costs(prepared: Prepared) -> Costs:
@@ -161,7 +164,8 @@ def timed_costs(prepared: Prepared) -> Costs:
     each = MICROSECONDS / watch.azimuths
     update = float(np.mean(list(watch.updates.values()))) * MICROSECONDS
     per_update = prepared.moving.visibility.interval / prepared.scene.radar.spoke_period
-    return Costs(looks=update / per_update, **{stage: seconds * each for stage, seconds in watch.stages.items()})
+    own, effects = ({name: seconds * each for name, seconds in spent.items()} for spent in (watch.stages, watch.effects))
+    return Costs(looks=update / per_update, effects=effects, **own)
 
 
 def _stretches(prepared: Prepared, tiles: int, updates: dict[int, float]) -> Iterator[range]:
@@ -206,7 +210,11 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths):
             prepared.indirect.echoes(azimuths.part(first, stop))
     watch.add("false_echoes")
-    rows, land = moving_rows(replace(prepared, indirect=None), azimuths), land_spectra(prepared, azimuths)
+    for name, stage in prepared.stages.items():
+        for first, stop in blocks(prepared, azimuths) if stage.has_echoes else ():
+            stage.echoes(azimuths.part(first, stop))
+        watch.add_effect(name)
+    rows, land = moving_rows(replace(prepared, indirect=None, stages={}), azimuths), land_spectra(prepared, azimuths)
     watch.add("moving")
     profiles = receive(prepared, azimuths, rows, blind, land)
     watch.add("receiver")
@@ -214,10 +222,7 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     watch.add("profiles")
     add_clutter(prepared, profiles, azimuths, blind)
     watch.add("clutter")
-    add_interference(prepared, profiles, azimuths)
-    watch.add("interference")
-    add_beacons(prepared, profiles, azimuths, blind)
-    watch.add("beacons")
+    add_stages(prepared, Tile(azimuths, ~blind, profiles), after=watch.add_effect)
     square_law(profiles)
     radar.schedule(azimuths.number)
     prepared.scene.own_ship.pose(azimuths.time)

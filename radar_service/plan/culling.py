@@ -1,33 +1,24 @@
-"""Culling: bodies and effects that a scene does not need, each with the reason and the error of culling it."""
+"""Culling: bodies and false echoes that a scene does not need, each with the reason and the error of culling it."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from radar_service.echo.second_time_around import max_echo_range
-from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.closest_approach import nearest_and_top
-from radar_service.plan.run import aspects
-from radar_service.propagation.attenuation import attenuation_amplitude
-from radar_service.propagation.multipath import two_ray_factor
-from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
-from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
+from radar_service.propagation.radar_equation import received_amplitude
+from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
-from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
-from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
 
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 MARGIN = 1.0  # m, for rounding
-DISTANCES = 1024  # at which sea reflection is evaluated
 MAX_FAINT = -20.0  # dB of the noise, below which false echoes are left out: each changes a mean power by 0.04 dB at most
 SIDELOBE = 0.1  # one-way field of the direct beam at a target while it lights a structure elsewhere
 MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe
@@ -53,16 +44,10 @@ class Culling:
 
     bodies: culled bodies by their index in the scene.
     faint: bodies whose false echoes are culled, by their index in the scene, with the highest power of these [dB of the noise].
-    multiple_db: where multiple echoes are culled, their highest power [dB of the noise]; None where they are not.
-    effects: relative field error [dB] of each culled effect, by name ("multipath", "gas", "structures").
-    dents: bodies whose plating is culled, by their index in the scene, with the relative error of their fields [dB].
     """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
-    effects: Mapping[str, float] = field(default_factory=dict)
     faint: Mapping[int, float] = field(default_factory=dict)
-    multiple_db: float | None = None
-    dents: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def silent(self) -> list[int]:
@@ -74,34 +59,12 @@ class Culling:
         """Indices of bodies that occlude nothing."""
         return [key for key, culled in self.bodies.items() if not culled.occludes]
 
-    def applied_to(self, scene: Scene) -> Scene:
-        """The scene without the culled effects."""
-        environment = scene.environment
-        if "multipath" in self.effects:
-            environment = replace(environment, multipath=False)
-        if "gas" in self.effects:
-            environment = replace(environment, gas_db_per_km=0.0)
-        if "structures" in self.effects:
-            scene = replace(scene, radar=replace(scene.radar, structures=()))
-        if self.multiple_db is not None:
-            scene = replace(scene, radar=replace(scene.radar, multiple=None))
-        bodies = tuple(replace(body, plating=None) if key in self.dents else body for key, body in enumerate(scene.bodies))
-        return scene.with_world(environment=environment, bodies=bodies if self.dents else scene.bodies)
-
 
 def cull(scene: Scene, fidelity: Fidelity) -> Culling:
     """What this fidelity culls from a scene; nothing where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return Culling()
-    multiple = highest_multiple_db(scene, fidelity)
-    bodies = culled_bodies(scene, fidelity)
-    return Culling(
-        bodies,
-        negligible_effects(scene, fidelity),
-        faint_indirect_echoes(scene, fidelity),
-        multiple if multiple is not None and multiple < MAX_FAINT else None,
-        {key: error for key, error in negligible_dents(scene, fidelity).items() if key not in bodies},
-    )
+    return Culling(culled_bodies(scene, fidelity), faint_indirect_echoes(scene, fidelity))
 
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
@@ -145,20 +108,6 @@ def faint_indirect_echoes(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
     return {key: level for key, level in enumerate(levels) if level < MAX_FAINT}
 
 
-def highest_multiple_db(scene: Scene, fidelity: Fidelity) -> float | None:
-    """The highest power [dB of the noise] of a second trace of any ship; None without multiple echoes or without noise."""
-    multiple = scene.radar.multiple
-    if multiple is None or not scene.environment.noise:
-        return None
-    power = 0.0
-    for body in scene.bodies:
-        nearest = max(nearest_and_top(body, scene)[0], scene.radar.range_min)
-        if nearest <= multiple.max_range and not is_land(body):
-            rcs = scattering_model(body).max_rcs(body, scene.radar, fidelity)
-            power = max(power, max_power(body, scene, fidelity) * rcs * multiple.own_rcs / (4.0 * math.pi * nearest**2) ** 2)
-    return 10.0 * math.log10(power / receiver_noise_power(scene.radar)) if power > 0.0 else -math.inf
-
-
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:
     """The bodies of `keys` whose maximum powers together keep the budget below the noise, weakest first."""
     if not scene.environment.noise:
@@ -185,73 +134,3 @@ def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
     level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
     multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
     return level * scattering_model(body).max_rcs(body, scene.radar, fidelity) * multipath
-
-
-def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
-    """Relative field errors [dB] of culling sea reflection ("multipath"), gas loss ("gas") and own ship's "structures".
-
-    An effect is included where the scene has it and the error is below the budget of the numerical methods.
-    """
-    environment, result = scene.environment, {}
-    if environment.multipath and not environment.diffraction:
-        result["multipath"] = multipath_db(scene)
-    if environment.gas_db_per_km > 0.0:
-        result["gas"] = gas_db(scene)
-    if (shadow := structure_shadow(scene.radar)) is not None:
-        result["structures"] = _relative_db(2.0 * shadow.max_taken)  # two ways
-    allowed = ErrorBudget(fidelity.error_db).method_db
-    return {name: error for name, error in result.items() if error < allowed}
-
-
-def negligible_dents(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
-    """The bodies whose dents change their own field by less than the error budget, by index, with that relative error [dB]."""
-    conditions, allowed, result = Conditions.of_scene(scene, fidelity), ErrorBudget(fidelity.error_db).field_db, {}
-    for key, body in enumerate(scene.bodies):
-        if body.plating is not None and body.mesh is not None:
-            error = scattering_model(body).dents_db(body, conditions, aspects(body, scene))
-            if error is not None and error < allowed:
-                result[key] = error
-    return result
-
-
-def gas_db(scene: Scene) -> float:
-    """Relative field error [dB] of culling gas loss, at the maximum range of echoes."""
-    max_range = min(max_echo_range(scene.radar), 1e6)
-    return _relative_db(float(1.0 - attenuation_amplitude(max_range, scene.environment.gas_db_per_km)))
-
-
-def multipath_db(scene: Scene) -> float:
-    """Maximum relative field error [dB] of culling sea reflection, over all distances that bodies can have.
-
-    It is 0 where a body has a mesh or changes height: near the water, reflection is total.
-    """
-    return max((_reflected_db(body, scene) for body in scene.bodies), default=-math.inf)
-
-
-def _reflected_db(body: Body, scene: Scene) -> float:
-    if body.beacon is not None:  # its antenna may be higher than the body, and receives more from the sea
-        return 0.0
-    height = body.motion.position[:, 2]
-    level = bool(np.ptp(height) == 0.0 and body.motion.final_velocity[2] == 0.0 and body.motion.sway is None)
-    if body.mesh is not None or not level or height[0] <= 0.0 or scene.own_ship.sway is not None:
-        return 0.0
-    nearest, top = nearest_and_top(body, scene)
-    farthest = max(nearest, min(max_echo_range(scene.radar), scene.horizon(top), 1e6))
-    if body.motion.at_rest and scene.own_ship.at_rest:
-        farthest = nearest
-    factor = two_ray_factor(
-        np.geomspace(max(nearest, 1.0), max(farthest, 1.0), DISTANCES),
-        top,
-        scene.radar.height,
-        scene.radar.wavelength,
-        earth_radius=effective_earth_radius(scene.environment.earth_factor),
-        polarization=scene.radar.polarization,
-        wave_height=rms_wave_height(scene.environment.sea_state),
-        elevation_gain=partial(elevation_gain, scene.radar),
-    )
-    reflected = np.abs(factor - 1.0)
-    return _relative_db(float(np.max(reflected * (2.0 + reflected))))  # |F^2 - 1| at the worst phases
-
-
-def _relative_db(ratio: float) -> float:
-    return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf

@@ -10,17 +10,17 @@ from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.clutter.sea import MAX_SEA_STATE
 from radar_service.echo.land import PIECE
 from radar_service.numerics.frames import effective_earth_radius
-from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.receive.beacon_answers import MIN_ANSWER_TO_NOISE
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
+from radar_service.stages.registry import effects_in
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
 from radar_service.world.materials import is_land
@@ -39,14 +39,17 @@ STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip 
 INDIRECT_DB = 1.0
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
+NOT_SPECIFIED = "requested, but not in the specification"
 
 
 def effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """The items of all effects, bodies apart."""
-    return _documented_effects(scene) if fidelity.engine == "documented" else _corrected_effects(scene, fidelity, statistics)
+    if fidelity.engine == "documented":
+        return _documented_effects(scene, fidelity)
+    return _corrected_effects(scene, fidelity, statistics)
 
 
-def _documented_effects(scene: Scene) -> list[PlanItem]:
+def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
     environment, radar = scene.environment, scene.radar
     chain = f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths); {missed_area(scene)}"
     return [
@@ -59,7 +62,7 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
         *_undocumented_structures(scene.radar),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
-        *_documented_clutter(scene),
+        *_documented_clutter(scene, fidelity),
     ]
 
 
@@ -75,7 +78,7 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
 
 def _undocumented_structures(radar: Radar) -> list[PlanItem]:
     requested = {"structures": bool(radar.structures), "multiple echoes": radar.multiple is not None}
-    return [PlanItem(what, False, "requested, but not in the specification") for what, flag in requested.items() if flag]
+    return [PlanItem(what, False, NOT_SPECIFIED) for what, flag in requested.items() if flag]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
@@ -87,20 +90,19 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_structures(scene, fidelity, statistics),
-        *_multiple(scene, statistics.culling.multiple_db),
+        *_multiple(scene),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
-        _multipath(scene, fidelity, statistics),
-        *_air(scene, statistics),
+        _multipath(scene, fidelity),
+        *_air(scene),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
-        *_plating(scene, statistics.culling.dents),
+        *_plating(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
-        *_interference(scene, None if costs is None else costs.interference),
-        *_beacons(scene, None if costs is None else costs.beacons),
+        *_stages(scene, fidelity, {} if costs is None else costs.effects),
     ]
 
 
@@ -150,9 +152,6 @@ def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) 
     structures, shadow = scene.radar.structures, structure_shadow(scene.radar)
     if shadow is None:
         return []
-    if "structures" in statistics.culling.effects:
-        how = "they take nothing from the beam that the error budget would notice"
-        return [PlanItem("structures", False, how, field_db=statistics.culling.effects["structures"])]
     bearings = np.array([structure.bearing for structure in structures])
     loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
     losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
@@ -160,13 +159,11 @@ def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) 
     return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, fidelity, statistics)]
 
 
-def _multiple(scene: Scene, culled_db: float | None) -> list[PlanItem]:
+def _multiple(scene: Scene) -> list[PlanItem]:
     """How echoes between own ship and ships near by are modelled; their cost is part of that of moving echoes."""
     multiple = scene.radar.multiple
     if multiple is None:
         return []
-    if culled_db is not None:
-        return [PlanItem("multiple echoes", False, f"always below the noise: at most {culled_db:.0f} dB of it")]
     ships = sum(not is_land(body) for body in scene.bodies)
     own = f"{10 * math.log10(multiple.own_rcs):.0f} dBsm of own ship"
     how = (
@@ -226,12 +223,9 @@ def _earth(scene: Scene) -> PlanItem:
     return PlanItem("earth", True, f"effective radius {factor:.4g} x the earth's; costs nothing; {raised}")
 
 
-def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> PlanItem:
+def _multipath(scene: Scene, fidelity: Fidelity) -> PlanItem:
     if not scene.environment.multipath:
         return PlanItem("multipath", False, NOT_REQUESTED)
-    if "multipath" in statistics.culling.effects:
-        how = "the sea reflects too little: too rough, grazing angle too large, or outside the beam"
-        return PlanItem("multipath", False, how, field_db=statistics.culling.effects["multipath"])
     error = multipath_db(scene, fidelity)
     diffracting = diffraction_height(scene.radar, scene.environment)
     how = SERIES.format(diffracting) if scene.radar.height < diffracting else TWO_RAY
@@ -239,12 +233,9 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
     return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
-def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
+def _air(scene: Scene) -> list[PlanItem]:
     environment = scene.environment
     lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
-    if "gas" in statistics.culling.effects and not environment.rain_mm_h:
-        text = f"{environment.gas_db_per_km:.4g} dB/km changes nothing within the range of this radar"
-        return [PlanItem("gas and rain loss", False, text, field_db=statistics.culling.effects["gas"])]
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
     return [PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy else ""))]
 
@@ -268,15 +259,14 @@ def missed_area(scene: Scene) -> str:
     return f"beyond {distance:.0f} m, one azimuth in twenty or more misses a square metre"
 
 
-def _documented_clutter(scene: Scene) -> list[PlanItem]:
+def _documented_clutter(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
     environment = scene.environment
     requested = {
         "sea clutter": environment.sea_state,
         "rain clutter": environment.rain_mm_h,
-        "interference": scene.interference,
-        "beacons": any(body.beacon is not None for body in scene.bodies),
+        **{item.what: True for item in _stages(scene, fidelity, {})},
     }
-    return [PlanItem(what, False, "requested, but not in the specification") for what, value in requested.items() if value]
+    return [PlanItem(what, False, NOT_SPECIFIED) for what, value in requested.items() if value]
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
@@ -301,25 +291,16 @@ def _seaway(scene: Scene) -> list[PlanItem]:
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 
 
-def _plating(scene: Scene, culled: Mapping[int, float]) -> list[PlanItem]:
-    """How walls are dented; what it takes is counted with the aspects of metal. culled: errors [dB] of bodies whose dents are
-    left out."""
-    plated = {
-        key: body
-        for key, body in enumerate(scene.bodies)
-        if body.plating is not None and body.plating.depth > 0.0 and scattering_model(body).by_aspect
-    }
-    dents = [body.plating.depth for key, body in plated.items() if key not in culled and body.plating is not None]
+def _plating(scene: Scene) -> list[PlanItem]:
+    """How walls are dented; what it takes is counted with the aspects of metal."""
+    plated = [body for body in scene.bodies if body.plating is not None and scattering_model(body).by_aspect]
+    dents = [body.plating.depth for body in plated if body.plating is not None and body.plating.depth > 0.0]
     depths = f"{1e3 * min(dents, default=0.0):g} to {1e3 * max(dents, default=0.0):g} mm"
     how = (
         f"walls of {len(dents)} bodies, {depths} deep between frames, as phases of strips near their normals: "
         f"{PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
     )
-    items = [PlanItem("dented plating", True, how)] if dents else []
-    for key in sorted(culled.keys() & plated.keys()):
-        how = "flat: over the run its dents change its field by less than the error budget"
-        items.append(PlanItem(f"dents of {scene.bodies[key].name}", False, how, field_db=culled[key]))
-    return items
+    return [PlanItem("dented plating", True, how)] if dents else []
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
@@ -342,28 +323,6 @@ def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     ]  # fmt: skip
 
 
-def _interference(scene: Scene, microseconds: float | None) -> list[PlanItem]:
-    if not scene.interference:
-        return []
-    others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
-    how = f"{others}, each pulse at its time through both beams and the filter"
-    return [PlanItem("interference", True, how, microseconds=microseconds)]
-
-
-def _beacons(scene: Scene, microseconds: float | None) -> list[PlanItem]:
-    """How the answers of racons and SARTs are modelled, with those that cannot answer this radar."""
-    beacons = [(body.name, body.beacon) for body in scene.bodies if body.beacon is not None]
-    if not beacons:
-        return []
-    kinds = [beacon.kind for _, beacon in beacons]
-    count = ", ".join(f"{kinds.count(kind)} {kind}{'s' if kinds.count(kind) > 1 else ''}" for kind in sorted(set(kinds)))
-    deaf = [name for name, beacon in beacons if not beacon.receives(scene.radar.frequency, scene.radar.pulse)]
-    none = f"; not triggered by this radar's carrier or pulse: {', '.join(deaf)}" if deaf else ""
-    how = (
-        f"{count}: one-way powers, triggered by the peak power of a pulse, from its leading edge on; exact delays, through the "
-        f"filter; none below {10 * math.log10(MIN_ANSWER_TO_NOISE):g} dB of the noise{none}"
-    )
-    if len(deaf) == len(beacons):
-        return [PlanItem("beacons", False, how)]
-    error = 10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
-    return [PlanItem("beacons", True, how, error, microseconds=microseconds)]
+def _stages(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
+    """What the effects of `stages` say of themselves. costs: by their names [us]."""
+    return [item for each in effects_in(scene) for item in each.stage().plan(scene, fidelity, costs.get(each.name))]

@@ -11,10 +11,8 @@ from radar_service.plan.bodies import bodies
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
-from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import (
     all_rests,
-    combine_db,
     fidelity_for,
     moving_db,
     multipath_db,
@@ -24,6 +22,7 @@ from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realt
 from radar_service.radar.folding import remedies
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
 from radar_service.world.scene import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
@@ -42,7 +41,7 @@ class Plan:
     choices: one item for each effect and body.
     settings: the fields of the Fidelity.
     field_db: predicted relative field errors [dB]: at rest, moving, of sea reflection, of aspects, of shadows that pass
-        metal, of culled effects.
+        metal.
     counts: what the engine computes; None before it is prepared.
     costs: CPU times per azimuth [us]; None before they are measured.
     realtime_factor: simulated seconds per second of one thread of this machine; None without costs.
@@ -87,7 +86,7 @@ class Plan:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
             parts = ", ".join(
-                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5
+                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in self.costs.by_stage().items() if cost >= 0.5
             )
             factor = f"{self.realtime_factor:.3g} x real time on one thread here"
             lines.append(f"cost: {self.costs.total:.3g} us per azimuth ({parts}), {factor}")
@@ -105,7 +104,7 @@ def _counted(counts: Counts) -> str:
 
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as its statistics are known."""
-    errors, items = _field_errors(scene, fidelity, statistics), bodies(scene, fidelity, statistics)
+    errors, items = _field_errors(scene, fidelity), bodies(scene, fidelity, statistics)
     return Plan(
         fidelity.name,
         arithmetic(),
@@ -119,21 +118,15 @@ def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NO
     )
 
 
-def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> dict[str, float]:
+def _field_errors(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
     """Predicted relative field errors [dB] by their cause; none for `documented`."""
     errors: dict[str, float] = {}
     if fidelity.engine == "corrected":
         errors["at rest"] = resting_db(scene.radar, fidelity)
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
-        modelled = statistics.culling.applied_to(scene)
-        others = {
-            "of sea reflection, moving": multipath_db(modelled, fidelity),
-            ASPECTS: aspects_db(scene),
-        }
+        others = {"of sea reflection, moving": multipath_db(scene, fidelity), ASPECTS: aspects_db(scene)}
         errors |= {what: error for what, error in others.items() if math.isfinite(error)}
-    if statistics.culling.effects:
-        errors["of culled effects"] = combine_db(*statistics.culling.effects.values())
     return errors
 
 

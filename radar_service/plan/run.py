@@ -55,24 +55,6 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     return _within_limits(run, body, scene) if is_steered(body, scene) else run
 
 
-def aspects(body: Body, scene: Scene) -> Floats:
-    """Ranges (K, 2) of the direction of the antenna, clockwise from a body's bow [rad], that hold all of a run: from instant to
-    instant, with what the body fills of the view, and sway. All round where commands may turn either."""
-    time = np.unique(sample_times(body, scene))
-    offset = _offset(body, scene, time)
-    distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), NEAREST)
-    direction = np.unwrap(np.arctan2(-offset[:, 0], -offset[:, 1]) - _heading(body, time))
-    lean = 0.0 if scene.own_ship.sway is None else scene.radar.height
-    aside = np.arcsin(np.minimum(1.0, (body.radius + lean) / distance))
-    if body.motion.sway is not None:
-        aside = aside + float(body.motion.sway.max_values[2])
-    if is_steered(body, scene) or np.any(distance <= body.radius + lean + NEAREST):
-        return np.array([[-np.pi, np.pi]])
-    ends = np.stack([direction, np.append(direction[1:], direction[-1])])
-    most = np.maximum(aside, np.append(aside[1:], aside[-1]))
-    return np.stack([ends.min(axis=0) - most, ends.max(axis=0) + most], axis=-1)
-
-
 def is_steered(body: Body, scene: Scene) -> bool:
     """Whether commands may change how a body passes: it is steerable, or own ship is."""
     return isinstance(body.motion, SteeredMotion) or isinstance(scene.own_ship, SteeredMotion)

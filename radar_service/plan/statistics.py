@@ -1,7 +1,8 @@
 """Counts and costs of an engine, as a plan reports them."""
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 
 from radar_service.numerics.types import Indices
 from radar_service.plan.culling import Culling
@@ -40,28 +41,30 @@ class Costs:
     moving: moving echoes and their gridding.
     receiver: Fourier transforms and noise.
     clutter: sea and rain.
-    interference: pulses of other radars.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
-    beacons: answers of racons and SARTs.
     false_echoes: indirect ones, by own ship's structures.
+    effects: of the effects of `stages`, by their names.
     """
 
     looks: float
     moving: float
     receiver: float
     clutter: float
-    interference: float
     profiles: float
     aspects: float = 0.0
-    beacons: float = 0.0
     false_echoes: float = 0.0
+    effects: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def total(self) -> float:
         """The sum of all stages [us]."""
-        echoes = self.looks + self.moving + self.aspects + self.false_echoes
-        return echoes + self.receiver + self.clutter + self.interference + self.profiles + self.beacons
+        return sum(self.by_stage().values())
+
+    def by_stage(self) -> dict[str, float]:
+        """All costs [us] by their names."""
+        costs = asdict(self)
+        return {**costs.pop("effects"), **costs}
 
 
 @dataclass(frozen=True)

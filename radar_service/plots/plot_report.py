@@ -7,7 +7,7 @@ alarms. A plot is of the source that gives most of its power.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import islice
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -20,26 +20,24 @@ from radar_service.records.truth import Crossing
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 from radar_service.sources.numbers import (
-    BEACONS,
     BODY,
     FAINT,
     FALSE,
-    INTERFERENCE,
     LAND,
     NOISE,
     RAIN,
     SEA,
     SECOND_TIME_AROUND,
 )
+from radar_service.stages.effect import Kind
+from radar_service.stages.registry import numbered_sources
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
-Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does
-    NOISE: "noise", SEA: "clutter", RAIN: "clutter", INTERFERENCE: "interference", SECOND_TIME_AROUND: "clutter",
+    NOISE: "noise", SEA: "clutter", RAIN: "clutter", SECOND_TIME_AROUND: "clutter",
     FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
-    **{number: "interference" for number in BEACONS.values()},
 }  # fmt: skip
 SCHEMA = 1
 Progress = Callable[[Iterable[Scan], int], Iterable[Scan]]
@@ -138,6 +136,8 @@ def kinds_of(scene: Scene, labels: Sequence[int]) -> dict[int, Kind]:
 def _kind(scene: Scene, label: int) -> Kind:
     if label >= BODY:
         return kind_of(scene.bodies[label - BODY], scene)
+    if label in (sources := numbered_sources(scene)):
+        return sources[label][1].kind
     return "land" if label >= LAND else COMMON_KINDS[label]
 
 

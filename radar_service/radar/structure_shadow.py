@@ -43,7 +43,6 @@ class TakenTable:
         lit = taken(structure, wavelength, aside, place) * aperture.illumination(place) / elements
         phase = np.exp(2j * np.pi * np.outer(place / aperture.length, cycles))
         self._field = (lit @ phase).astype(np.complex64)
-        self.max_taken = float(np.abs(self._field).max())
         self._aside = aside[0], (asides - 1) / (2.0 * self.reach)
         self._offset, self.extent = (offset[0], (offsets - 1) / (2.0 * extent)), extent
 
@@ -110,11 +109,6 @@ class StructureShadow:
     def extent(self) -> float:
         """Offset from boresight [rad] up to which they change it."""
         return max(table.extent for table in self._tables)
-
-    @property
-    def max_taken(self) -> float:
-        """The most that structures take from the one-way field in any direction, over that on boresight."""
-        return sum(table.max_taken for table in self._tables)
 
     def clutter_power(self, boresight: Floats) -> Floats:
         """Two-way power of what lies all round, at boresights clockwise from the bow (any shape) [rad], over that without

@@ -5,6 +5,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from radar_service.records.truth import Crossing, Snapshot
+from radar_service.stages.registry import own_effects
 
 NAMES: dict[type, str] = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
 
@@ -13,7 +14,7 @@ def schema_of(kind: Any) -> dict[str, Any]:
     """Returns the schema of a type that records have: a number, a text, an optional one, a tuple, or a record."""
     if is_dataclass(kind):
         hints = get_type_hints(kind)
-        properties = {field.name: schema_of(hints[field.name]) for field in fields(kind)}
+        properties = {field.name: schema_of(hints[field.name]) for field in fields(kind) if field.name != "effects"}
         return {"type": "object", "properties": properties}
     if get_origin(kind) in (Union, types.UnionType):
         return {"anyOf": [schema_of(member) for member in get_args(kind)]}
@@ -23,8 +24,9 @@ def schema_of(kind: Any) -> dict[str, Any]:
 
 
 def truth_schema() -> dict[str, Any]:
-    """Returns the schema of the truth's lines; a header has other fields."""
+    """Returns the schema of the truth's lines; a header has other fields, and effects of other packages have more."""
     either = {**schema_of(Snapshot)["properties"], **schema_of(Crossing)["properties"]}
+    either |= {each.name: schema_of(each.crossing_record) for each in own_effects() if is_dataclass(each.crossing_record)}
     properties = {"type": {"enum": ["header", "crossing", "snapshot"]}, **either}
     return {"title": "radar_service.Truth", "type": "object", "properties": properties, "required": ["type"]}
 

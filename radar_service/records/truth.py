@@ -1,6 +1,7 @@
 """The records of the ground truth: at an instant, at beam crossings, and at the end of a scan. SI units and radians."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from radar_service.numerics.types import Flags, Floats
@@ -175,37 +176,11 @@ class FalseEcho:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BeaconTruth:
-    """A racon or a search and rescue transponder (SART) as the boresight meets its body. Ranges are those of a profile [m].
-
-    kind: "racon" or "sart"; letters: of the Morse code of a racon.
-    triggered: whether the radar's pulse reaches it, by line of sight and strong enough, and it answers.
-    pulse_dbm: power of the pulse at an isotropic antenna there; answer_dbm: of its answer at the radar's receiver; None: nothing.
-    carrier_offset: of a racon's carrier from the radar's [Hz]: out of the receiver's band it is not seen.
-    begin, end: ranges of the leading and the trailing edge of the answer, before the receiver's filter.
-    dot: length of a racon's dot [m].
-    first_dot, dot_spacing: range at which the first slow sweep of a SART passes the radar's carrier, and from there to the next.
-    """
-
-    kind: str
-    letters: str | None
-    triggered: bool
-    pulse_dbm: float | None
-    answer_dbm: float | None
-    carrier_offset: float | None
-    begin: float
-    end: float
-    dot: float | None
-    first_dot: float | None
-    dot_spacing: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Crossing(Radiometry, Kinematics):
     """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
 
     spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
-    which is `bearing` where own ship neither rolls nor pitches; beacon: of the body, None where it has none;
+    which is `bearing` where own ship neither rolls nor pitches; effects: what effects tell of the body, by their names;
     structure_db: two-way loss on boresight behind own ship's structures [dB], None for a radar without any;
     false_echoes: of the body as it is at this instant, None for a radar that has none.
     """
@@ -214,22 +189,25 @@ class Crossing(Radiometry, Kinematics):
     spoke: int
     boresight: float
     own_ship: OwnShipTruth
-    beacon: BeaconTruth | None = None
+    effects: Mapping[str, Any] = field(default_factory=dict)
     structure_db: float | None = None
     false_echoes: tuple[FalseEcho, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as files and feeds have it: the names of the fields that apply, and `type`."""
         content = asdict(self)
-        for name in ("beacon", "structure_db", "false_echoes"):
+        for name in ("structure_db", "false_echoes"):
             if content[name] is None:
                 del content[name]
-        return {"type": "crossing", **content}
+        return {"type": "crossing", **_with_effects(content)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """All bodies at the end of a scan, at one `time` [s]. feed_errors: what happened to its spokes; None: no such errors."""
+    """All bodies at the end of a scan, at one `time` [s].
+
+    feed_errors: what happened to its spokes; None: no such errors. effects: what effects tell, by their names.
+    """
 
     scan: int
     time: float
@@ -237,10 +215,18 @@ class Snapshot:
     own_ship: OwnShipTruth
     bodies: tuple[Kinematics, ...]
     feed_errors: FeedErrorCounts | None = None
+    effects: Mapping[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as files and feeds have it: the names of the fields, and `type`; no `feed_errors` without such errors."""
         content = asdict(self)
         if self.feed_errors is None:
             del content["feed_errors"]
-        return {"type": "snapshot", **content}
+        return {"type": "snapshot", **_with_effects(content)}
+
+
+def _with_effects(content: dict[str, Any]) -> dict[str, Any]:
+    """Plain data with the truth of each effect under its name, in the place of all."""
+    place = [*content].index("effects")
+    items = [*content.items()]
+    return dict([*items[:place], *content["effects"].items(), *items[place + 1 :]])

@@ -195,12 +195,6 @@ class ScatteringModel(Protocol):
         ...
 
     @staticmethod
-    def dents_db(body: Body, conditions: Conditions, aspects: Floats) -> float | None:
-        """Predicted relative field error [dB] of leaving out the dents of the body's plating; None where it has none. aspects:
-        ranges (K, 2) of the direction of the antenna over a run, clockwise from the bow [rad]."""
-        return None
-
-    @staticmethod
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
         """Size [m] over which phases are summed into one echo of a body whose nearest part is so far away [m]; 0 where echoes do
         not depend on aspect."""

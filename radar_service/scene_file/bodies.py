@@ -10,7 +10,6 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import SCATTERING_MODELS, model_at
 from radar_service.scattering.reflector_patterns import size_of
-from radar_service.scene_file.beacons import beacon_from_model
 from radar_service.scene_file.checks.body_size import check_optics_area, size_findings
 from radar_service.scene_file.checks.mesh_axes import axis_findings, is_under_way
 from radar_service.scene_file.checks.mesh_findings import Findings
@@ -33,6 +32,7 @@ from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
+from radar_service.stages.registry import effect_records
 from radar_service.world.body import Body, Material, Mesh, Plating, Reflector
 from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
@@ -86,7 +86,8 @@ class BodyLoader:
         return Body(
             model.name, mesh, motion, material, scattering, rcs, model.swerling, model.mmsi, length, beam,
             _is_vessel(model, material), presence, one_sided=isinstance(model, HeightMapBodyModel),
-            plating=_plating(model), reflector=reflector, beacon=beacon_from_model(model, mesh),
+            plating=_plating(model), reflector=reflector,
+            effects=effect_records(model, "body_keys", lambda effect, given: effect.body_record(given, mesh)),
         )  # fmt: skip
 
     def read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
@@ -163,7 +164,10 @@ class BodyLoader:
     def _height_map(self, model: HeightMapBodyModel, location: str, coverage: Coverage) -> tuple[Mesh, Floats | None]:
         key, name = f"{location}.heightmap", model.heightmap
         content = self._folder.read(name, key, MAX_RASTER_BYTES)
-        file = HeightMapFile(content, name, model, self._start(model), self._origin, coverage, location)
+        plain = HeightMapBodyModel.model_construct(
+            model.model_fields_set, **dict(model)
+        )  # no key of a package in the sandbox
+        file = HeightMapFile(content, name, plain, self._start(model), self._origin, coverage, location)
         (body,) = self._mesh_reader.read(file)
         self.findings.append((key, name, body.findings))
         return body.mesh, body.position

@@ -9,13 +9,13 @@ from radar_service.radar.parameters import MultipleEchoes, NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.radar.structures import Structure
 from radar_service.scene_file.model.body import BodyModel
-from radar_service.scene_file.model.environment import EnvironmentModel, InterferenceModel
+from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.currents import Currents
-from radar_service.world.environment import Environment, Interferer
+from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
 from radar_service.world.presence import Fading, Presence
 from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway
@@ -78,20 +78,6 @@ def structure_from_model(model: StructureModel) -> Structure:
 def multiple_from_model(model: MultipleEchoesModel | None) -> MultipleEchoes | None:
     """Returns the echoes between own ship and others in SI units."""
     return None if model is None else MultipleEchoes(10.0 ** (model.own_rcs_dbsm / 10.0), model.range_m, model.orders)
-
-
-def interferer_from_model(model: InterferenceModel) -> Interferer:
-    """Returns an interfering radar in SI units."""
-    return Interferer(
-        bearing=math.radians(model.bearing_deg or 0.0),
-        position=model.position_m,
-        level=10.0 ** (model.level_db / 10.0),
-        frequency_offset=model.frequency_offset_hz,
-        pulse=model.pulse_s,
-        prf=model.prf_hz,
-        rotation_period=60.0 / model.rpm,
-        beamwidth=math.radians(model.beamwidth_deg),
-    )
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar, currents: Currents) -> Environment:

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
+from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.checks.body_size import metres
 from radar_service.scene_file.checks.placement import nearest_point
-from radar_service.scene_file.model.scene import SceneModel
-from radar_service.world.beacon import DOT_SPACING, SART_CYCLES, Beacon, Racon
+from radar_service.scene_file.model.scene import scene_schema
+from radar_service.stages.registry import effects_in, effects_named
 from radar_service.world.body import Body
 from radar_service.world.currents import CurrentArea
 from radar_service.world.materials import is_land
@@ -126,8 +126,7 @@ def _polar(body: Body, scene: Scene) -> tuple[Polar, str]:
 
 def json_schema() -> dict[str, Any]:
     """Returns the JSON Schema (draft 2020-12) of a scene file."""
-    schema = SceneModel.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **scene_schema()}
 
 
 def two_way_beamwidth(radar: Radar) -> float | None:
@@ -211,7 +210,7 @@ def _environment_lines(scene: Scene) -> list[str]:
         coming_from = _bearing(e.seaway.towards + math.pi)
         enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     enabled += [f"stream of {_stream_text(e.stream)}"] if any(e.stream) else []
-    enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
+    enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]
     extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}", *map(_current_line, e.areas)]
 
@@ -244,20 +243,8 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
         f"  {body.name}: {shape}",
         f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
-        *([] if body.beacon is None else [f"    {_beacon_text(body.beacon, scene.radar)}"]),
+        *(f"    {each.body_text(body, scene.radar)}" for each in effects_named(body.effects)),
     ]
-
-
-def _beacon_text(beacon: Beacon, radar: Radar) -> str:
-    """What answers this radar from a body, and from how far at boresight in free space."""
-    if not beacon.receives(radar.frequency, radar.pulse):
-        return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
-    what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
-    if isinstance(beacon, Racon):
-        carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
-        silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
-        what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
-    return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"
 
 
 def _visibility_text(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from radar_service.scene_file.folder import FORWARD, read_limited
-from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.scene import SceneModel, scene_model
 from radar_service.scene_file.validation_messages import error_from_problems, plain_data, problems_from_validation
 from radar_service.strict_json import DuplicateKeyError, parsed
 from radar_service.world.error import SceneError
@@ -48,7 +48,7 @@ def validated(data: Mapping[str, Any]) -> SceneModel:
             f"scene: it is empty; give it a name, a radar or a body, or load one of {', '.join(packaged_scenes())}"
         )
     try:
-        return SceneModel.model_validate(plain_data(data))
+        return scene_model().model_validate(plain_data(data))
     except ValidationError as error:
         raise error_from_problems(problems_from_validation(error)) from None
 

@@ -17,7 +17,7 @@ from radar_service.scene_file.model.errors import (
     PositionErrorsModel,
     ProfileSection,
 )
-from radar_service.scene_file.model.fields import Section
+from radar_service.stages.fields import Section
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import (
     AntennaErrors,

@@ -5,6 +5,7 @@ for the MachineBusyError of a sandbox.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -12,13 +13,11 @@ from typing import TypeVar
 import numpy as np
 
 from radar_service.scene_file.bodies import BodyLoader
-from radar_service.scene_file.checks.beacons import beacon_warnings
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.placement import placement_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene_file.convert import (
     environment_from_model,
-    interferer_from_model,
     radar_from_model,
 )
 from radar_service.scene_file.currents import currents_from_models
@@ -35,6 +34,7 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
+from radar_service.stages.registry import effect_records, effects_named
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.currents import NO_CURRENTS
@@ -84,14 +84,17 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         where = (world, installation.radar, installation.platform, terrain)
         is_afloat = entry.platform is None or entry.platform.body is not None
         loader.warnings.extend(placement_warnings(*where, is_afloat=is_afloat))
-    loader.warnings.extend(beacon_warnings(bodies, radars))
     loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
-    interference = tuple(interferer_from_model(other) for other in model.interference)
+    of_effects = effect_records(model, "scene_keys", lambda effect, given: effect.scene_record(given))
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
-    return Scene(
-        world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars),
+    scene = Scene(
+        world, first.radar, first.platform, warnings, of_effects, notes, first.errors, first.id, tuple(radars),
         first.ais, first.gnss_offset,
     )  # fmt: skip
+    more = [
+        text for effect in effects_named(of_effects, *(body.effects for body in bodies)) for text in effect.warnings(scene)
+    ]
+    return replace(scene, warnings=(*warnings, *more)) if more else scene
 
 
 class _Loader:

@@ -6,14 +6,13 @@ pydantic finds the errors. The allowed ranges come from the JSON Schema of the m
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.scene import scene_schema
 from radar_service.world.error import SceneError
 
 MAX_PROBLEMS = 20  # in one message; the rest is counted
@@ -79,14 +78,9 @@ def _specificity(error: ErrorDetails) -> int:
     )
 
 
-@cache
-def _schema() -> Schema:
-    return SceneModel.model_json_schema()
-
-
 def _resolved(node: Schema) -> Schema:
     while "$ref" in node:
-        node = {**_schema()["$defs"][node["$ref"].rsplit("/", 1)[1]], **{k: v for k, v in node.items() if k != "$ref"}}
+        node = {**scene_schema()["$defs"][node["$ref"].rsplit("/", 1)[1]], **{k: v for k, v in node.items() if k != "$ref"}}
     options = [option for option in node.get("anyOf", ()) if option.get("type") != "null"]
     if len(options) == 1:
         return _resolved({**{k: v for k, v in node.items() if k != "anyOf"}, **options[0]})
@@ -106,7 +100,7 @@ def _joined(tables: list[Schema]) -> Schema:
 def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:
     """Returns the location without pydantic's names for branches of unions, and its node of the schema."""
     location: list[str | int] = []
-    node = _resolved(_schema())
+    node = _resolved(scene_schema())
     for n, step in enumerate(loc):
         if "oneOf" in node:
             node = _form(node, "array" if isinstance(step, int) else FORMS.get(step, "object"))

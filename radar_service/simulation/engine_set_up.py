@@ -122,7 +122,7 @@ def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:
     """Culls what the scene does not need, prepares the pipeline and runs the first visibility update."""
     rays = RayCount()
     culling: Culling = cull(scene, fidelity)
-    prepared = prepare(culling.applied_to(scene), fidelity, seed, culling.silent, culling.transparent, rays, culling.faint)
+    prepared = prepare(scene, fidelity, seed, culling.silent, culling.transparent, rays, culling.faint)
     set_up_rays = rays.rays
     first_visibility_update(prepared)
     return SetUp(prepared, culling, set_up_rays, rays.rays - set_up_rays)

@@ -22,7 +22,7 @@ from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
-from radar_service.sources.numbers import BEACONS, BODY, FAINT, INTERFERENCE, RAIN, SEA, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, RAIN, SEA, source_numbers
 from radar_service.sources.resting import RestingField, resting_fields, resting_numbers
 from radar_service.sources.rows import Windows, source_rows
 
@@ -130,7 +130,7 @@ class Labeller:
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
         transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths
-        if record.rows is None and record.clutter is None and not record.interference and not any(record.beacons.values()):
+        if record.rows is None and record.clutter is None and not record.added:
             return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
         rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
         strongest = self._resting_part(start, transmitting, rows.full_rows)
@@ -142,11 +142,9 @@ class Labeller:
             strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
         if record.clutter is not None:
             strongest.offer_clutter(record.clutter)
-        for row, received in record.interference.items():
-            strongest.offer(INTERFERENCE, square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
-        for kind, answers in record.beacons.items():
-            for row, received in answers.items():
-                strongest.offer(BEACONS[kind], square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
+        for number, added in record.added.items():
+            for row, received in added.items():
+                strongest.offer(number, square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
         return strongest.labels
 
     @cached_property

@@ -9,26 +9,27 @@ import numpy as np
 from radar_service.echo.echoes import INDIRECT, MULTIPLE, SECOND_TIME
 from radar_service.numerics.types import Indices
 from radar_service.radar.structure_shadow import structure_reflectors
+from radar_service.stages.registry import echo_numbers, numbered_sources
 from radar_service.world.body import Body
 from radar_service.world.materials import MATERIALS, is_land
 from radar_service.world.scene import Scene
 
-NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
+NOISE, SEA, RAIN, SECOND_TIME_AROUND = 0, 1, 2, 4  # and those of effects
 FALSE = {INDIRECT: 7, MULTIPLE: 8}  # numbers of false echoes, by what stands in place of a body's index
 FALSE_NAMES = {INDIRECT: "indirect", MULTIPLE: "multiple"}
 FAINT = 9  # range sidelobes and faint parts of bodies: more than `labels_within_db` below the peak of the body
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
 BODY = 256  # of the first body of the scene; the others follow in their order
-COMMON = ("noise", "sea", "rain", "interference", "second time around")
-BEACONS = {"racon": 5, "sart": 6}  # numbers of answers of beacons, by their kind
+COMMON = {NOISE: "noise", SEA: "sea", RAIN: "rain", SECOND_TIME_AROUND: "second time around"}
 
 
 def source_numbers(scene: Scene) -> Indices:
-    """The source number (B + 1,) of each body of a scene; the last one is that of SECOND_TIME, which is -1, those before it are
-    of the kinds of false echoes that the scene has."""
+    """The source number of each body of a scene and of what else has echoes: effects of other packages, the kinds of false echoes
+    that the scene has, and SECOND_TIME, which is -1."""
     assert SECOND_TIME == -1
     false = [FALSE[MULTIPLE], FALSE[INDIRECT]] if false_echoes(scene) else []
-    return np.array([*(_number(body, k) for k, body in enumerate(scene.bodies)), *false, SECOND_TIME_AROUND], dtype=np.int64)
+    bodies = [_number(body, k) for k, body in enumerate(scene.bodies)]
+    return np.array([*bodies, *echo_numbers(scene), *false, SECOND_TIME_AROUND], dtype=np.int64)
 
 
 def false_echoes(scene: Scene) -> set[int]:
@@ -39,13 +40,12 @@ def false_echoes(scene: Scene) -> set[int]:
 
 def source_names(scene: Scene) -> dict[int, str]:
     """The name of each source number that the scene may have, by rising number."""
-    names = dict(enumerate(COMMON)) | {FALSE[kind]: FALSE_NAMES[kind] for kind in false_echoes(scene)}
-    kinds = {body.beacon.kind for body in scene.bodies if body.beacon is not None}
-    names |= {number: kind for kind, number in BEACONS.items() if kind in kinds}
+    names = COMMON | {FALSE[kind]: FALSE_NAMES[kind] for kind in false_echoes(scene)}
     land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
     bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
     names |= {FAINT: "range sidelobes and faint parts"} if bodies and scene.radar.label_floor else {}
-    return names | dict(sorted(land.items())) | bodies
+    effects = {number: source.name for number, (_, source) in numbered_sources(scene).items()}
+    return dict(sorted((names | effects | land | bodies).items()))
 
 
 def _number(body: Body, k: int) -> int:

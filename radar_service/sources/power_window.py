@@ -20,14 +20,14 @@ from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
-from radar_service.sources.numbers import BEACONS, INTERFERENCE, NOISE, RAIN, SEA
+from radar_service.sources.numbers import NOISE, RAIN, SEA
 from radar_service.sources.resting import RestingField, resting_field, resting_numbers
 from radar_service.sources.rows import source_rows
 
 RESTING_BYTES = 2**29  # of fields at rest, and of their powers, that are kept
 TILE_BYTES = 2**28  # of tiles that are kept, since neighbouring crossings share them
 
-CLUTTER_ARRAYS = 5  # beside those of bodies: of noise, sea, rain, their mean, and interference
+CLUTTER_ARRAYS = 5  # beside those of bodies: of noise, sea, rain, their mean, and an effect
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,10 @@ class SourcePowers:
             power[SEA], power[RAIN] = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
             power[RAIN][:, :columns] = drawn * share
             power[SEA][:, :columns] = drawn * (np.float32(1.0) - share)
-        for row, received in record.interference.items():
-            power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
-        for kind, answers in record.beacons.items():
-            for row, received in answers.items():
-                power.setdefault(BEACONS[kind], np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
+        for number, added in record.added.items():
+            power[number] = np.zeros(shape, dtype=np.float32)
+            for row, received in added.items():
+                power[number][row] = np.abs(received) ** 2
         rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
         echoing = rows.full_rows.keys() | self._at_rest.keys()
         alone = {

@@ -10,7 +10,7 @@ from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
-from radar_service.truth.beacon_truth import BeaconTruths
+from radar_service.stages.registry import effects_in
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
 from radar_service.truth.false_echoes import FalseEchoTruth
 from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
@@ -41,7 +41,8 @@ class CrossingTruth:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
         self._motions = [body.motion for body in bodies]
-        self._beacons = BeaconTruths(truth.scene, truth.line_of_sight)
+        truths = {each.name: each.stage().truth(self._scene, truth.line_of_sight) for each in effects_in(self._scene)}
+        self._effects = {name: each for name, each in truths.items() if each is not None}
         self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
@@ -58,16 +59,16 @@ class CrossingTruth:
         spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
         offset = self._offsets(bodies, time)
         boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
-        beacons = map(self._beacons.at, bodies.tolist(), time.tolist(), boresights)
+        effects = map(self._of_effects, bodies.tolist(), time.tolist(), boresights)
         states = self._own_ship(time), self._kinematics(bodies, time)
-        rows = zip(bodies.tolist(), spokes, boresights, beacons, *states, strict=True)
+        rows = zip(bodies.tolist(), spokes, boresights, effects, *states, strict=True)
         return tuple(
             Crossing(
-                scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, beacon=beacon,
+                scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, effects=of_effects,
                 structure_db=self._false.structure_db(kinematics["relative_bearing"]),
                 false_echoes=self._false.at(body, kinematics["range"], kinematics["bearing"], own_ship.heading), **kinematics,
             )
-            for body, spoke, boresight, beacon, own_ship, kinematics in rows
+            for body, spoke, boresight, of_effects, own_ship, kinematics in rows
         )  # fmt: skip
 
     @BLAS_LIMIT.held()
@@ -78,7 +79,14 @@ class CrossingTruth:
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
         own_ship = self._own_ship(np.array([instant]))[0]
-        return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies)
+        contents = {name: each.at_end(instant) for name, each in self._effects.items()}
+        effects = {name: content for name, content in contents.items() if content is not None}
+        return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies, effects=effects)
+
+    def _of_effects(self, body: int, time: float, boresight: float) -> dict[str, Any]:
+        """What effects tell of a body, by its index, at `time` [s] for a boresight [rad], by their names."""
+        records = {name: each.at_crossing(body, time, boresight) for name, each in self._effects.items()}
+        return {name: record for name, record in records.items() if record is not None}
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""

@@ -23,7 +23,7 @@ SCHEMA = 1  # version of these keys
 
 
 def scene_hash(scene: Scene) -> str:
-    """Returns the SHA-256 of a scene's world, radar, platform, interference and errors, as hexadecimal digits.
+    """Returns the SHA-256 of a scene's world, radar, platform, effects and errors, as hexadecimal digits.
 
     The key of its random numbers belongs to it. A field of a record that was added later says so in its metadata, as "added";
     while it has its default it adds nothing, so scenes that do not use it keep their hash. Nor does one that says "derived", as
@@ -31,8 +31,11 @@ def scene_hash(scene: Scene) -> str:
     """
     digest = hashlib.sha256()
     errors = () if scene.errors is None else (scene.errors,)
-    for part in (scene.world, scene.radar, scene.platform, scene.interference, *errors, *scene.random_key):
+    effects = dict(scene.effects)
+    interference = effects.pop("interference", ())  # which every hash had before effects had names
+    for part in (scene.world, scene.radar, scene.platform, interference, *errors, *scene.random_key):
         _add(digest, part)
+    _add_named(digest, effects)
     return digest.hexdigest()
 
 
@@ -49,6 +52,9 @@ def _add(digest: Any, value: Any) -> None:
     elif is_dataclass(value):
         for field in fields(value):
             content = getattr(value, field.name)
+            if isinstance(content, Mapping):
+                _add_named(digest, content)
+                continue
             if "derived" in field.metadata or "added" in field.metadata and _is_default(content, field.default):
                 continue
             digest.update(f"{field.name}=".encode())
@@ -61,6 +67,13 @@ def _add(digest: Any, value: Any) -> None:
         digest.update(f"{value!r};".encode())
     else:
         raise TypeError(f"a scene has a {type(value).__name__}, which has no hash yet")
+
+
+def _add_named(digest: Any, records: Mapping[str, Any]) -> None:
+    """Adds records by their names; none adds nothing."""
+    for name, record in sorted(records.items()):
+        digest.update(f"{name}=".encode())
+        _add(digest, record)
 
 
 def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:

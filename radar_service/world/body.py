@@ -1,14 +1,15 @@
 """Records of bodies: the material, the radar reflector, the triangle mesh and the body itself."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from radar_service.numerics.frames import map_from_body, turned
 from radar_service.numerics.types import Floats, Indices
-from radar_service.world.beacon import Beacon
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 
@@ -123,7 +124,7 @@ class Body:
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     presence: when it is in the scene at all.
     reflector: the radar reflector that it is; None of all else.
-    beacon: a racon or a search and rescue transponder on it.
+    effects: what it keeps of the keys of effects, by their names (`stages`).
     one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
     plating: how its walls are dented, where it scatters by physical optics; None: they are flat.
     """
@@ -142,7 +143,7 @@ class Body:
     presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.truth_file.scene_hash
     one_sided: bool = field(default=False, metadata={"added": 2})
     reflector: Reflector | None = field(default=None, metadata={"added": 3})
-    beacon: Beacon | None = field(default=None, metadata={"added": 3})
+    effects: Mapping[str, Any] = field(default_factory=dict)
     plating: Plating | None = field(default=None, metadata={"added": 4})
 
     @property

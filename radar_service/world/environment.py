@@ -1,4 +1,4 @@
-"""The environment record: the earth, the air, the sea, and other radars that transmit."""
+"""The environment record: the earth, the air, and the sea."""
 
 from dataclasses import dataclass, field
 
@@ -29,17 +29,3 @@ class Environment:
     def currents(self) -> Currents:
         """All streams."""
         return Currents(self.stream, self.areas)
-
-
-@dataclass(frozen=True)
-class Interferer:
-    """Another radar whose pulses the receiver picks up; see InterferenceModel."""
-
-    bearing: float  # rad from own ship, used if position is None
-    position: tuple[float, float] | None  # east, north [m]
-    level: float  # power ratio to the receiver's noise when both beams point at each other
-    frequency_offset: float
-    pulse: float
-    prf: float
-    rotation_period: float
-    beamwidth: float

@@ -3,7 +3,7 @@
 Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +18,7 @@ from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horiz
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
-from radar_service.world.environment import Environment, Interferer
+from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
@@ -50,7 +50,7 @@ class Scene:
     radar: the parameters of the set.
     platform: the carrier of the antenna.
     warnings: sentences about unusual but usable content, in order.
-    interference: other radars whose pulses this radar receives.
+    effects: what the scene keeps of the keys of effects, by their names (`stages`).
     notes: sentences about its files that need no action.
     errors: what sensors, antenna and feed of this radar report wrongly; None without any.
     radar_id: of this radar, "0" where the file has a single one without an id.
@@ -64,7 +64,7 @@ class Scene:
     radar: Radar
     platform: Platform
     warnings: tuple[str, ...] = ()
-    interference: tuple[Interferer, ...] = ()
+    effects: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     errors: ErrorSettings | None = None
     radar_id: str = FIRST_ID

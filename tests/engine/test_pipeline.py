@@ -262,7 +262,7 @@ def test_each_stage_adds_to_the_profiles() -> None:
 
     whole = scan_of(prepared)
     assert scan_of(replace(prepared)) == whole
-    assert scan_of(replace(prepared, clutter=None)) != whole and scan_of(replace(prepared, interference=())) != whole
+    assert scan_of(replace(prepared, clutter=None)) != whole and scan_of(replace(prepared, stages={})) != whole
 
 
 def test_tiles_cover_a_scan_and_end_with_it() -> None:
@@ -316,6 +316,6 @@ def test_contributions_without_profiles_are_those_that_profiles_are_made_of() ->
         np.testing.assert_array_equal(got.rows, expected.rows)
         np.testing.assert_array_equal(got.clutter.field, expected.clutter.field)
         assert [block[:2] for block in got.echoes] == [block[:2] for block in expected.echoes] != []
-        assert got.interference.keys() == expected.interference.keys()
-        blind, pulses = blind + np.count_nonzero(~expected.transmitting), pulses + len(expected.interference)
+        assert {n: rows.keys() for n, rows in got.added.items()} == {n: rows.keys() for n, rows in expected.added.items()}
+        blind, pulses = blind + np.count_nonzero(~expected.transmitting), pulses + len(expected.added)
     assert blind and pulses

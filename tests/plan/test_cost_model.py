@@ -58,7 +58,7 @@ def test_the_first_visibility_update_is_cached() -> None:
 
 
 def test_statistics_have_counts_costs_and_what_was_culled() -> None:
-    culling = Culling(effects={"gas": -80.0})
+    culling = Culling(faint={0: -80.0})
     statistics = engine_statistics(SetUp(prepared_from([point("t", 0, 500)]), culling, 0, 0))
     assert statistics.culling is culling and statistics.counts is not None and statistics.costs is not None
     assert statistics.bodies is not None and statistics.bodies.echoes.tolist() == [1]

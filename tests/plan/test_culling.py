@@ -7,12 +7,10 @@ import pytest
 
 import radar_service as rs
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.culling import Culling, cull, culled_bodies, max_power, negligible_effects
+from radar_service.plan.culling import Culling, cull, culled_bodies, max_power
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.steering import Steering
-from tests.measurements.cross_sections import fields
 from tests.occlusion import occluded
 from tests.scenes import point, scene
 
@@ -50,17 +48,13 @@ def test_out_of_range_unless_earlier_pulses_are_received() -> None:
     assert not reasons(scene([far], radar=folded))
 
 
-def test_the_sea_is_not_left_out_where_a_beacon_answers() -> None:
-    """A point 2 m up, 0.01 mm before its horizon, where nothing of the reflected ray is left; its racon is higher."""
-    horizon = scene().horizon(2.0)
-    radar, fidelity = LOW | {"range_max_m": 30_000}, fidelity_for(scene(), ErrorBudget(0.5))
-    plain, with_racon = (
-        negligible_effects(
-            scene([point("t", 0, horizon - 1e-5, 2) | more], radar=radar, environment={"multipath": True}), fidelity
-        )
-        for more in ({}, {"racon": {"letter": "K", "offset_m": [0, 0, 5]}})
-    )
-    assert "multipath" in plain and "multipath" not in with_racon
+def test_an_effect_that_a_scene_asks_for_is_never_left_out() -> None:
+    """Gas of 0.1 mdB/km, a mast far below the beam, a sea that hardly reflects: who needs none of them switches it off."""
+    radar = LOW | {"structure": [MAST | {"top_m": -30.0}], "multiple_echoes": {"own_rcs_dbsm": -20}}
+    made = scene([point("t", 0, 900)], radar=radar, environment={"gas_db_per_km": 1e-4, "multipath": True, "sea_state": 6})
+    assert rs.Simulator(made, "auto").scene.environment == made.environment
+    choices = {choice["what"]: choice["modelled"] for choice in rs.Simulator(made, "auto").unmeasured_info.plan["choices"]}
+    assert all(choices[what] for what in ("multipath", "gas and rain loss", "structures", "multiple echoes"))
 
 
 def test_presets_leave_nothing_out() -> None:
@@ -117,106 +111,14 @@ def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], hidden
     assert occluded(line_of_sight, position, antenna, 0.0)[0] == hidden
 
 
-@pytest.mark.parametrize(("gas", "culled"), [(1e-4, True), (0.01, False)])
-def test_gas_is_left_out_only_where_it_moves_nothing(gas: float, culled: bool) -> None:
-    """2 x 2 km of 0.01 dB: 0.02 dB, -53 dB of the field, where methods may err by -54; and a hundredth of that."""
-    made = scene([point("t", 0, 900)], radar=LOW | {"range_max_m": 1900}, environment={"gas_db_per_km": gas})
-    assert ("gas" in negligible_effects(made, fidelity_for(made, ErrorBudget()))) == culled
-
-
 MAST = {"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}
 
 
-@pytest.mark.parametrize(("top_m", "culled"), [(None, False), (1.0, False), (-30.0, True)])
-def test_structures_far_below_the_beam_are_left_out(top_m: float | None, culled: bool) -> None:
-    """Their top takes less than the methods may err: 30 m below, 3 m off, it is at 139 Fresnel units: 1 / (139 pi) of the field,
-    times the share of a thin mast."""
-    made = scene([point("t", 0, 500)], radar=LOW | {"structure": [MAST if top_m is None else MAST | {"top_m": top_m}]})
-    fidelity = fidelity_for(made, ErrorBudget(2.0))
-    culling = cull(made, fidelity)
-    assert ("structures" in culling.effects) == culled
-    assert (culling.applied_to(made).radar.structures == ()) == culled
-
-
-def test_bodies_whose_false_echoes_stay_below_the_noise_have_none() -> None:
-    """A strong and a weak point: indirect echoes of the strong one alone, multiple ones while it is near."""
+def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
+    """A strong and a weak point: indirect echoes of the strong one alone."""
     bodies = [point("strong", 0, 500, rcs_dbsm=60.0), point("weak", 4000, 0, rcs_dbsm=-20.0)]
-    radar = LOW | {"power_w": 20.0, "structure": [MAST], "multiple_echoes": {"own_rcs_dbsm": 30}}
+    radar = LOW | {"power_w": 20.0, "structure": [MAST]}
     made = scene(bodies, radar=radar, environment={"noise": True})
     culling = cull(made, fidelity_for(made, ErrorBudget(0.5)))
     assert set(culling.faint) == {1} and culling.faint[1] < -20.0
-    assert culling.multiple_db is None
-    far = scene(bodies[1:], radar=radar, environment={"noise": True})
-    culling = cull(far, fidelity_for(far, ErrorBudget(0.5)))
-    assert culling.multiple_db is not None and culling.multiple_db < -20.0
-    assert culling.applied_to(far).radar.multiple is None
     assert cull(made, PRESETS["balanced"]) == Culling()
-
-
-BOX = {"name": "box", "shape": "box", "length_m": 12, "width_m": 4, "height_m": 3, "material": "steel", "scattering": "optics",
-       "position_m": [0, 2000, 0], "course_deg": 0, "speed_kn": 6}  # fmt: skip
-S_BAND = {"frequency_hz": 3.05e9}
-
-
-def dented(heading: float, dent: float = 0.004, radar: dict[str, Any] | None = None, **more: Any) -> rs.Scene:
-    """A dented box of steel that goes away to the north with a heading [deg]."""
-    body = BOX | {"heading_deg": heading, "plating": {"dent_m": dent}} | more
-    body = {key: value for key, value in body.items() if value is not None}
-    return scene([body], radar=LOW | (radar or {}), environment={"earth": "flat"})
-
-
-def culled_dents(made: rs.Scene, error_db: float = 0.5) -> dict[int, float]:
-    return dict(cull(made, fidelity_for(made, ErrorBudget(error_db))).dents)
-
-
-def error_without(made: rs.Scene, times: np.ndarray[Any, Any]) -> float:
-    """By how much the field of the box errs without its dents over its own field, rms over times [s], in dB."""
-    flat = Culling(dents={0: 0.0}).applied_to(made)
-    assert flat.bodies[0].plating is None and made.bodies[0].plating is not None
-    true, without = fields(made, times), fields(flat, times)
-    return float(10.0 * np.log10(max(np.sum(np.abs(without - true) ** 2), 1e-30) / np.sum(np.abs(true) ** 2)))
-
-
-def test_shallow_dents_are_left_out_with_the_error_that_they_have() -> None:
-    """0.2 mm at 9.8 cm, as the box turns by 24 degrees about broadside: 2 k root(3 / 8 x 17 / 16) w = 0.0161, -35.8 dB, below the
-    -28 dB that 2 dB of power allow. At 4 mm it is 26 dB more, and kept; so it is where 0.5 dB are allowed."""
-    turning = {"heading_deg": None, "course_deg": 78.0, "turn_rate_deg_s": 1.0, "speed_kn": 0.1}
-    made = dented(78.0, 0.0002, S_BAND, **turning)
-    told = culled_dents(made, 2.0)[0]
-    assert told == pytest.approx(-35.8, abs=0.1)
-    assert told - 6.0 < error_without(made, np.linspace(0.0, 24.0, 49)) < told
-    assert not culled_dents(made, 0.1)
-    deep = dented(78.0, 0.004, S_BAND, **turning)
-    assert not culled_dents(deep, 2.0)
-    assert error_without(deep, np.linspace(0.0, 24.0, 49)) > -28.0
-
-
-def test_dents_of_walls_that_are_never_seen_along_their_normal_are_left_out() -> None:
-    """At 3.2 cm dents of 4 mm count within 6.6 degrees of a normal. A box that shows her side 12 degrees off keeps her field to
-    the told -50 dB, one at 4 degrees does not, nor one whom commands turn, or who yaws."""
-    away = dented(78.0)
-    assert culled_dents(away) == {0: pytest.approx(-50.5, abs=0.1)}
-    assert error_without(away, np.linspace(0.0, 60.0, 4)) < -50.0
-    near = dented(86.0)
-    assert not culled_dents(near)
-    assert error_without(near, np.linspace(0.0, 60.0, 4)) > -40.0
-    steered = dented(78.0, heading_deg=None, course_deg=78.0, steerable={"max_speed_kn": 10, "max_turn_rate_deg_s": 2})
-    assert not culled_dents(Steering(steered).scene)
-    assert not culled_dents(dented(78.0, yaw_deg=8.0, yaw_period_s=9.0))
-    assert not culled_dents(dented(78.0, position_m=[0, 60, 0]))  # parts of her are seen from elsewhere
-
-
-def test_dents_that_lower_bounces_are_kept() -> None:
-    """A hull with a superstructure, her walls all 30 degrees off: parts that face each other lose some of their field at 4 mm,
-    nothing that counts at 0.4 mm."""
-    pilot = {"shape": "hull", "hull_type": "pilot", "length_m": 14.0, "beam_m": 5.0, "height_m": 6.0, "width_m": None}
-    for dent, kept in ((0.004, True), (0.0001, False)):
-        made = dented(30.0, dent, **pilot)
-        assert bool(culled_dents(made)) != kept
-        assert (error_without(made, np.array([0.0, 20.0])) > -40.0) == kept
-
-
-def test_reference_keeps_all_dents() -> None:
-    assert not cull(dented(78.0), PRESETS["reference"]).dents and not cull(dented(78.0), PRESETS["balanced"]).dents
-    declared = scene([BOX | {"scattering": "rcs", "rcs_dbsm": 10.0, "plating": {"dent_m": 0.004}}], radar=LOW)
-    assert not culled_dents(declared)

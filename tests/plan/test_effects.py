@@ -7,14 +7,13 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.plan.culling import Culling
 from radar_service.plan.effects import effects, missed_area
-from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import Costs, EngineStatistics
 from radar_service.records.fidelity import PRESETS
+from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene
 
-COSTS = Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+COSTS = Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0})
 
 
 def items(made: rs.Scene, name: str = "balanced", statistics: EngineStatistics | None = None) -> dict[str, PlanItem]:
@@ -79,11 +78,6 @@ def test_dented_plating_is_named_with_the_bodies_that_have_it() -> None:
     item = items(scene([*dented, *flat]))["dented plating"]
     assert item.modelled and item.how.startswith("walls of 2 bodies, 4 to 6 mm deep between frames")
     assert "dented plating" not in items(scene(flat))
-    some = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0})))
-    assert some["dented plating"].how.startswith("walls of 1 bodies, 6 to 6 mm deep")
-    assert not some["dents of a"].modelled and some["dents of a"].field_db == -51.0
-    all_flat = items(scene([*dented, *flat]), statistics=EngineStatistics(Culling(dents={0: -51.0, 1: -42.0})))
-    assert "dented plating" not in all_flat and all_flat["dents of b"].field_db == -42.0
 
 
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
@@ -131,13 +125,6 @@ def test_clutter_below_the_noise_is_missing_by_its_own_power() -> None:
     assert items(scene(environment={"sea_state": 3}))["sea clutter"].power_db is None
 
 
-def test_culled_effects_have_their_reason_and_error() -> None:
-    made = scene([point("t", 0, 500)], environment={"multipath": True, "gas_db_per_km": 1e-4})
-    result = items(made, statistics=EngineStatistics(Culling(effects={"multipath": -70.0, "gas": -80.0})))
-    assert (result["multipath"].modelled, result["multipath"].field_db) == (False, -70.0)
-    assert (result["gas and rain loss"].modelled, result["gas and rain loss"].field_db) == (False, -80.0)
-
-
 def test_the_documented_engine_has_what_the_specification_has() -> None:
     result = items(everything(), "documented")
     assert {what for what, item in result.items() if item.modelled} == {"signal chain", "beam", "multipath"}
@@ -166,7 +153,7 @@ def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
     ]
     s_band, statistics = (
         {"frequency_hz": 3.05e9},
-        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, beacons=64.0)),
+        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0, "beacon": 64.0})),
     )
     item = items(scene(bodies, radar=s_band, environment={"noise": True}), statistics=statistics)["beacons"]
     assert item.modelled and item.microseconds == 64.0 and item.power_db == pytest.approx(10 * math.log10(1.002))
@@ -195,10 +182,6 @@ def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
     for name, each in (("balanced", metal), ("reference", metal), ("balanced", made)):
         held = "the aspect of the beam's crossing" in items(each, name)["indirect echoes"].how
         assert held == (name == "balanced" and each is metal)
-    culled = Culling(effects={"structures": -70.0}, multiple_db=-25.0)
-    result = items(made, statistics=EngineStatistics(culled))
-    assert not result["structures"].modelled and result["structures"].field_db == -70.0
-    assert not result["multiple echoes"].modelled and "-25 dB" in result["multiple echoes"].how
     assert not items(made, "documented")["structures"].modelled and not items(made, "documented")["multiple echoes"].modelled
 
 

@@ -9,7 +9,6 @@ import pytest
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.culling import Culling
 from radar_service.plan.plan import plan_for
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics
@@ -20,7 +19,7 @@ COUNTS = Counts(
     resting_echoes=7, moving_echoes=5, shadowed_echoes=3, scatterers=40, set_up_rays=90, look_rays=11,
     looks_per_scan=3.6, transform_samples=8064,
 )  # fmt: skip
-COSTS = Costs(looks=1.0, moving=9.96, receiver=24.2, clutter=0.25, interference=0.0, profiles=2.84)
+COSTS = Costs(looks=1.0, moving=9.96, receiver=24.2, clutter=0.25, profiles=2.84)
 
 
 def moving_scene(**environment: object) -> object:
@@ -80,14 +79,11 @@ def test_a_budget_that_no_setting_keeps_is_a_caveat_with_advice() -> None:
     assert not plan_for(coarse, PRESETS["fast"]).caveats  # a preset promises no budget
 
 
-def test_errors_of_multipath_and_culled_effects_are_predicted() -> None:
+def test_errors_of_multipath_are_predicted() -> None:
     made, balanced = moving_scene(multipath=True), PRESETS["balanced"]
     sea = "of sea reflection, moving"
     errors = plan_for(made, balanced).field_db
     assert list(errors) == ["at rest", "moving", sea] and errors[sea] == multipath_db(made, balanced)
-    culled = EngineStatistics(Culling(effects={"multipath": -60.0, "gas": -60.0}))
-    errors = plan_for(made, balanced, culled).field_db
-    assert sea not in errors and errors["of culled effects"] == pytest.approx(-60 + 10 * math.log10(2))
 
 
 def test_errors_of_changing_aspects_are_predicted() -> None:

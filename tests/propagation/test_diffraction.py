@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.bench.detection.detection import Target, signal_to_noise
 from radar_service.echo.sea_paths import Paths, sea_paths
-from radar_service.plan.culling import negligible_effects
 from radar_service.propagation.diffraction import diffraction_height, series_field
 from radar_service.propagation.multipath import specular_geometry
 from radar_service.propagation.radar_equation import radar_two_rays, received_amplitude
@@ -255,15 +254,6 @@ def test_an_extent_has_no_step_where_the_two_rays_end() -> None:
     paths = Paths(np.array([ALL_PATHS]), np.array([3.0]))
     factor = sea_paths(made.radar, made.environment, (distance, np.array([3.0]), np.array([15.0])), paths).factor()
     assert abs(factor[0]) == pytest.approx(np.abs(field(made, distance, 3.0, 15.0)[0]) ** 2, rel=1e-5)  # of the wide beam
-
-
-def test_the_sea_is_not_culled_where_its_reflection_fades() -> None:
-    """0.01 mm before the horizon the divergence leaves nothing of the reflected ray, but the series a tenth of the direct one."""
-    body = [point("buoy", 0.0, horizon_of(15.0, 2.0) - 1e-5, 2.0)]
-    plain, diffracted = (scene(body, radar=RADAR, environment=each) for each in ({"multipath": True}, SEA))
-    auto = rs.Simulator(plain, fidelity="auto").fidelity
-    assert "multipath" in negligible_effects(plain, auto)
-    assert "multipath" not in negligible_effects(diffracted, auto)
 
 
 def test_what_rays_sample_stays_behind_its_horizon() -> None:

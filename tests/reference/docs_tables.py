@@ -16,7 +16,7 @@ from typing import Any
 from radar_service.ports.app import create_app
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
-from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.scene import scene_model
 from radar_service.service.radio.transmitter_state import TRANSITIONS, State
 from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 from tests.test_house import BELOW, HOUSE, room, within
@@ -96,7 +96,7 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
 
 def section(name: str, beyond: str = "", keys: Collection[str] = ()) -> str:
     """The keys of one table of the scene file, but for those that the table `beyond` has too; only `keys` if there are any."""
-    whole = SceneModel.model_json_schema()
+    whole = scene_model().model_json_schema()
     model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
     required = model.get("required", [])
     rows = [
@@ -170,6 +170,7 @@ def rooms() -> str:
 
 PUBLIC = (
     "radar_service",
+    "radar_service.effects",
     "radar_service.scans",
     "radar_service.recording",
     "radar_service.plots",
@@ -180,6 +181,7 @@ INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
     "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
     "radar_service.scene_file.readers.mesh_reader:BodyFile",
+    "radar_service.stages.effect:Effect", "radar_service.stages.effect:EffectTruth", "radar_service.stages.stage:Stage",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
     "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing",
     "radar_service.service.scene_request:Spared",

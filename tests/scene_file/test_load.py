@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.load import load_scene, model_from, scene_from_model
-from radar_service.scene_file.model.scene import SceneModel
+from radar_service.scene_file.model.scene import scene_model
 from radar_service.world.error import SceneError
 from tests.scene_file.scene_sources import EXAMPLE, point, problems
 
@@ -98,7 +98,7 @@ SCALARS = (
 )
 
 KEYS = st.sampled_from(
-    [*SceneModel.model_fields, "rpm", "shape", "position_m", "waypoints", "pattern", "name", "track", "x"]
+    [*scene_model().model_fields, "rpm", "shape", "position_m", "waypoints", "pattern", "name", "track", "x"]
 )
 
 ARBITRARY = st.recursive(

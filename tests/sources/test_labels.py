@@ -14,7 +14,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, unlabelled
-from radar_service.sources.numbers import BODY, FAINT, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from tests.alone import Alone, Powers, agreement, crowded, crowded_alone
 from tests.scenes import everything, scene
 
@@ -36,11 +36,11 @@ def test_labels_are_the_strongest_of_separately_run_sources(moves: bool, scans: 
 
 
 def assert_labels(made: rs.Scene, scan: int, labels: Labels, powers: Powers) -> None:
-    assert {NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND} <= set(np.unique(labels).tolist())
+    assert {NOISE, SEA, RAIN, 3, SECOND_TIME_AROUND} <= set(np.unique(labels).tolist())
     agreed, leading = agreement(labels, powers)
     assert leading > 0.5 and agreed >= SHARE
     boresight, time_of = made.radar.schedule(scan * made.radar.azimuths + np.arange(made.radar.azimuths))
-    assert set(np.unique(labels[made.blind(time_of, boresight)]).tolist()) <= {NOISE, INTERFERENCE}
+    assert set(np.unique(labels[made.blind(time_of, boresight)]).tolist()) <= {NOISE, 3}
     if not scan:
         assert set(source_numbers(made)[[0, 1, 2, 4, 5]].tolist()) <= set(np.unique(labels).tolist())
 

@@ -6,7 +6,7 @@ import pytest
 import radar_service as rs
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA, source_numbers
+from radar_service.sources.numbers import NOISE, RAIN, SEA, source_numbers
 from radar_service.sources.power_window import PowerWindow, SourcePowers, pulse_powers, scan_powers
 from tests.alone import crowded, crowded_alone
 from tests.scenes import point, scene
@@ -39,7 +39,7 @@ def test_powers_are_those_of_separately_run_sources(moves: bool) -> None:
     assert {number for number, power in alone.items() if power.any()} == set(powers)
     for number, power in powers.items():
         got, expected = np.sqrt(power, dtype=np.float64), np.sqrt(alone[number])
-        part = 5e-4 if number > INTERFERENCE else 1.7e-3  # the square is 3e-6
+        part = 5e-4 if number > 3 else 1.7e-3  # the square is 3e-6
         np.testing.assert_allclose(got, expected, rtol=1e-3, atol=part * expected.max(), err_msg=str(number))
 
 

@@ -20,8 +20,8 @@ from radar_service.ports.rest.answers import (
 from radar_service.ports.rest.bodies import StrictRoute
 from radar_service.ports.rest.schemas import Body
 from radar_service.ports.roles import needs
-from radar_service.scene_file.model.fields import Flag, Number
 from radar_service.service.radio.station import Station
+from radar_service.stages.fields import Flag, Number
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
 CHANGE = {**READ, **UNREADABLE, **BUSY}

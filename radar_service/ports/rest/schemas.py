@@ -15,8 +15,8 @@ from radar_service.scene_file.model.errors import (
     LogErrorsModel,
     PositionErrorsModel,
 )
-from radar_service.scene_file.model.fields import Flag, Number, Whole
 from radar_service.service.controls import CONTROLS, Control, ControlError
+from radar_service.stages.fields import Flag, Number, Whole
 
 
 def problem_lines(errors: Sequence[Any]) -> list[str]:

@@ -31,7 +31,6 @@ from radar_service.scattering.physical_optics.patches import is_concave, outward
 from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
-from radar_service.scattering.physical_optics.plating import dents_db
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
 from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before
 from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
@@ -56,7 +55,6 @@ class PhysicalOptics(AspectModel):
     tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
     has_resting_points: ClassVar[bool] = False
     upright: ClassVar[float] = UPRIGHT
-    dents_db = staticmethod(dents_db)
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext

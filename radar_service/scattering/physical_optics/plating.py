@@ -18,19 +18,14 @@ import numpy as np
 from scipy.special import j0
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.physical_optics.patches import is_concave, patch_spans
 from radar_service.scattering.physical_optics.vessel_walls import STEEPEST
-from radar_service.scattering.predictions import Conditions
-from radar_service.scattering.surface_sampling import triangle_frames
-from radar_service.world.body import Body, Mesh, Plating
+from radar_service.world.body import Mesh, Plating
 
 SMALLEST = 2.0  # panels side by side: shorter patches are not plated, nor those less high than a frame's distance
 SPREAD = 0.25  # standard deviation of the depths of panels over their mean; they are uniform
 # Dents count up to so many orders, and two for each radian of J0's argument; over so many more they fade (`zone`). Beyond it
 # orders of dents of 4 and 8 mm have 0.003 of the field, and less.
 ORDERS, FADING = 2.0, 1.5
-CUT_OFF = 0.003  # of the field, that orders beyond the zone have at most
-ASLANT = 1.1  # times as far off its normal a wall counts for rays that come from up to 25 degrees above
 NODES = 9  # of the mean over depths
 COSINES = 129  # of a table: between them fields are linear within 1e-4
 
@@ -91,38 +86,6 @@ class PlatedWalls:
     def kept_by_facing(self) -> Floats:
         """What a bounce on plating keeps (COSINES,), by cosines from 0 to 1."""
         return self._kept(np.linspace(0.0, 1.0, COSINES))
-
-    def off_field(self, near: bool, bounces: int) -> float:
-        """By how much of the field a body errs without its dents, rms over aspects; near: whether any is near a wall's normal;
-        bounces: up to so many walls lower its coherent part.
-
-        A wall is off by exp(2 j k w sin^2) - 1 at each place, so by Parseval rms over aspects by 2 k root(3 / 8 E w^2) at most.
-        """
-        depth = self.plating.depth * math.sqrt(3.0 / 8.0 * (1.0 + SPREAD**2))
-        first = 2.0 * self.wavenumber * depth if near else CUT_OFF
-        return math.hypot(first, 1.0 - float(self._kept(np.ones(1))[0]) ** bounces)
-
-    def near_normal(self, aspects: Floats, normal: Floats) -> bool:
-        """Whether any of ranges (K, 2) of directions, clockwise from the bow [rad], comes so near to the normal of a wall, before
-        it or behind, that its dents count. normal: (F, 3) of the triangles."""
-        width = math.asin(min(1.0, self.zone[0] * np.pi / (self.wavenumber * self.plating.frame)))
-        east, north = normal[self.axis >= 0, :2].T
-        facing = np.unique(np.round(np.arctan2(east, north), 3))  # 0.06 degrees of some seven
-        middle, half = aspects.mean(axis=1), np.ptp(aspects, axis=1) / 2.0
-        away = np.abs(np.angle(np.exp(2j * (facing[:, None] - middle)))) / 2.0
-        return bool((away <= half + ASLANT * width).any())
-
-
-def dents_db(body: Body, conditions: Conditions, aspects: Floats) -> float | None:
-    """`ScatteringModel.dents_db` of a body by physical optics."""
-    assert body.mesh is not None
-    normal = triangle_frames(body.mesh)[1]
-    walls = PlatedWalls.of(body.mesh, normal, patch_spans(body.mesh), body.plating, conditions.radar.wavelength)
-    if walls is None:
-        return None
-    concave, bounces = is_concave(body.mesh), conditions.fidelity.bounces
-    bounces = bounces if concave and bounces > 1 else 0
-    return 20.0 * math.log10(walls.off_field(walls.near_normal(aspects, normal), bounces))
 
 
 def _drawn(plating: Plating, wall: Indices, bay: Indices, tier: Indices) -> Floats:

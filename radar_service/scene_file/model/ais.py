@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.scene_file.model.fields import Bearing, Number, Section, Whole
+from radar_service.stages.fields import Bearing, Number, Section, Whole
 
 MAX_PERIODS = 100
 Text = Annotated[str, Field(strict=True, max_length=20, pattern=r"^[ -~]*$")]

@@ -1,15 +1,16 @@
 """Scene file models of bodies, one for each kind. The key that a body has tells its kind: `shape`, `mesh` or `heightmap`."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from radar_service.scattering.models import SCATTERING_MODELS
 from radar_service.scene_file.model.ais import TransponderModel
-from radar_service.scene_file.model.beacons import RaconModel, SartModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
-from radar_service.scene_file.model.fields import (
+from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.stages.fields import (
     Bearing,
     EastNorthUp,
     Flag,
@@ -21,8 +22,9 @@ from radar_service.scene_file.model.fields import (
     Section,
     Size,
     Whole,
+    with_keys,
 )
-from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.stages.registry import effects, given_keys
 from radar_service.world.hull_types import HULL_TYPES, PLAIN
 
 MAX_UNITS = 1000  # of a schedule
@@ -162,8 +164,6 @@ class BodyModel(NamedSection):
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="she has an AIS transponder; see `ais`")
     ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
-    racon: RaconModel | None = Field(None, description="it answers radars by a letter in Morse code")
-    sart: SartModel | None = Field(None, description="it answers X-band radars by sweeps, in distress")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
         None, description="that AIS reports; default: how deep her mesh reaches"
     )
@@ -189,10 +189,9 @@ class BodyModel(NamedSection):
             raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
         if self.ais is not None and self.mmsi is None:
             raise ValueError("ais: a transponder has a number; add mmsi")
-        if self.racon is not None and self.sart is not None:
-            raise ValueError(
-                "sart: a body has one beacon, and this one has a racon; give it to another body at the same place"
-            )
+        for effect in effects():
+            if given := given_keys(self, effect.body_keys):
+                effect.check_body(given, not self.can_carry)
         if info.context:
             raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
         self.check_kind()
@@ -285,9 +284,6 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         for key in ("start_s", "end_s", "fading"):
             if key in self.model_fields_set:
                 raise ValueError(f"{key}: a height map is land and always there; remove {key}")
-        for key in ("racon", "sart"):
-            if getattr(self, key) is not None:
-                raise ValueError(f"{key}: a height map is land; give the beacon to a body that stands on it")
         if self.plating is not None:
             raise ValueError("plating: a height map is land, without plates; remove plating")
         self._check_heights_and_corners()
@@ -335,11 +331,11 @@ def _of_its_kind(table: Any) -> Any:
     if not isinstance(table, Mapping):
         return BodyModel.model_validate(table)
     given = [kind for kind in KINDS if table.get(kind) is not None]
-    model, others = (
-        (KINDS[given[0]], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else (BodyModel, KINDS)
-    )
+    kind, others = (given[0], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else ("", [*KINDS])
     foreign = {key for kind in others for key in OWN_KEYS[kind]}
-    return model.model_validate({key: table[key] for key in table if key not in foreign}, context=_refusal(table, given))
+    return body_models()[kind].model_validate(
+        {key: table[key] for key in table if key not in foreign}, context=_refusal(table, given)
+    )
 
 
 def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
@@ -357,4 +353,16 @@ def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
 
 
 BodyOfAKind = ShapeBodyModel | MeshBodyModel | HeightMapBodyModel
-AnyBody = Annotated[BodyOfAKind, BeforeValidator(_of_its_kind)]
+
+
+@cache
+def body_models() -> Mapping[str, type[BodyModel]]:
+    """The model of each kind of body with the keys of all effects, and that of a body of no kind, by ""."""
+    keys = {key: declared for effect in effects() for key, declared in effect.body_keys.items()}
+    kinds: Mapping[str, type[BodyModel]] = {"": BodyModel, **KINDS}
+    return {kind: with_keys(model, keys) for kind, model in kinds.items()}
+
+
+def any_body() -> Any:
+    """Returns the type of a body of any kind, with the keys of all effects."""
+    return Annotated[Union[tuple(body_models()[kind] for kind in KINDS)], BeforeValidator(_of_its_kind)]  # noqa: UP007

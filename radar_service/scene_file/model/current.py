@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.scene_file.model.fields import Bearing, EastNorth, Latitude, Longitude, Number, Section, Size
+from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Number, Section, Size
 
 MAX_CURRENTS = 100
 MAX_CORNERS = 200

@@ -1,12 +1,12 @@
-"""The models of the environment and of other radars in a scene file, and the checks of effects that need each other."""
+"""The model of the environment in a scene file, and the checks of effects that need each other."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from radar_service.scene_file.model.fields import Bearing, EastNorth, Flag, Number, Section, Whole
 from radar_service.scene_file.model.seaway import SeawayModel
+from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
 
 
 def _form(value: Any) -> str:
@@ -50,38 +50,4 @@ class EnvironmentModel(Section):
             raise ValueError("diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false")
         if self.diffraction and self.earth != "4/3" and not (isinstance(self.earth, float) and 0.1 <= self.earth <= 100.0):
             raise ValueError(f"diffraction: true needs a round earth, not earth = {self.earth}; give 4/3, or 0.1 to 100")
-        return self
-
-
-MAX_INTERFERERS = 100
-
-
-class InterferenceModel(Section):
-    """Another radar at nearly the same frequency, without modulation, that rotates and transmits independently."""
-
-    bearing_deg: Bearing | None = Field(None, description="constant bearing from own ship")
-    position_m: EastNorth | None = Field(None, description="or its position: east, north")
-    level_db: Number = Field(
-        110.0,  # 25 kW and 30 dBi at both ends of 6 km, receiver bandwidth 5 MHz
-        ge=0,
-        le=150,
-        description="its pulse over the receiver's noise when both beams point at each other",
-    )
-    frequency_offset_hz: Number = Field(0.0, ge=-1e9, le=1e9, description="of its carrier from own frequency")
-    pulse_s: Number = Field(0.25e-6, ge=1e-8, le=1e-4)
-    prf_hz: Number = Field(1000.0, ge=10, le=50e3, description="pulses per second")
-    rpm: Number = Field(24.0, ge=0.01, le=600)
-    beamwidth_deg: Number = Field(1.9, ge=0.05, le=90, description="horizontal, half power; Taylor sidelobes of 30 dB")
-
-    @model_validator(mode="after")
-    def _check_position(self) -> Self:
-        if (self.bearing_deg is None) == (self.position_m is None):
-            raise ValueError(
-                "bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m; add or remove one"
-            )
-        if self.pulse_s * self.prf_hz >= 0.5:
-            raise ValueError(
-                f"pulse_s: {self.pulse_s:g} s at {self.prf_hz:g} pulses a second transmits half the time or more; "
-                "shorten it or lower prf_hz"
-            )
         return self

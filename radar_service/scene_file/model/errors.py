@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.scene_file.model.fields import Bearing, Number, Section, Whole
+from radar_service.stages.fields import Bearing, Number, Section, Whole
 
 MAX_LATENCY_S = 10.0
 MAX_PERIODS = 1000  # of lost heading

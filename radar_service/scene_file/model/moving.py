@@ -4,8 +4,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.scene_file.model.fields import Bearing, EastNorth, Flag, Number, Section, Size, Speed
 from radar_service.scene_file.model.seaway import HullModel
+from radar_service.stages.fields import Bearing, EastNorth, Flag, Number, Section, Size, Speed
 
 MAX_MANOEUVRES = 1000
 TurnRate = Annotated[float, Field(strict=True, ge=-60, le=60)]  # degrees a second; fast craft reach 20

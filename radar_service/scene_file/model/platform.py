@@ -6,8 +6,8 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from radar_service.radar.parameters import FIRST_ID
-from radar_service.scene_file.model.fields import Bearing, EastNorth, Latitude, Longitude, Section
 from radar_service.scene_file.model.radar import RadarModel
+from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Section
 
 MAX_RADARS = 16  # each of them computes all that it sees
 MAX_NAMED = 6  # names that a message lists

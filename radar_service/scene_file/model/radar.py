@@ -11,8 +11,8 @@ from radar_service.radar.parameters import max_rpm
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.radar.structures import aperture_of
 from radar_service.scene_file.model.errors import RadarErrorsModel
-from radar_service.scene_file.model.fields import Bearing, Flag, Number, Section, Whole
 from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel, check_structures
+from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m

@@ -4,19 +4,21 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
+from functools import cache
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.ais import AisModel, TransponderModel
-from radar_service.scene_file.model.body import AnyBody
+from radar_service.scene_file.model.body import BodyOfAKind, any_body
 from radar_service.scene_file.model.current import MAX_CURRENTS, CurrentModel
-from radar_service.scene_file.model.environment import MAX_INTERFERERS, EnvironmentModel, InterferenceModel
+from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
-from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole
 from radar_service.scene_file.model.moving import MovingSection
 from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
 from radar_service.scene_file.model.radar import RadarModel
+from radar_service.stages.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole, with_keys
+from radar_service.stages.registry import effects
 
 MAX_BODIES = 10_000
 
@@ -61,8 +63,7 @@ class SceneModel(Section):
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     current: tuple[CurrentModel, ...] = Field((), max_length=MAX_CURRENTS, description="areas with a tidal stream")
-    body: tuple[AnyBody, ...] = Field((), max_length=MAX_BODIES)
-    interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
+    body: tuple[BodyOfAKind, ...] = Field((), max_length=MAX_BODIES)
     errors: ErrorsModel | None = None
     ais: AisModel | None = Field(None, description="what happens to AIS reports, on purpose")
     bench: dict[str, Any] | None = Field(None, description="for the command `bench-tracker` alone")
@@ -87,3 +88,17 @@ class SceneModel(Section):
         with_errors = {body.name: i for i, body in enumerate(self.body) if body.errors is not None}
         check_error_owners(self.radar, self.own_ship.body, self.own_ship.errors is not None, with_errors)
         return self
+
+
+@cache
+def scene_model() -> type[SceneModel]:
+    """Returns the model of a scene file with the keys of all effects. It is made at its first use, when these can be imported."""
+    bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
+    keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
+    return with_keys(SceneModel, {"body": bodies, **keys})
+
+
+@cache
+def scene_schema() -> dict[str, Any]:
+    """Returns the JSON Schema of `scene_model`."""
+    return scene_model().model_json_schema()

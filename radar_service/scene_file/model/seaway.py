@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from radar_service.scene_file.model.fields import Bearing, Flag, Number, Section, Size, Whole
+from radar_service.stages.fields import Bearing, Flag, Number, Section, Size, Whole
 
 Coefficient = Annotated[float, Field(strict=True, ge=0.2, le=1.0)]
 

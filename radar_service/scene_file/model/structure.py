@@ -8,7 +8,7 @@ from pydantic import Field
 
 from radar_service.radar.patterns import PATTERNS, line_source
 from radar_service.radar.structures import Aperture
-from radar_service.scene_file.model.fields import Bearing, Number, Section
+from radar_service.stages.fields import Bearing, Number, Section
 
 MAX_DISTANCE = 300.0  # m: the longest ships are 400 m
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
-from radar_service.scene_file.model.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.raster import FORMATS, Raster, raster_from_bytes
+from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.measurements.tree_side import in_process, service
 from tests.measurements.tree_side.kept import Kept
 
-PARTS = ("presets", "commands", "errors", "files", "service")
+PARTS = ("presets", "effects", "commands", "errors", "files", "service")
 
 
 def main(folder: str, part: str, real: str = "") -> str:
@@ -17,6 +17,8 @@ def main(folder: str, part: str, real: str = "") -> str:
     with tempfile.TemporaryDirectory() as scratch:
         if part == "presets":
             in_process.presets(kept, Path(real) if real else None)
+        elif part == "effects":
+            in_process.effects(kept)
         elif part == "commands":
             in_process.commands(kept)
         elif part == "errors":

@@ -10,6 +10,8 @@ import numpy as np
 from mcap.reader import make_reader
 
 import radar_service as rs
+from radar_service.scene_file.describe import describe, json_schema
+from radar_service.truth.truth_file import scene_hash, truth_lines
 from tests.measurements.tree_side.kept import Kept, lasting
 from tests.measurements.tree_side.worlds import (
     AT_REST,
@@ -21,6 +23,7 @@ from tests.measurements.tree_side.worlds import (
     day_of_commands,
     real_scenes,
     two_radars,
+    with_effects,
 )
 
 SEED = 1
@@ -47,6 +50,21 @@ def presets(kept: Kept, real: Path | None) -> None:
             fields_of(kept, name, scene, fidelity)
 
 
+def effects(kept: Kept) -> None:
+    """Scenes with beacons and other radars: sources, truth, plan, hash, and what `check` says of them; the schema of scenes."""
+    for name, content, fidelity in with_effects():
+        scene = rs.load_scene(content)
+        sources = {} if fidelity == "documented" else {"labels": True, "powers": "all"}
+        sim = rs.Simulator(scene, fidelity=fidelity, seed=SEED, **sources)
+        sim.skip_to(2)
+        if sources:
+            keep_scan(kept, f"effects/{name}", sim, sim.scan())
+            kept.record(f"effects/{name}/names", sim.label_names)
+        kept.record(f"effects/{name}/plan", lasting(sim.unmeasured_info.plan))
+        kept.record(f"effects/{name}/scene", [scene_hash(sim.scene), describe(scene), scene.warnings])
+    kept.record("effects/schema", json_schema())
+
+
 def commands(kept: Kept) -> None:
     """A day of commands: scans spread over it, with labels, powers and truth, by both radars, and then at another rpm."""
     for radar in ("bow", "pier"):
@@ -70,8 +88,8 @@ def keep_scan(kept: Kept, name: str, sim: rs.Simulator, scan: rs.Scan) -> None:
     kept.array(f"{name}/labels", scan.labels)
     for source, power in sorted(sim.source_powers(scan.number).items()):
         kept.array(f"{name}/power-{source}", power)
-    kept.record(f"{name}/crossings", list(sim.crossings(scan.number)))
-    kept.record(f"{name}/snapshot", sim.snapshot(scan.number))
+    lines = truth_lines(sim.crossings(scan.number), sim.snapshot(scan.number))
+    kept.bytes(f"{name}/truth.jsonl", "".join(lines).encode())
 
 
 def errors(kept: Kept) -> None:
@@ -81,7 +99,7 @@ def errors(kept: Kept) -> None:
         sim.set_errors(tables)
         for number, spoke in enumerate(sim.feed(2)):
             kept.record(f"errors/{part}/{number:04}", spoke)
-        kept.record(f"errors/{part}/snapshot", sim.snapshot())
+        kept.record(f"errors/{part}/snapshot", sim.snapshot().as_dict())
 
 
 def files(kept: Kept, folder: Path) -> Path:

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.scene_file.document import scene_content, scene_path
+
 SHIPPED = ("worked-example", "orientation", "far-target", "open-sea", "harbour")
 AT_REST = SHIPPED[:3]
 PRESETS = ("documented", "fast", "balanced", "auto", "reference")
@@ -52,6 +54,31 @@ def two_radars(errors: bool = False) -> dict[str, Any]:
         "body": [tug, ship, buoy, wall],
         **({"errors": ERRORS} if errors else {}),
     }
+
+
+def with_effects() -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Name, content and preset of scenes with beacons and with other radars, which no shipped scene has together."""
+    aids = dict(scene_content(scene_path("aids")))
+    others = [
+        {"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60},
+        {"position_m": [4000, 3000], "level_db": 90, "prf_hz": 1500, "rpm": 30},
+    ]
+    quick = {**aids["radar"], "azimuths": 480, "beamwidth_deg": 2}
+    chirp = {"modulation": "lfm", "pulse_s": 5e-6, "bandwidth_hz": 10e6, "sample_rate_hz": 15e6, "power_w": 500}
+    pulses = {"pulses": [{"modulation": "none", "pulse_s": 1e-7, "bandwidth_hz": 12e6, "range_max_m": 3000}, {}]}
+    pulses["pulses"][1] = {key: aids["radar"][key] for key in ("modulation", "pulse_s", "bandwidth_hz")}
+    shared = {key: value for key, value in quick.items() if key not in pulses["pulses"][1]}
+    mast = {"structure": [{"name": "mast", "bearing_deg": 180, "width_m": 0.5, "distance_m": 4}]}
+    blind = {"blind_sectors_deg": [[40, 120]]}
+    both = aids | {"interference": others}
+    yield "aids", aids | {"radar": quick}, "balanced"
+    yield "both", both | {"radar": quick}, "balanced"
+    yield "exact", both | {"radar": {**quick, "azimuths": 180, "beamwidth_deg": 4}}, "reference"
+    yield "specified", both | {"radar": {**quick, "azimuths": 180, "beamwidth_deg": 4, "rays": 200}}, "documented"
+    yield "chirp", both | {"radar": quick | chirp}, "fast"
+    yield "pulses", both | {"radar": shared | pulses}, "balanced"
+    yield "structures", both | {"radar": quick | mast | blind}, "balanced"
+    yield "open sea", dict(scene_content(scene_path("open-sea"))) | {"interference": others}, "auto"
 
 
 def day_of_commands(seed: int, own_ship: str | None) -> Iterator[tuple[str | None, float, dict[str, Any]]]:

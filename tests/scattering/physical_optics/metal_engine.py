@@ -107,7 +107,7 @@ def spokes(made: rs.Scene, fidelity: str, scan: int, wanted: NDArray[np.int64]) 
     """Fields (K, N) of spokes `wanted` (K,) of a scan, computed as `rs.Simulator` does, without the rest of the turn."""
     settings = chosen_fidelity(made, fidelity)
     culling = cull(made, settings)
-    prepared = prepare(culling.applied_to(made), settings, 0, culling.silent, culling.transparent)
+    prepared = prepare(made, settings, 0, culling.silent, culling.transparent)
     starts = {int(start) for start in wanted // prepared.tile * prepared.tile}
     tiles = {start: profiles(prepared, tile_azimuths(prepared, scan, start)) for start in starts}
     return np.array([tiles[int(k) // prepared.tile * prepared.tile][int(k) % prepared.tile] for k in wanted])

@@ -58,7 +58,7 @@ def spokes(made: rs.Scene, fidelity: str | Fidelity, numbers: np.ndarray) -> np.
     """Fields (K, N) of spokes (K,), numbered from the start, as `rs.Simulator` computes them."""
     settings = chosen_fidelity(made, fidelity)
     culling = cull(made, settings)
-    prepared = prepare(culling.applied_to(made), settings, 0, culling.silent, culling.transparent)
+    prepared = prepare(made, settings, 0, culling.silent, culling.transparent)
     scan, index = np.divmod(numbers, made.radar.azimuths)
     start = index // prepared.tile * prepared.tile
     tiles = {

@@ -32,7 +32,7 @@ BALL = {"name": "s", "shape": "sphere", "radius_m": 1}
 )  # fmt: skip
 def test_the_key_tells_the_kind(table: dict[str, Any], kind: type[BodyModel]) -> None:
     (body,) = validated({"body": [table]}).body
-    assert type(body) is kind and body.model_dump(exclude_unset=True) == table
+    assert isinstance(body, kind) and body.model_dump(exclude_unset=True) == table
     assert body.can_carry is (kind is not HeightMapBodyModel)
     (same,) = validated({"body": [body]}).body
     assert same == body

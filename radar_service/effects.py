@@ -1,0 +1,50 @@
+"""What the author of an effect needs (docs/effects.md). Each name is imported when it is first used: declarations stay light.
+
+>>> from radar_service.effects import Effect, Section, Source
+"""
+
+from typing import TYPE_CHECKING
+
+from radar_service.public_names import lazily
+
+if TYPE_CHECKING:
+    from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+    from radar_service.numerics.frames import effective_earth_radius, polar_from_map, wrap_angle
+    from radar_service.records.plan_item import PlanItem
+    from radar_service.stages.effect import Effect, EffectTruth, Source
+    from radar_service.stages.fields import (
+        Bearing,
+        EastNorth,
+        EastNorthUp,
+        Flag,
+        Height,
+        Number,
+        Section,
+        Size,
+        Speed,
+        Whole,
+    )
+    from radar_service.stages.point_echoes import point_echoes
+    from radar_service.stages.stage import Context, Stage, Tile
+    from radar_service.world.error import SceneError
+
+__all__ = [
+    "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect", "EffectTruth", "Flag",
+    "Height", "Number", "PlanItem", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
+    "effective_earth_radius", "point_echoes", "polar_from_map", "wrap_angle",
+]  # fmt: skip
+
+MODULES = {
+    "echo.echoes": ("AzimuthTimes", "BeamWeightedEchoes"),
+    "numerics.frames": ("effective_earth_radius", "polar_from_map", "wrap_angle"),
+    "records.plan_item": ("PlanItem",),
+    "stages.effect": ("Effect", "EffectTruth", "Source"),
+    "stages.fields": (
+        "Bearing", "EastNorth", "EastNorthUp", "Flag", "Height", "Number", "Section", "Size", "Speed", "Whole",
+    ),
+    "stages.point_echoes": ("point_echoes",),
+    "stages.stage": ("Context", "Stage", "Tile"),
+    "world.error": ("SceneError",),
+}  # fmt: skip
+
+__getattr__, __dir__ = lazily(__name__, MODULES, below="radar_service")

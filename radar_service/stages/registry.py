@@ -1,0 +1,143 @@
+"""All effects: those of this package, a line each, and those of other packages by the entry points `radar_service.effects`.
+
+Numbers of sources depend on the scene alone, never on what else is installed. A package that is broken, or two that claim one
+key, stop only the scenes that have such a key.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, Field
+
+from radar_service.records.truth import Crossing, Snapshot
+from radar_service.stages.effect import Effect, Source
+from radar_service.stages.fields import Keys, Section, with_keys
+
+if TYPE_CHECKING:
+    from radar_service.world.scene import Scene
+
+GROUP = "radar_service.effects"
+EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
+    "radar_service.stages.interference.effect:InterferenceEffect",
+    "radar_service.stages.beacons.effect:BeaconEffect",
+)
+HERE = "radar-service"
+FIRST_FOREIGN = 128  # number of the first source whose effect gives none: above land, below the bodies
+
+
+class RefusedEffect(Effect):
+    """Takes the place of an effect that cannot be used: a scene with one of its keys ends in a sentence, which says why."""
+
+    def __init__(self, name: str, scene_keys: Keys, body_keys: Keys, why: str) -> None:
+        def refuse(_: Any) -> None:
+            raise ValueError(why)
+
+        refused = Annotated[Any, BeforeValidator(refuse)], Field(None, description=why)
+        self.name = name
+        self.scene_keys, self.body_keys = dict.fromkeys(scene_keys, refused), dict.fromkeys(body_keys, refused)
+
+
+@cache
+def own_effects() -> tuple[Effect, ...]:
+    """Returns the effects of this package."""
+    return tuple(_loaded(place)() for place in EFFECTS)
+
+
+@cache
+def effects() -> tuple[Effect, ...]:
+    """Returns all effects: first those of this package, then the others by name."""
+    own = own_effects()
+    entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
+    others = {f"{entry.name} of {entry.dist.name if entry.dist else entry.value}": _foreign(entry) for entry in entries}
+    owners: dict[str, list[str]] = defaultdict(list)
+    for key in {*_core_keys(), *(key for effect in own for key in _claims(effect))}:
+        owners[key].append(HERE)
+    for label, effect in others.items():
+        for key in _claims(effect):
+            owners[key].append(label)
+    return (*own, *sorted((_settled(effect, owners) for effect in others.values()), key=lambda effect: effect.name))
+
+
+def _loaded(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def _core_keys() -> Iterator[str]:
+    """The keys that scenes and bodies have without effects. Their models import this module, so their names are loaded late."""
+    yield from _loaded("radar_service.scene_file.model.scene:SceneModel").model_fields
+    for kind in _loaded("radar_service.scene_file.model.body:KINDS").values():
+        yield from kind.model_fields
+
+
+def _claims(effect: Effect) -> set[str]:
+    return {effect.name, *effect.scene_keys, *effect.body_keys}
+
+
+def _foreign(entry: EntryPoint) -> Effect:
+    """The effect of another package; what cannot be loaded is refused by the name of its entry point."""
+    try:
+        effect = entry.load()()
+        with_keys(Section, {**effect.scene_keys, **effect.body_keys}).model_json_schema()
+        assert isinstance(effect, Effect) and effect.name, "it is no Effect with a name"
+        assert effect.name not in {field.name for kind in (Crossing, Snapshot) for field in fields(kind)}, (
+            "the truth has its name"
+        )
+        assert all(source.number is None for source in effect.sources), "the scene gives its sources their numbers"
+    except Exception as error:  # of a package that nobody here has written
+        package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]
+        why = f"the effect {entry.name} of the package {package} cannot be loaded ({reason}); repair or remove the package"
+        keys = {entry.name: (Any, None)}
+        return RefusedEffect(entry.name, keys, keys, why)
+    return effect
+
+
+def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
+    """The effect, or what refuses its keys where others claim one of them; keys of this package stay as they are."""
+    shared = sorted(key for key in _claims(effect) if len(owners[key]) > 1)
+    if not shared:
+        return effect
+    why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; remove one of the packages"
+    scene_keys, body_keys = (
+        {key: keys[key] for key in keys if HERE not in owners[key]} for keys in (effect.scene_keys, effect.body_keys)
+    )
+    return RefusedEffect(effect.name, scene_keys, body_keys, why)
+
+
+def given_keys(table: BaseModel, keys: Keys) -> dict[str, Any]:
+    """The values of an effect's keys in a table that has any of them, {} in another one."""
+    return {key: getattr(table, key) for key in keys} if keys.keys() & table.model_fields_set else {}
+
+
+def effect_records(table: BaseModel, keys: str, record: Callable[[Effect, Mapping[str, Any]], Any]) -> dict[str, Any]:
+    """What effects make of a table that has keys of theirs, by their names. keys: "scene_keys" or "body_keys"."""
+    records = {each.name: record(each, given) for each in effects() if (given := given_keys(table, getattr(each, keys)))}
+    return {name: content for name, content in records.items() if content is not None}
+
+
+def effects_named(*names: Iterable[str]) -> list[Effect]:
+    """The effects with these names."""
+    return [effect for effect in effects() if any(effect.name in some for some in names)]
+
+
+def effects_in(scene: "Scene") -> list[Effect]:
+    """The effects that a scene asks for."""
+    return [effect for effect in effects() if effect.is_in(scene)]
+
+
+def numbered_sources(scene: "Scene") -> dict[int, tuple[str, Source]]:
+    """The sources of the effects of a scene by their numbers, each with the name of its effect."""
+    sources = [(effect.name, source) for effect in effects() for source in effect.sources_of(scene)]
+    foreign = sorted((each for each in sources if each[1].number is None), key=lambda each: (each[0], each[1].name))
+    own = {source.number: (name, source) for name, source in sources if source.number is not None}
+    return own | dict(enumerate(foreign, FIRST_FOREIGN))
+
+
+def echo_numbers(scene: "Scene") -> list[int]:
+    """The numbers of sources that may have echoes; the `body` of an echo of the k-th is k more than the number of bodies."""
+    return [number for number in numbered_sources(scene) if number >= FIRST_FOREIGN]

@@ -1,0 +1,94 @@
+"""The stage of an effect: made once for a scene, it adds to tile after tile."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.numerics.random import STAGE, generator, name_key
+from radar_service.numerics.types import Complexes, Flags, Profiles
+from radar_service.receive.compression import Compression, receiver_noise_power
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
+from radar_service.stages.effect import EffectTruth
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.scene import Scene
+
+
+class Context(NamedTuple):
+    """What a stage is made from.
+
+    effect: its name. scene, fidelity, seed: of the simulator. line_of_sight: all that may occlude.
+    compression: matched filter, window and noise of the receiver.
+    numbers: of its sources, by name. echo_sources: what `BeamWeightedEchoes.body` has for echoes of its sources, by name.
+    """
+
+    effect: str
+    scene: Scene
+    fidelity: Fidelity
+    seed: int
+    line_of_sight: OcclusionScene
+    compression: Compression
+    numbers: Mapping[str, int]
+    echo_sources: Mapping[str, int]
+
+    @property
+    def noise_power(self) -> float:
+        """Mean power of receiver noise [W]."""
+        return receiver_noise_power(self.scene.radar)
+
+    def random(self, *key: int) -> np.random.Generator:
+        """Random numbers of the effect for one purpose, by its name: they depend on the seed, the scene's radar and the key."""
+        return generator(self.seed, STAGE, name_key(self.effect), *self.scene.random_key, *key)
+
+
+@dataclass
+class Tile:
+    """Azimuths (K,) that are computed together.
+
+    transmitting: (K,) which are not blind. field: (K, bins) [sqrt(W)], to which stages add.
+    added: what they added, by source number and row: profiles (bins,) [sqrt(W)]; None where nobody asks for sources.
+    """
+
+    azimuths: AzimuthTimes
+    transmitting: Flags
+    field: Profiles
+    added: dict[int, dict[int, Complexes]] | None = None
+
+    def add(self, source: int, row: int, received: Complexes) -> None:
+        """Adds a profile (bins,) [sqrt(W)] of a source, by its number, to the azimuth of a row."""
+        self.field[row] += received
+        if self.added is not None:
+            rows = self.added.setdefault(source, {})
+            rows[row] = rows.get(row, 0.0) + received
+
+
+class Stage:
+    """An effect, ready for any azimuth of a scene. It can be pickled. has_echoes: whether it has `echoes`."""
+
+    has_echoes: ClassVar[bool] = False
+
+    @classmethod
+    def of(cls, context: Context) -> Self:
+        """The stage of a scene whose plan models something of it."""
+        raise NotImplementedError
+
+    @classmethod
+    def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
+        """Returns its lines of the plan of a scene that asks for it, prepared or not. microseconds: its costs [us]."""
+        return ()
+
+    @classmethod
+    def truth(cls, scene: Scene, line_of_sight: OcclusionScene) -> EffectTruth | None:
+        """What it tells of the scene; None for nothing."""
+        return None
+
+    def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
+        """Echoes (E,) before the receiver's filter at consecutive azimuths (K,); also of earlier instants, where those of earlier
+        pulses count."""
+        raise NotImplementedError
+
+    def add(self, tile: Tile) -> None:
+        """Adds what comes behind the receiver's filter to a tile."""

@@ -1,0 +1,124 @@
+"""Plays scenes with the effects of the package beside it, in a process that has this installed; prints what they gave as JSON.
+
+python -m tests.plug_ins.effects.played
+"""
+
+import hashlib
+import json
+import sys
+from typing import Any
+
+import numpy as np
+
+import radar_service as rs
+from radar_service.radar_feed import RadarFeeds
+from radar_service.scene_file.describe import describe, json_schema
+from radar_service.truth.truth_file import scene_hash
+
+RADAR = {
+    "azimuths": 180, "beamwidth_deg": 4, "range_max_m": 3000, "pulse_s": 2.5e-7, "bandwidth_hz": 6e6, "modulation": "none",
+    "sample_rate_hz": 15e6, "noise_figure_db": 4,
+}  # fmt: skip
+WORLD = {
+    "name": "birds",
+    "radar": RADAR,
+    "environment": {"noise": True, "multipath": True, "sea_state": 1},
+    "own_ship": {"speed_kn": 10, "course_deg": 40},
+    "body": [{"name": "buoy", "shape": "point", "position_m": [0, 900, 4], "rcs_dbsm": 10}],
+}
+FLOCK = {"position_m": [800, 1500, 30], "birds": 25, "rcs_dbsm": 0, "course_deg": 200}
+JAMMER = {"bearing_deg": 200, "level_db": 45}
+
+
+def played(content: dict[str, Any], fidelity: str = "balanced", **more: Any) -> tuple[rs.Simulator, rs.Scan]:
+    """The second scan, with its sources."""
+    sim = rs.Simulator(rs.load_scene(content), fidelity, seed=3, labels=True, powers="all", **more)
+    sim.skip_to(1)
+    return sim, sim.scan()
+
+
+def digest(*arrays: Any) -> str:
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
+
+
+def plain() -> dict[str, Any]:
+    """Bytes, hash and names of a scene without the effects."""
+    sim, scan = played(WORLD)
+    powers = sim.source_powers(1)
+    crossings = [crossing.as_dict() for crossing in sim.crossings(1)]
+    return {
+        "bytes": digest(scan.field, scan.labels, *(powers[key] for key in sorted(powers))),
+        "truth": [*crossings, sim.snapshot(1).as_dict()],
+        "hash": scene_hash(sim.scene),
+        "names": {str(number): name for number, name in sim.label_names.items()},
+        "plan": [choice["how"] for choice in sim.unmeasured_info.plan["choices"]],
+    }
+
+
+def with_birds_and_jammer() -> dict[str, Any]:
+    """What both effects give."""
+    content = WORLD | {"flock": [FLOCK], "jammer": [JAMMER]}
+    sim, scan = played(content)
+    numbers = {name: number for number, name in sim.label_names.items()}
+    powers, choices = sim.source_powers(1), {choice.what: choice for choice in sim.plan.choices}
+    strobe = int(powers[numbers["jammer"]].sum(axis=1).argmax())
+    return {
+        "numbers": {name: numbers[name] for name in ("birds", "jammer")},
+        "labelled": {name: int((scan.labels == numbers[name]).sum()) for name in ("birds", "jammer")},
+        "powers": {name: float(powers[numbers[name]].sum()) for name in ("birds", "jammer")},
+        "strobe_deg": float(np.degrees(scan.azimuth[strobe])),
+        "costs": {what: choices[what].microseconds for what in ("flocks", "jammers")},
+        "documented": {c.what: c.how for c in rs.Simulator(sim.scene, "documented").plan.choices},
+        "check": describe(sim.scene),
+        "truth": sim.snapshot(1).as_dict()["flock"],
+        "in two processes": digest(played(content, threads=2)[1].field) == digest(scan.field),
+        "bytes": digest(scan.field),
+    }
+
+
+def one_bird_and_a_point() -> float:
+    """Largest difference of a flock of one bird and a body that is a point, over the strongest cell [dB]."""
+    bare = WORLD | {"body": [], "environment": {"multipath": True}}
+    place = {"position_m": [400, 1100, 25], "rcs_dbsm": 10, "speed_kn": 25, "course_deg": 120}
+    body = {"name": "bird", "shape": "point", **place}
+    kinds = {"flock": [{"birds": 1, **place}]}, {"body": [body]}
+    birds, points = (played(bare | kind, "reference")[1] for kind in kinds)
+    return float(20 * np.log10(np.abs(birds.field - points.field).max() / np.abs(points.field).max()))
+
+
+def served() -> dict[str, Any]:
+    """A scan of a service in processes of its own, with labels and truth, against one of this process."""
+    content = WORLD | {"flock": [FLOCK], "jammer": [JAMMER]}
+    scans, labels, flocks = [], [], []
+    for over in ("process", "websocket"):
+        with RadarFeeds() as feeds:
+            feed = feeds(content, seed=3, over=over, fidelity="balanced", labels=True)
+            (scan,) = feed.scans(1)
+            scans.append(digest(scan.field, scan.labels))
+            labels.append(feed.label_names[128])
+            flocks.append(feed.snapshots[0].effects["flock"])
+    return {"same bytes": scans[0] == scans[1], "names": labels, "same truth": flocks[0] == flocks[1]}
+
+
+def refusals() -> list[str]:
+    """What is said of scenes that are wrong."""
+    texts = []
+    for keys in ({"flok": [FLOCK]}, {"flock": [FLOCK | {"birds": 0}]}, {"flock": [{"position_m": [0, 0, 0], "bird": 1}]}):
+        try:
+            rs.load_scene(WORLD | keys)
+        except rs.SceneError as error:
+            texts.append(str(error))
+    return texts
+
+
+if __name__ == "__main__":
+    told = {"plain": plain()}
+    if "installed" in sys.argv:
+        told |= {
+            "both": with_birds_and_jammer(),
+            "one_db": one_bird_and_a_point(),
+            "refusals": refusals(),
+            "served": served(),
+        }
+        told["schema"] = json_schema()["$defs"]["FlockModel"]
+    print(json.dumps(told))

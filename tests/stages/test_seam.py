@@ -1,0 +1,187 @@
+"""The seam of effects: who knows of one, and what is left without it."""
+
+import copy
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+import radar_service as rs
+from radar_service.effects import Context, Effect, EffectTruth, PlanItem, Source, Stage, Tile
+from radar_service.plots.plot_report import kinds_of
+from radar_service.radar_feed import crossing_from_line
+from radar_service.scene_file.describe import describe
+from radar_service.scene_file.document import scene_content, scene_path
+from radar_service.truth.truth_file import scene_hash
+from tests.stages.fixtures import Installed
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = f"{ROOT / 'radar_service'}{os.sep}"
+OTHERS = [{"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60}]
+MAX_FILES = 3  # outside its folder that run lines for one effect alone
+NEVER = ("engine", "plan", "sources", "truth")
+
+
+class ToyEffect(Effect):
+    """Another effect of bodies, which both scenes have: what all effects run is no knowledge of one."""
+
+    name, stage_at, sources = "toy", f"{__name__}:ToyStage", (Source("toy"),)
+    body_keys = {"toy": (float | None, Field(None))}
+
+    def body_record(self, given: Any, mesh: Any) -> Any:
+        return given["toy"]
+
+
+class ToyTruth(EffectTruth):
+    """What it tells of bodies."""
+
+    def at_crossing(self, body: int, time: float, boresight: float) -> Any:
+        return {"body": body}
+
+
+class ToyStage(Stage):
+    """Adds nothing to the first row of each tile."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    @classmethod
+    def of(cls, context: Context) -> "ToyStage":
+        return cls(context)
+
+    @classmethod
+    def plan(cls, scene: Any, fidelity: Any, microseconds: float | None) -> list[PlanItem]:
+        return [PlanItem("toy", True, "nothing")]
+
+    @classmethod
+    def truth(cls, scene: Any, line_of_sight: Any) -> ToyTruth:
+        return ToyTruth()
+
+    def add(self, tile: Tile) -> None:
+        tile.add(self._context.numbers["toy"], 0, np.zeros(tile.field.shape[1]))
+
+
+def content(beacons: bool, interference: bool) -> dict[str, Any]:
+    """A small scene with or without two effects."""
+    scene = copy.deepcopy(dict(scene_content(scene_path("aids"))))
+    scene["radar"] |= {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 6000}
+    for body in scene["body"] if not beacons else ():
+        body.pop("racon", None), body.pop("sart", None)
+    scene["body"][2]["toy"] = 1.0
+    return scene | ({"interference": OTHERS} if interference else {})
+
+
+def play(scene_input: dict[str, Any]) -> None:
+    """Everything that a scene with sources and truth goes through."""
+    scene = rs.load_scene(scene_input)
+    describe(scene), scene_hash(scene)
+    sim = rs.Simulator(scene, "balanced", seed=5, labels=True, powers="all")
+    sim.skip_to(2)
+    for _ in sim.blocks(scans=1):
+        pass
+    kinds_of(scene, list(sim.label_names)), sim.source_powers(2)
+    for crossing in sim.crossings(2):
+        crossing_from_line(crossing.as_dict())
+    sim.snapshot(2).as_dict(), str(sim.plan), sim.plan.as_dict()
+    str(rs.Simulator(scene, "documented").unmeasured_info)
+
+
+def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
+    """File and number of the lines of the package that a scene runs."""
+    lines = set[tuple[str, int]]()
+
+    def trace(frame: FrameType, event: str, argument: object) -> Any:
+        name = frame.f_code.co_filename
+        if not name.startswith(PACKAGE):
+            return None
+        lines.add((name.removeprefix(PACKAGE), frame.f_lineno))
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        play(scene_input)
+    finally:
+        sys.settrace(before)
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("effect", "without"), [("interference", content(True, False)), ("beacons", content(False, True))]
+)  # fmt: skip
+def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, without: dict[str, Any], installed: Installed) -> None:
+    """A scene with another effect of the kind, then with this one too: what only the second run executes."""
+    having = content(True, True)
+    installed.package("toys", ToyEffect)
+    for scene_input in (without, having):
+        play(scene_input)  # imports and caches do not count
+    only = Counter(file for file, _ in lines_of(having) - lines_of(without))
+    own = f"stages/{effect}/"
+    elsewhere = {file: count for file, count in only.items() if not file.startswith(own)}
+    assert sum(count for file, count in only.items() if file.startswith(own)) > 30
+    assert len(elsewhere) <= MAX_FILES and not [file for file in elsewhere if file.startswith(NEVER)], elsewhere
+
+
+WITHOUT = """
+import hashlib, importlib, json, pkgutil
+import radar_service as rs
+names = [module.name for module in pkgutil.walk_packages(rs.__path__, "radar_service.") if "__main__" not in module.name]
+for name in names:
+    if not name.startswith(("radar_service.clients", "radar_service.pytest_plugin", "radar_service.kernels.compiled")):
+        importlib.import_module(name)
+from radar_service.scene_file.describe import json_schema
+schema = json_schema()
+sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
+digest = hashlib.sha256(b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))).hexdigest()
+keys = [*schema["properties"], *schema["$defs"]["ShapeBodyModel"]["properties"]]
+print(json.dumps([rs.__file__, keys, digest]))
+"""
+
+
+def run_without(tree: Path) -> Any:
+    environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT], cwd=tree, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(("effect", "keys"), [("interference", {"interference"}), ("beacons", {"racon", "sart"})])
+def test_the_tree_without_an_effect_still_works(tmp_path: Path, effect: str, keys: set[str]) -> None:
+    """Its folder and its line of the registry are gone: all imports hold, its keys are unknown, other scenes keep their bytes."""
+    shutil.copytree(ROOT / "radar_service", tmp_path / "radar_service", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("clients", "scenes"):
+        shutil.copytree(ROOT / name, tmp_path / "radar_service" / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.rmtree(tmp_path / "radar_service" / "stages" / effect)
+    registry = tmp_path / "radar_service" / "stages" / "registry.py"
+    lines = registry.read_text(encoding="utf-8").splitlines(keepends=True)
+    kept = [line for line in lines if f'"radar_service.stages.{effect}.' not in line]
+    assert len(kept) == len(lines) - 1
+    registry.write_text("".join(kept), encoding="utf-8")
+    left, whole = run_without(tmp_path), run_without(ROOT)
+    assert left[0].startswith(str(tmp_path)) and {*whole[1]} - {*left[1]} == keys and left[2] == whole[2]
+
+
+def test_no_effect_imports_another() -> None:
+    folders = [folder.name for folder in (ROOT / "radar_service" / "stages").iterdir() if (folder / "__init__.py").exists()]
+    for folder in folders:
+        for file in (ROOT / "radar_service" / "stages" / folder).glob("*.py"):
+            source = file.read_text(encoding="utf-8")
+            assert not [other for other in folders if other != folder and f"stages.{other}" in source], file
+
+
+def test_declarations_import_nothing_of_the_engine() -> None:
+    code = "import sys; from radar_service.stages.registry import effects; effects(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    heavy = ("trace", "echo", "receive", "clutter", "engine", "plan", "simulator")
+    assert not [name for name in loaded if name.startswith(tuple(f"radar_service.{room}" for room in heavy))]
