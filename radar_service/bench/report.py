@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from radar_service.bench.run_picture import run_picture
+from radar_service.terminal.extras import install_command
 from radar_service.terminal.output_files import write_file
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
@@ -195,7 +196,14 @@ def _picture(run: Mapping[str, Any] | None) -> str:
     if run is None:
         return ""
     alt = f"seed {run['seed']}: plots, tracks and targets over the PPI of the last scan; distances over time"
-    return f'<img alt="{alt}" src="data:image/png;base64,{run_picture(run)}">'
+    return image(alt, run_picture(run))
+
+
+def image(alt: str, png: str) -> str:
+    """Returns a picture as HTML; where matplotlib was absent, and `png` is empty, how to install it."""
+    if png:
+        return f'<img alt="{html.escape(alt)}" src="data:image/png;base64,{png}">'
+    return f"<p>For a picture here, install the extra pictures: <code>{install_command('pictures')}</code></p>"
 
 
 def _events(failed: Sequence[Mapping[str, Any]]) -> str:

@@ -4,14 +4,17 @@ import html
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.bench.report import page_of
+from radar_service.bench.report import image, page_of
 from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.terminal.output_files import make_folder, write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLUMNS = (
     "target", "first lost, predicted (measured)", "last held, predicted (measured)", "range of the standard", "p",
@@ -63,7 +66,7 @@ def _section(series: Mapping[str, Any]) -> str:
     rows = "".join(_table_row(target) for target in series["targets"])
     return (
         f"<h2>{html.escape(series['environment'])}</h2><table><tr>{heads}</tr>{rows}</table>"
-        f'<img alt="probability of detection by range" src="data:image/png;base64,{_figure(series)}">'
+        f"{image('probability of detection by range', _figure(series))}"
     )
 
 
@@ -93,21 +96,18 @@ def _both(values: Mapping[str, float | None]) -> str:
 
 
 def _figure(series: Mapping[str, Any]) -> str:
-    """Pd by range of each target, predicted and measured, with the range of the standard, as a PNG in base 64."""
-    from matplotlib.figure import Figure
+    """Pd by range of each target, predicted and measured, with the range of the standard, as `png_text`."""
 
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    chart = figure.subplots()
-    for target in series["targets"]:
-        rows = np.array([(r["range_m"] / NAUTICAL_MILE, r["predicted"], r["detected"]) for r in target["ranges"]]).reshape(
-            -1, 3
-        )
-        (line,) = chart.plot(
-            target["curve"]["range_nm"], target["curve"]["predicted"], linewidth=1.0, label=target["target"]
-        )
-        chart.plot(rows[:, 0], rows[:, 2], "o", markersize=3, color=line.get_color())
-        if target["standard_nm"] is not None:
-            chart.axvline(target["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
-    chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
-    chart.legend(fontsize="small")
-    return png_text(figure)
+    def draw(figure: "Figure") -> None:
+        chart = figure.subplots()
+        for target in series["targets"]:
+            rows = [(r["range_m"] / NAUTICAL_MILE, r["detected"]) for r in target["ranges"]]
+            curve, standard = target["curve"], target["standard_nm"]
+            (line,) = chart.plot(curve["range_nm"], curve["predicted"], linewidth=1.0, label=target["target"])
+            chart.plot(*np.array(rows).reshape(-1, 2).T, "o", markersize=3, color=line.get_color())
+            if standard is not None:
+                chart.axvline(standard, color=line.get_color(), linewidth=0.7, linestyle=":")
+        chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
+        chart.legend(fontsize="small")
+
+    return png_text((11.0, 5.0), draw)

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from radar_service.bench.report import page_of, table_of, unit_of
+from radar_service.bench.report import image, page_of, table_of, unit_of
 from radar_service.bench.run_picture import png_text
 from radar_service.terminal.output_files import write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Data = Mapping[str, Any]  # plain data
 
@@ -88,7 +89,7 @@ def _section(ladder: Data, report: Data) -> str:
     text = {key: html.escape(str(ladder[key])) for key in ("name", "question", "expected", "source", "difficulty")}
     heads = (text["difficulty"], *(html.escape(_value(value)) for value in ladder["values"]), "failed runs")
     rows = "".join(map(_row, ladder["trackers"]))
-    picture = f'<img alt="{text["name"]}: error of each tracker by difficulty" src="data:image/png;base64,{curves(ladder)}">'
+    picture = image(f"{ladder['name']}: error of each tracker by difficulty", curves(ladder))
     return (
         f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{picture}"
         f"<p>+ and -: better and worse than {html.escape(ladder['trackers'][0]['tracker'])}, the reference, on this rung.</p>"
@@ -113,18 +114,18 @@ def _board(board: Data, title: str) -> str:
 
 
 def curves(ladder: Data) -> str:
-    """Returns the picture of a ladder, a PNG in base 64: the figure of each tracker by rung, with its interval."""
-    from matplotlib.figure import Figure
+    """Returns the picture of a ladder, as `png_text`: the figure of each tracker by rung, with its interval."""
 
-    figure = Figure(figsize=(9.0, 4.5), layout="constrained")
-    chart = figure.subplots()
-    for number, row in enumerate(ladder["trackers"]):
-        _draw(chart, row["tracker"], row["rungs"], number, len(ladder["trackers"]))
-    chart.axhline(ladder["worst"], color="0.6", linestyle=":", label="worst")
-    chart.set_xticks(range(len(ladder["values"])), [_value(value) for value in ladder["values"]])
-    chart.set(xlabel=f"{ladder['difficulty']}, harder to the right", ylabel=_metric(ladder), yscale=scale_of(ladder))
-    chart.legend(fontsize="small")
-    return png_text(figure)
+    def draw(figure: "Figure") -> None:
+        chart = figure.subplots()
+        for number, row in enumerate(ladder["trackers"]):
+            _draw(chart, row["tracker"], row["rungs"], number, len(ladder["trackers"]))
+        chart.axhline(ladder["worst"], color="0.6", linestyle=":", label="worst")
+        chart.set_xticks(range(len(ladder["values"])), [_value(value) for value in ladder["values"]])
+        chart.set(xlabel=f"{ladder['difficulty']}, harder to the right", ylabel=_metric(ladder), yscale=scale_of(ladder))
+        chart.legend(fontsize="small")
+
+    return png_text((9.0, 4.5), draw)
 
 
 def scale_of(ladder: Data) -> str:
