@@ -1,6 +1,5 @@
 """The report of a detection study as one HTML page: the criterion, a table of targets, and Pd by range as a figure."""
 
-import html
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,18 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.bench.report import image, page_of
 from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
+from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import make_folder, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-COLUMNS = (
-    "target", "first lost, predicted (measured)", "last held, predicted (measured)", "range of the standard", "p",
-    "mean SNR, measured less predicted", "verdict",
-)  # fmt: skip
 
 
 def write_detection(study: Mapping[str, Any], folder: Path) -> None:
@@ -31,9 +25,7 @@ def write_detection(study: Mapping[str, Any], folder: Path) -> None:
 
 def page(study: Mapping[str, Any]) -> str:
     """Returns the page."""
-    title = f"Detection by range: {html.escape(study['scenario'])}"
-    introduction = f"<p>{html.escape(criterion(study))} Source of the targets: {html.escape(study['source'])}</p>"
-    return page_of(title, introduction + "".join(map(_section, study["series"])))
+    return html_page("bench/detection/report.html", study=study, criterion=criterion, row=_row, figure=_figure)
 
 
 def criterion(study: Mapping[str, Any]) -> str:
@@ -61,23 +53,8 @@ def summary(study: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _section(series: Mapping[str, Any]) -> str:
-    heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
-    rows = "".join(_table_row(target) for target in series["targets"])
-    return (
-        f"<h2>{html.escape(series['environment'])}</h2><table><tr>{heads}</tr>{rows}</table>"
-        f"{image('probability of detection by range', _figure(series))}"
-    )
-
-
-def _table_row(target: Mapping[str, Any]) -> str:
-    *cells, word = _row(target)
-    values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-    return f'<tr>{values}<td class="{word.split(",")[0].split()[0]}">{word}</td></tr>'
-
-
 def _row(target: Mapping[str, Any]) -> tuple[str, ...]:
-    """The cells of COLUMNS of a target."""
+    """The cells of a target: its name, first lost, last held, range of a standard, p, difference of the SNR, verdict."""
     lost, held = (_both(target[key]) for key in ("first_lost_m", "last_held_m"))
     standard = "none" if target["standard_nm"] is None else f"{target['standard_nm']:g} NM"
     p = "none" if target["p"] is None else f"{target['p']:.2g}"
