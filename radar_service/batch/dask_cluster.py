@@ -14,7 +14,7 @@ from typing import Any, cast
 from radar_service.batch.jobs import Executor
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.extras import extra
 
 CONNECT_SECONDS = 10.0  # until a scheduler that does not answer counts as absent
 SAME = ("python", "dask", "distributed", "cloudpickle", "msgpack")  # whose versions must agree: messages depend on them
@@ -52,10 +52,8 @@ def cluster(address: str) -> Iterator[Cluster]:
 @contextlib.contextmanager
 def _client(address: str) -> Iterator[Any]:
     """A client of a scheduler. Raises ClusterError and MissingExtra."""
-    try:
+    with extra("cluster", "clusters"):
         from distributed import Client
-    except ModuleNotFoundError as error:
-        raise MissingExtra("clusters", "cluster", error) from None
     try:
         client: Any = cast(Any, Client)(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:

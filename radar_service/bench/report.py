@@ -1,12 +1,12 @@
 """The report of a test bench as one HTML page: a summary, the worst run of each scenario, verdicts with their sources."""
 
-import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from radar_service.bench.run_picture import run_picture
+from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
@@ -15,12 +15,6 @@ MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed
 MAX_SUMMARY = 3  # events of a scenario in the summary
 WORDS = ("fail", "undecided", "no gross miss", "pass", "shown")  # the gravest first
-
-STYLE = (
-    "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
-    "table{border-collapse:collapse;margin:.6rem 0}td,th{border:1px solid #999;padding:.25rem .6rem;text-align:left}"
-    ".pass{background:#d8f0d8}.fail{background:#f6d0d0}.undecided{background:#f7ecc4}.no{background:#d8f0d8}img{max-width:100%}"
-)
 
 
 def write_report(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None], folder: Path) -> None:
@@ -31,9 +25,11 @@ def write_report(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any
 
 def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None]) -> str:
     """Returns the page: the summary, then the scenarios, the gravest first."""
-    ordered = gravest_first(report)
-    sections = "".join(_section(scenario, drawn[scenario["name"]]) for scenario in ordered)
-    return page_of(f"Test bench: {html.escape(report['tracker'])}", _summary(ordered) + sections)
+    return html_page(
+        "bench/report.html", report=report, scenarios=gravest_first(report), drawn=drawn, run_picture=run_picture,
+        word_of=word_of, missed_limits=_missed_limits, gravest_lines=_gravest_lines, failure_lines=failure_lines,
+        number_of=number_of, bound_of=bound_of, unit_of=unit_of, max_listed=MAX_LISTED,
+    )  # fmt: skip
 
 
 def gravest_first(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -74,39 +70,11 @@ def event_line(event: Mapping[str, Any]) -> str:
     return f"{scans}: {event['kind']}: {event['what']}"
 
 
-def _summary(scenarios: Sequence[Mapping[str, Any]]) -> str:
-    heads = ("scenario", "verdict", "failed runs", "worst seed", "it misses", "what went wrong")
-    return table_of(heads, "".join(map(_summary_row, scenarios)))
-
-
-def _summary_row(scenario: Mapping[str, Any]) -> str:
-    name, word, failed = html.escape(scenario["name"]), word_of(scenario), scenario["failed_runs"]
-    seed, missed = _worst(failed[0]) if failed else ("", "")
-    lines = "<br>".join(map(html.escape, _gravest_lines(scenario)))
-    return (
-        f'<tr><td><a href="#{name}">{name}</a></td><td class="{word.split()[0]}">{word}</td>'
-        f"<td>{len(failed)} of {len(scenario['seeds'])}</td><td>{seed}</td><td>{missed}</td><td>{lines}</td></tr>"
-    )
-
-
-def _worst(run: Mapping[str, Any]) -> tuple[str, str]:
-    """Of a failed run the seed and some of the limits that it misses, as HTML."""
+def _missed_limits(run: Mapping[str, Any]) -> str:
+    """Some of the limits that a failed run misses."""
     missed = [*run["missed"]]
     more = [f"{len(missed) - MAX_SUMMARY} more"] if len(missed) > MAX_SUMMARY else []
-    return str(run["seed"]), ", ".join(missed[:MAX_SUMMARY] + more)
-
-
-def table_of(heads: Sequence[str], rows: str) -> str:
-    """Returns a table; heads and rows are HTML."""
-    return f"<table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{rows}</table>"
-
-
-def page_of(title: str, content: str) -> str:
-    """Returns a page; title and content are HTML."""
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
-        f"<h1>{title}</h1>{content}</html>\n"
-    )
+    return ", ".join(missed[:MAX_SUMMARY] + more)
 
 
 def comparison(report: Mapping[str, Any], compared: Mapping[str, Any]) -> str:
@@ -170,60 +138,3 @@ def bound_of(verdict: Mapping[str, Any]) -> str:
 def number_of(value: float | None) -> str:
     """Returns a value in words."""
     return "none" if value is None else f"{value:.4g}"
-
-
-def _section(scenario: Mapping[str, Any], run: Mapping[str, Any] | None) -> str:
-    text = {key: html.escape(str(scenario[key])) for key in ("name", "question", "expected", "source")}
-    remark = f"<p>Remark: {html.escape(scenario['remark'])}</p>" if scenario["remark"] else ""
-    failed = "".join(f"<li>{html.escape(line)}</li>" for line in failure_lines({"scenarios": [scenario]}))
-    metrics = "".join(
-        f"<tr><td>{name}</td><td>{number_of(scenario['metrics'][name])}</td>"
-        f"<td>{number_of(scenario['percentile_95'][name])}</td></tr>"
-        for name in scenario["metrics"]
-    )
-    limits = "".join(map(_verdict_row, scenario["verdicts"]))
-    return (
-        f'<h2 id="{text["name"]}">{text["name"]}</h2><p>{text["question"]} Expected: {text["expected"]} ({text["source"]})</p>'
-        f"{_picture(run)}{remark}<ul>{failed}</ul>{_events(scenario['failed_runs'])}"
-        f"{table_of(('limit', '95 % value', 'runs that miss it', 'verdict', 'source'), limits)}"
-        f"<details><summary>all metrics</summary>{table_of(('metric', 'mean', '95th percentile'), metrics)}</details>"
-    )
-
-
-def _picture(run: Mapping[str, Any] | None) -> str:
-    """The picture of a run; nothing without one."""
-    if run is None:
-        return ""
-    alt = f"seed {run['seed']}: plots, tracks and targets over the PPI of the last scan; distances over time"
-    return f'<img alt="{alt}" src="data:image/png;base64,{run_picture(run)}">'
-
-
-def _events(failed: Sequence[Mapping[str, Any]]) -> str:
-    """The events of each failed run; those of the worst one are unfolded."""
-    runs = "".join(_run_events(run, "" if k else " open") for k, run in enumerate(failed[:MAX_LISTED]))
-    return runs + (f"<p>{len(failed) - MAX_LISTED} more failed runs</p>" if len(failed) > MAX_LISTED else "")
-
-
-def _run_events(run: Mapping[str, Any], is_open: str) -> str:
-    more = run["event_count"] - len(run["events"])
-    rows = "".join(_event_row(event) for event in run["events"])
-    missed = ", ".join(f"{metric} {number_of(value)}" for metric, value in run["missed"].items())
-    return (
-        f"<details{is_open}><summary>seed {run['seed']} misses {missed}</summary>"
-        f"{table_of(('scans', 'target', 'event', 'what'), rows)}{f'<p>{more} more events</p>' if more else ''}</details>"
-    )
-
-
-def _event_row(event: Mapping[str, Any]) -> str:
-    scans = f"{event['scan']}" if event["scan"] == event["last"] else f"{event['scan']} to {event['last']}"
-    bodies = ", ".join(html.escape(body) for body in (event["body"], event["other"]) if body)
-    return f"<tr><td>{scans}</td><td>{bodies}</td><td>{event['kind']}</td><td>{html.escape(event['what'])}</td></tr>"
-
-
-def _verdict_row(verdict: Mapping[str, Any]) -> str:
-    limit = f"{html.escape(verdict['metric'])} {bound_of(verdict)} {unit_of(verdict['metric'])}"
-    return (
-        f"<tr><td>{limit}</td><td>{number_of(verdict['value_95'])}</td>"
-        f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split()[0]}">{verdict["word"]}</td>'
-        f"<td>{html.escape(verdict['source'])}</td></tr>"
-    )

@@ -3,7 +3,7 @@
 import base64
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,20 +27,25 @@ DARKEST = 2.5  # brightness of the PPI that would be black: plots and targets ar
 
 
 def run_picture(run: Mapping[str, Any]) -> str:
-    """Returns the picture of a run with at least one scan, over the PPI in `ppi` where it has one; a PNG in base 64."""
-    from matplotlib.figure import Figure
+    """Returns the picture of a run with at least one scan, over the PPI in `ppi` where it has one; as `png_text`."""
 
-    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
-    chart, errors = figure.subplots(1, 2)
-    colours = track_colours(run["scans"])
-    _draw_map(chart, run, colours)
-    _draw_distances(errors, run, colours)
-    return png_text(figure)
+    def draw(figure: "Figure") -> None:
+        chart, errors = figure.subplots(1, 2)
+        colours = track_colours(run["scans"])
+        _draw_map(chart, run, colours)
+        _draw_distances(errors, run, colours)
+
+    return png_text((11.0, 4.8), draw)
 
 
-def png_text(figure: "Figure") -> str:
-    """Returns a figure as a PNG in base 64."""
-    buffer = io.BytesIO()
+def png_text(size: tuple[float, float], draw: Callable[["Figure"], None]) -> str:
+    """Returns the figure of a size [inches] that `draw` fills, a PNG in base 64; empty where matplotlib is absent."""
+    try:
+        from matplotlib.figure import Figure
+    except ModuleNotFoundError:
+        return ""
+    figure, buffer = Figure(figsize=size, layout="constrained"), io.BytesIO()
+    draw(figure)
     figure.savefig(buffer, format="png", dpi=100)
     return base64.b64encode(buffer.getvalue()).decode()
 

@@ -6,8 +6,6 @@ from pathlib import Path
 from radar_service.batch.jobs import JobsFailed
 from radar_service.commands.shared_options import add_scene, add_scheduler, executor_of
 from radar_service.scene_file.load import load_scene
-from radar_service.study.chart import chart
-from radar_service.study.chart.summary import summary_text
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
 
@@ -22,7 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError, and JobsFailed for a fault."""
+    """Runs the command; returns the exit status.
+
+    Raises SceneError, UsageError, MissingExtra and OSError, and JobsFailed for a fault.
+    """
+    from radar_service.study.chart import chart  # here: it needs an extra, and `--help` does not
+    from radar_service.study.chart.summary import summary_text
+
     make_folder(options.out)
     effort, scene = chart.QUICK if options.quick else chart.FULL, load_scene(options.scene)
     try:

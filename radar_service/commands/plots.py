@@ -12,7 +12,6 @@ from radar_service.commands.shared_options import add_radar, add_scene, add_simu
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.picture import write_picture
 from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
@@ -48,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError."""
+    """Runs the command; returns the exit status. Raises SceneError, UsageError, MissingExtra and OSError."""
     if options.fidelity == "documented":
         raise UsageError("--fidelity: documented has no labels; choose another fidelity")
     try:
@@ -59,6 +58,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _plots(options: argparse.Namespace) -> int:
     prepare((options.out, options.png), options.overwrite)
+    if options.png:
+        from radar_service.plots.picture import write_picture  # an extra that is missing is told first
     make = simulator_options(options, options.threads, labels=True)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     radar = simulator.scene.radar

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from radar_service.study.stability import STUDIES
-from radar_service.study.stability.report import write_report
 from radar_service.terminal.arguments import add_whole_number
 from radar_service.terminal.output_files import make_folder
 
@@ -18,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status. Raises OSError."""
+    """Runs the command; returns the exit status. Raises MissingExtra and OSError."""
+    from radar_service.study.stability import STUDIES  # here: they need an extra, and `--help` does not
+    from radar_service.study.stability.report import write_report
+
     make_folder(options.out)
     findings = [study(options.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
     write_report(options.out, findings)

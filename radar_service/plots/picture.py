@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from radar_service.display.units import DEFAULT_UNIT, UNITS, Unit
 from radar_service.plots.plot_report import KINDS, PlotReport
+from radar_service.terminal.extras import extra
 from radar_service.terminal.output_files import written
+
+with extra("pictures", "pictures of plots"):
+    from matplotlib.figure import Figure
 
 COLOURS = {  # of kinds
     "ship": "#ff5050", "buoy": "#40ff40", "land": "#c8a060", "clutter": "#50a0ff", "interference": "#ff60ff", "noise": "#ffffff",

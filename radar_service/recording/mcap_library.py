@@ -1,15 +1,13 @@
 """The parts of the package `mcap` that recordings use."""
 
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.extras import extra
 
-try:
+with extra("record", "recordings"):
     from mcap.data_stream import ReadDataStream
     from mcap.opcode import Opcode
     from mcap.records import Channel, Chunk, Header, Message
     from mcap.stream_reader import breakup_chunk
     from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
-except ModuleNotFoundError as error:
-    raise MissingExtra("recordings", "record", error) from None
 
 __all__ = [
     "MCAP0_MAGIC", "Channel", "Chunk", "CompressionType", "Header", "Message", "Opcode", "ReadDataStream", "Writer",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radar_service.numerics.types import Singles
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.extras import extra
 from radar_service.terminal.output_files import written
 
 if TYPE_CHECKING:
@@ -147,11 +147,9 @@ EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}
 
 
 def _library() -> Any:
-    try:
+    with extra("xarray", "datasets"):
         import xarray
         import zarr  # noqa: F401  # the extra brings both
-    except ModuleNotFoundError as error:
-        raise MissingExtra("datasets", "xarray", error) from None
     return xarray
 
 

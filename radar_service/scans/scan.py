@@ -19,6 +19,7 @@ from radar_service.records.cell_sources import Labels, Powers
 from radar_service.records.spokes import SpokeBlock, joined
 from radar_service.scans.dataset import powered, powers_of, scan_to_xarray
 from radar_service.scans.file import read_arrays, write_arrays
+from radar_service.terminal.extras import extra
 
 if TYPE_CHECKING:
     import xarray
@@ -66,10 +67,12 @@ class Scan:
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
 
         axes: where to, by default new ones. dynamic_range_db: colours span this much below the strongest cell. range_max:
-        half the width [m], by default the whole range. unit: of the axes. Raises ValueError for a dynamic range not above 0.
+        half the width [m], by default the whole range. unit: of the axes. Raises MissingExtra, and ValueError for a dynamic
+        range not above 0.
         """
-        import matplotlib.pyplot as plt  # here: it would take a third of every start
-        from matplotlib.colors import ListedColormap
+        with extra("pictures", "plots of scans"):
+            import matplotlib.pyplot as plt  # here: it would take a third of every start
+            from matplotlib.colors import ListedColormap
 
         reach, scale = range_max or float(self.range[-1] + self.range_step / 2.0), UNITS[unit]
         edge = reach / scale.metres

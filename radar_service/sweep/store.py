@@ -25,7 +25,7 @@ from radar_service.sweep.inputs import Inputs, inputs_from_bytes
 from radar_service.sweep.layout import StoreLayout
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.variables import Arrays, Variable
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.extras import MissingExtra, extra
 
 FORMAT = 3  # of Zarr
 LEVEL = 3  # of Zstandard
@@ -36,10 +36,8 @@ DIGEST, FAILURE = "digest", "failure"  # the arrays of marks: of what a run is m
 
 def library() -> Any:
     """Returns zarr. Raises MissingExtra."""
-    try:
+    with extra("xarray", "sweeps"):
         import zarr
-    except ModuleNotFoundError as error:
-        raise MissingExtra("sweeps", "xarray", error) from None
     return zarr
 
 

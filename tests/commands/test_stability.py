@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.commands import stability
+from radar_service.study import stability
 
 
 def test_the_command_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """Packages that a plain installation lacks: the command that installs them works, wherever it is written."""
 
+import os
 import re
 import shlex
 import subprocess
@@ -27,7 +28,7 @@ def test_the_message_says_how_to_install_it() -> None:
 
 def test_the_command_installs_all_extras() -> None:
     """pip resolves the checkout with its extras from what is installed, and installs nothing."""
-    needed = {"pip", "setuptools", "mcap", "stonesoup", "xarray", "zarr"}
+    needed = {"pip", "setuptools", "mcap", "stonesoup", "xarray", "zarr", "matplotlib"}
     absent = sorted(
         needed - {one.name.lower() for one in distributions()}
     )  # to look for a module changes how setuptools imports
@@ -39,6 +40,28 @@ def test_the_command_installs_all_extras() -> None:
     done = subprocess.run([sys.executable, "-m", "pip", *arguments, *offline], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0 and "Would install radar-service" in done.stdout, done.stderr
     assert "does not provide the extra" not in done.stderr
+
+
+def test_without_matplotlib_pictures_name_the_extra_and_a_bench_has_its_report(tmp_path: Path) -> None:
+    """The help of a command needs no extra; a command that needs it says so before it computes."""
+    commands = [["chart", "harbour", "-o", "x"], ["stability", "-o", "x"], ["plots", "harbour", "--png", "x.png"]]
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\n"
+        "import radar_service as rs; from radar_service.__main__ import main; from tests.bench.test_report import RUN, data\n"
+        "from radar_service.bench.report import page\n"
+        f"print(*map(main, {commands}), 'pictures: <code>.venv' in page(data(), {{'small': RUN}}))\n"
+        "import radar_service.commands.stability, radar_service.commands.chart, radar_service.commands.plots\n"
+        "rs.Simulator(rs.load_scene('worked-example'), 'fast').scan().plot()"
+    )
+    search = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=search, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split() == ["2", "2", "2", "True"], done.stderr
+    lines = done.stderr.splitlines()
+    needs = "need the package matplotlib, of the extra pictures; in the folder of the checkout run:"
+    assert [line.split(needs)[0] for line in (*lines[:3], lines[-1])] == [
+        "studies ", "studies ", "pictures of plots ", "radar_service.terminal.extras.MissingExtra: plots of scans ",
+    ]  # fmt: skip
+    assert not [*tmp_path.iterdir()]
 
 
 def test_documents_write_the_command_that_works() -> None:

@@ -1,22 +1,19 @@
 """The report of a detection study as one HTML page: the criterion, a table of targets, and Pd by range as a figure."""
 
-import html
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.bench.report import page_of
 from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
+from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import make_folder, write_file
 
-COLUMNS = (
-    "target", "first lost, predicted (measured)", "last held, predicted (measured)", "range of the standard", "p",
-    "mean SNR, measured less predicted", "verdict",
-)  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def write_detection(study: Mapping[str, Any], folder: Path) -> None:
@@ -28,9 +25,7 @@ def write_detection(study: Mapping[str, Any], folder: Path) -> None:
 
 def page(study: Mapping[str, Any]) -> str:
     """Returns the page."""
-    title = f"Detection by range: {html.escape(study['scenario'])}"
-    introduction = f"<p>{html.escape(criterion(study))} Source of the targets: {html.escape(study['source'])}</p>"
-    return page_of(title, introduction + "".join(map(_section, study["series"])))
+    return html_page("bench/detection/report.html", study=study, criterion=criterion, row=_row, figure=_figure)
 
 
 def criterion(study: Mapping[str, Any]) -> str:
@@ -58,23 +53,8 @@ def summary(study: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _section(series: Mapping[str, Any]) -> str:
-    heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
-    rows = "".join(_table_row(target) for target in series["targets"])
-    return (
-        f"<h2>{html.escape(series['environment'])}</h2><table><tr>{heads}</tr>{rows}</table>"
-        f'<img alt="probability of detection by range" src="data:image/png;base64,{_figure(series)}">'
-    )
-
-
-def _table_row(target: Mapping[str, Any]) -> str:
-    *cells, word = _row(target)
-    values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-    return f'<tr>{values}<td class="{word.split(",")[0].split()[0]}">{word}</td></tr>'
-
-
 def _row(target: Mapping[str, Any]) -> tuple[str, ...]:
-    """The cells of COLUMNS of a target."""
+    """The cells of a target: its name, first lost, last held, range of a standard, p, difference of the SNR, verdict."""
     lost, held = (_both(target[key]) for key in ("first_lost_m", "last_held_m"))
     standard = "none" if target["standard_nm"] is None else f"{target['standard_nm']:g} NM"
     p = "none" if target["p"] is None else f"{target['p']:.2g}"
@@ -93,21 +73,18 @@ def _both(values: Mapping[str, float | None]) -> str:
 
 
 def _figure(series: Mapping[str, Any]) -> str:
-    """Pd by range of each target, predicted and measured, with the range of the standard, as a PNG in base 64."""
-    from matplotlib.figure import Figure
+    """Pd by range of each target, predicted and measured, with the range of the standard, as `png_text`."""
 
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    chart = figure.subplots()
-    for target in series["targets"]:
-        rows = np.array([(r["range_m"] / NAUTICAL_MILE, r["predicted"], r["detected"]) for r in target["ranges"]]).reshape(
-            -1, 3
-        )
-        (line,) = chart.plot(
-            target["curve"]["range_nm"], target["curve"]["predicted"], linewidth=1.0, label=target["target"]
-        )
-        chart.plot(rows[:, 0], rows[:, 2], "o", markersize=3, color=line.get_color())
-        if target["standard_nm"] is not None:
-            chart.axvline(target["standard_nm"], color=line.get_color(), linewidth=0.7, linestyle=":")
-    chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
-    chart.legend(fontsize="small")
-    return png_text(figure)
+    def draw(figure: "Figure") -> None:
+        chart = figure.subplots()
+        for target in series["targets"]:
+            rows = [(r["range_m"] / NAUTICAL_MILE, r["detected"]) for r in target["ranges"]]
+            curve, standard = target["curve"], target["standard_nm"]
+            (line,) = chart.plot(curve["range_nm"], curve["predicted"], linewidth=1.0, label=target["target"])
+            chart.plot(*np.array(rows).reshape(-1, 2).T, "o", markersize=3, color=line.get_color())
+            if standard is not None:
+                chart.axvline(standard, color=line.get_color(), linewidth=0.7, linestyle=":")
+        chart.set(xlabel="range [NM]; dotted: of the standard", ylabel="Pd per scan; dots: measured", ylim=(-0.02, 1.02))
+        chart.legend(fontsize="small")
+
+    return png_text((11.0, 5.0), draw)

@@ -1,17 +1,18 @@
 """The report of ladders: the leaderboard, and for each ladder a picture of its curves and a table, as a page and as text."""
 
-import html
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from radar_service.bench.report import page_of, table_of, unit_of
+from radar_service.bench.report import unit_of
 from radar_service.bench.run_picture import png_text
+from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Data = Mapping[str, Any]  # plain data
 
@@ -24,9 +25,10 @@ def write_ladders(report: Data, folder: Path) -> None:
 
 def page(report: Data) -> str:
     """Returns the page."""
-    sections = "".join(_section(ladder, report) for ladder in report["ladders"])
-    board = f"<p>{html.escape(method(report))}</p>{_board(report, 'share of the worst')}"
-    return page_of("Leaderboard of trackers", board + sections)
+    return html_page(
+        "bench/ladder/report.html", report=report, method=method(report), curves=curves, sentence=_sentence, title=_title,
+        cell=_cell, value_text=_value,
+    )  # fmt: skip
 
 
 def method(report: Data) -> str:
@@ -84,47 +86,19 @@ def _value(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-def _section(ladder: Data, report: Data) -> str:
-    text = {key: html.escape(str(ladder[key])) for key in ("name", "question", "expected", "source", "difficulty")}
-    heads = (text["difficulty"], *(html.escape(_value(value)) for value in ladder["values"]), "failed runs")
-    rows = "".join(map(_row, ladder["trackers"]))
-    picture = f'<img alt="{text["name"]}: error of each tracker by difficulty" src="data:image/png;base64,{curves(ladder)}">'
-    return (
-        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{picture}"
-        f"<p>+ and -: better and worse than {html.escape(ladder['trackers'][0]['tracker'])}, the reference, on this rung.</p>"
-        f"{table_of(heads, rows)}{_board(ladder, html.escape(_title(ladder)))}"
-    )
-
-
-def _row(row: Data) -> str:
-    words = {"better": ' class="pass"', "worse": ' class="fail"', None: ""}
-    cells = "".join(f"<td{words[rung['word']]}>{_cell(rung)}</td>" for rung in row["rungs"])
-    return f"<tr><td>{html.escape(row['tracker'])}</td>{cells}<td>{row['failed_runs']}</td></tr>"
-
-
-def _board(board: Data, title: str) -> str:
-    rows = "".join(
-        f"<tr><td>{row['place']}</td><td>{html.escape(row['tracker'])}</td><td>{row['mean']:.4g}</td>"
-        f"<td>{row['low']:.4g} to {row['high']:.4g}</td></tr>"
-        for row in board["leaderboard"]
-    )
-    pairs = "".join(f"<li>{html.escape(_sentence(pair))}</li>" for pair in board["pairs"])
-    return f"{table_of(('place', 'tracker', title, '95 % interval'), rows)}<ul>{pairs}</ul>"
-
-
 def curves(ladder: Data) -> str:
-    """Returns the picture of a ladder, a PNG in base 64: the figure of each tracker by rung, with its interval."""
-    from matplotlib.figure import Figure
+    """Returns the picture of a ladder, as `png_text`: the figure of each tracker by rung, with its interval."""
 
-    figure = Figure(figsize=(9.0, 4.5), layout="constrained")
-    chart = figure.subplots()
-    for number, row in enumerate(ladder["trackers"]):
-        _draw(chart, row["tracker"], row["rungs"], number, len(ladder["trackers"]))
-    chart.axhline(ladder["worst"], color="0.6", linestyle=":", label="worst")
-    chart.set_xticks(range(len(ladder["values"])), [_value(value) for value in ladder["values"]])
-    chart.set(xlabel=f"{ladder['difficulty']}, harder to the right", ylabel=_metric(ladder), yscale=scale_of(ladder))
-    chart.legend(fontsize="small")
-    return png_text(figure)
+    def draw(figure: "Figure") -> None:
+        chart = figure.subplots()
+        for number, row in enumerate(ladder["trackers"]):
+            _draw(chart, row["tracker"], row["rungs"], number, len(ladder["trackers"]))
+        chart.axhline(ladder["worst"], color="0.6", linestyle=":", label="worst")
+        chart.set_xticks(range(len(ladder["values"])), [_value(value) for value in ladder["values"]])
+        chart.set(xlabel=f"{ladder['difficulty']}, harder to the right", ylabel=_metric(ladder), yscale=scale_of(ladder))
+        chart.legend(fontsize="small")
+
+    return png_text((9.0, 4.5), draw)
 
 
 def scale_of(ladder: Data) -> str:

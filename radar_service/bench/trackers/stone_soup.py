@@ -12,7 +12,7 @@ import numpy as np
 from radar_service.bench.trackers.gating import EPOCH, Tuning
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots.plot import Plot
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.extras import extra
 
 
 class StoneSoupTracker:
@@ -20,10 +20,8 @@ class StoneSoupTracker:
 
     def __init__(self, tuning: Tuning | None = None) -> None:
         """Raises MissingExtra where Stone Soup is absent."""
-        try:
+        with extra("tracking", "the reference trackers"):
             import stonesoup  # noqa: F401
-        except ModuleNotFoundError as error:
-            raise MissingExtra("the reference trackers", "tracking", error) from None
         self._tuning = tuning or Tuning()
         self._feed = _Feed()
         self._tracker = reference_tracks(self._tuning, self._feed)

@@ -3,8 +3,7 @@
 import json
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from html import escape
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +13,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from radar_service.study.plotting import COLOURS, LIMIT, new_figure, number, style, svg_text
 from radar_service.study.stability.finding import RESPONSES, Axis, Finding
+from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import make_folder, write_file
-
-STYLE = """
-body{font:16px/1.45 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#1b1b1b;background:#fff}
-table{border-collapse:collapse;width:100%;font-size:14px}
-a{color:#0b57b0}td,th{text-align:left;padding:.3em .6em;border-bottom:1px solid #ddd;vertical-align:top}
-section{margin-top:2.6em}img{width:100%;max-width:830px;height:auto}h2{margin-bottom:.1em}p{margin:.4em 0}
-@media(prefers-color-scheme:dark){a{color:#8ab8ff}body{color:#ddd;background:#161616}td,th{border-color:#333}}
-"""
-INTRODUCTION = (
-    "Each study drives one parameter until a method fails. The table names the method, where it fails, and what the service "
-    "uses or does instead. In a figure the dotted line is the limit of the error. The upright line is the boundary, where the "
-    "method passes the limit."
-)
 
 HEIGHT, LEGEND_ROW = 3.0, 0.2  # inches
 COLUMNS = 3  # of the legend
@@ -44,16 +31,10 @@ def write_report(folder: Path, findings: Sequence[Finding]) -> None:
 
 def page(findings: Sequence[Finding]) -> str:
     """Returns the report as HTML."""
-    count = Counter(finding.response for finding in findings)
-    overview = "".join(f"<li>{count[key]}: {meaning}</li>" for key, meaning in RESPONSES.items() if count[key])
-    rows = "".join(_row(k, finding) for k, finding in enumerate(findings))
-    head = "<tr><th>region</th><th>method</th><th>where it fails</th><th>in the service</th></tr>"
-    return (
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'><title>Where methods fail</title>"
-        f"<meta name='viewport' content='width=device-width'><style>{STYLE}</style></head><body><h1>Where methods fail</h1>"
-        f"<p>{INTRODUCTION}</p><p>{len(findings)} regions:</p><ul>{overview}</ul><table>{head}{rows}</table>"
-        f"{''.join(_sections(findings))}</body></html>"
-    )
+    return html_page(
+        "study/stability/report.html", findings=findings, responses=RESPONSES, svg=_svg, boundary_text=boundary_text,
+        number=number, count=Counter(finding.response for finding in findings),
+    )  # fmt: skip
 
 
 def boundary_text(finding: Finding) -> str:
@@ -63,30 +44,9 @@ def boundary_text(finding: Finding) -> str:
     return f"{finding.parameter.label} = {number(finding.boundary)}"
 
 
-def _row(k: int, finding: Finding) -> str:
-    region = f"<a href='#r{k}'>{escape(finding.name)}</a>"
-    cells = (region, escape(finding.method), escape(boundary_text(finding)), escape(finding.instead))
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-
-
-def _sections(findings: Sequence[Finding]) -> Iterator[str]:
-    for k, finding in enumerate(findings):
-        yield (
-            f"<section id='r{k}'><h2>{escape(finding.name)}</h2><p>Setup: {escape(finding.setup)}.</p>{_image(finding)}"
-            f"<p>Method: {escape(finding.method)}. Limit: {escape(finding.limit_reason)}. "
-            f"Where it fails: {escape(boundary_text(finding))}. {escape(_expected_text(finding))}</p>"
-            f"<p><b>In the service: {escape(finding.instead)}.</b> {escape(finding.details)}</p></section>"
-        )
-
-
-def _expected_text(finding: Finding) -> str:
-    expected = finding.expected
-    return "" if expected.boundary is None else f"Expected: {number(expected.boundary)}; {expected.origin}."
-
-
-def _image(finding: Finding) -> str:
-    data = b64encode(svg_text(finding_figure(finding)).encode()).decode()
-    return f"<img alt='{escape(f'{finding.name}: {finding.setup}', quote=True)}' src='data:image/svg+xml;base64,{data}'>"
+def _svg(finding: Finding) -> str:
+    """The figure of a finding, an SVG in base 64."""
+    return b64encode(svg_text(finding_figure(finding)).encode()).decode()
 
 
 def finding_figure(finding: Finding) -> Figure:

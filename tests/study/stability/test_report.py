@@ -21,7 +21,7 @@ def test_the_report_has_every_region(step: int, tmp_path: Path) -> None:
     write_report(tmp_path / "new", findings)
     stored = json.loads((tmp_path / "new" / "stability.json").read_text())
     assert [one["name"] for one in stored] == [finding.name for finding in findings]
-    text = re.sub("base64,[^']*", "", (tmp_path / "new" / "stability.html").read_text())
+    text = re.sub('base64,[^"]*', "", (tmp_path / "new" / "stability.html").read_text())
     assert text.count("<section") == text.count("<img alt=") == len(findings)
     assert "nan" not in text.lower() and "None" not in text
 
