@@ -10,7 +10,6 @@ from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import AnyBody
-from radar_service.scene_file.model.current import MAX_CURRENTS, CurrentModel
 from radar_service.scene_file.model.environment import MAX_INTERFERERS, EnvironmentModel, InterferenceModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole
@@ -60,7 +59,6 @@ class SceneModel(Section):
     radar: Radars = RadarModel()
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
-    current: tuple[CurrentModel, ...] = Field((), max_length=MAX_CURRENTS, description="areas with a tidal stream")
     body: tuple[AnyBody, ...] = Field((), max_length=MAX_BODIES)
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
     errors: ErrorsModel | None = None
@@ -79,9 +77,6 @@ class SceneModel(Section):
             numbers.add(body.mmsi)
             if self.origin is None and body.is_geographic:
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
-        for i, current in enumerate(self.current):
-            if self.origin is None and current.is_geographic:
-                raise ValueError(f"current[{i}]: latitudes and longitudes need an [origin] in the scene; add one")
         can_carry = {body.name: body.can_carry for body in self.body}
         check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         with_errors = {body.name: i for i, body in enumerate(self.body) if body.errors is not None}
