@@ -91,7 +91,7 @@ class Simulator:
             self.scene.errors,
             self.scene.radar_id,
             ship=self.scene.platform.body,
-            currents=self.scene.environment.currents,
+            stream=self.scene.environment.stream,
         )
         tiles = SourceTiles(engine, pulses, request)
         self.sources = tiles.sources(source_names(self.scene))

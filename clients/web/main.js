@@ -15,7 +15,6 @@ import { isListed, listRadars, renameRadar } from "./radars.js";
 import { Scope } from "./scope.js";
 import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
-import { currentsOf } from "./stabilisation.js";
 import * as status from "./status.js";
 import { Thinning } from "./thinning.js";
 import { dismissAll } from "./toast.js";
@@ -99,7 +98,7 @@ function hello(message, isNew, isRestart) {
   }
   const { radar, fidelity } = message;
   Object.assign(page, { radar, fidelity, origin: message.scene.origin, givesTruth: message.truth });
-  scope.currents = currentsOf(message.scene);
+  scope.stream = message.scene.stream ?? null;
   const isOther = message.encoding.bins !== scope.picture.polar.bins;
   if (isNew || isOther) playout.clear();
   if (isNew) scope.adopt(message);

@@ -6,7 +6,7 @@ import { Framing } from "./framing.js";
 import { begin, drawOverlay, drawMarks, overlayColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
 import { Picture } from "./picture.js";
-import { WaterTrack, streamAt } from "./stabilisation.js";
+import { stabilised } from "./stabilisation.js";
 import { drawTruth, layTruth } from "./truth.js";
 import { scaleFor } from "./units.js";
 import { View, upOf } from "./view.js";
@@ -29,8 +29,7 @@ export class Scope {
     this.written = "";
     this.layout = { marks: [], unnamed: 0 }; // of the truth
     this.sailed = false; // whether own ship's position is known
-    this.currents = null; // of the water, where the scene has any
-    this.track = new WaterTrack();
+    this.stream = null; // of the water [east, north] [m/s], where the scene has one
     this.repaint();
     new ResizeObserver(() => this.fit()).observe(this.container);
     this.fit();
@@ -42,7 +41,6 @@ export class Scope {
     this.blindSectors = hello.radar.blind_sectors_deg ?? [];
     this.ship.azimuth = this.truth = null;
     this.sailed = false;
-    this.track = new WaterTrack();
     this.framing.moveTo(this.framing.centre, this.view.reach);
     this.written = `${hello.epoch}:`;
     this.changed = true;
@@ -66,11 +64,6 @@ export class Scope {
     this.sailed = false;
   }
 
-  /** The stream at own ship; null where the scene has none. */
-  get stream() {
-    return this.currents && streamAt(this.ship.position, this.currents);
-  }
-
   /** The stream with which the picture drifts: null while it is stabilised by the ground. */
   get drift() {
     return this.settings.stabilisation === "sea" ? this.stream : null;
@@ -85,10 +78,7 @@ export class Scope {
 
   /** Adds spokes from <= k < to of a `spokes` message; ship: own ship at the last of them. */
   write(message, from, to, ship) {
-    const position = [...message.position];
-    if (this.drift) {
-      for (let k = from; k < to; k++) position[k] = this.track.through(position[k], message.time[k], this.currents);
-    }
+    const position = message.position.map((each, k) => stabilised(each, message.time[k], this.drift));
     this.picture.write({ ...message, position }, from, to);
     if (this.isTrueMotion && this.sailed) {
       const moved = position[to - 1].map((metres, axis) => metres - this.place[axis]);

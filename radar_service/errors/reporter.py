@@ -18,8 +18,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import OwnShipTruth
-from radar_service.world.currents import NO_CURRENTS, Currents
 from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.stream import NO_STREAM, Stream
 
 MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
 ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
@@ -71,18 +71,18 @@ class ErrorReporter:
     """The errors of one radar's run, which `set` changes from one of its spokes on.
 
     radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run;
-    ship: name of the body that carries the radar, whose sensors have noise of their own, or None; currents: as of SensorLaws.
+    ship: name of the body that carries the radar, whose sensors have noise of their own, or None; stream: as of SensorLaws.
     """
 
     def __init__(
         self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0,
-        ship: str | None = None, currents: Currents = NO_CURRENTS,
+        ship: str | None = None, stream: Stream = NO_STREAM,
     ) -> None:  # fmt: skip
         self._radar, self._seed, self._radar_id, self._first, self._ship = radar, seed, radar_id, first, ship
-        self._currents = currents
+        self._stream = stream
         self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
         self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
-        self._sensor_laws = lru_cache(4)(lambda settings: SensorLaws(settings, radar, seed, key, ship, currents))
+        self._sensor_laws = lru_cache(4)(lambda settings: SensorLaws(settings, radar, seed, key, ship, stream))
 
     @property
     def errors(self) -> ErrorSettings | None:
@@ -100,7 +100,7 @@ class ErrorReporter:
 
     def restarted(self, first: int) -> "ErrorReporter":
         """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
-        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first, self._ship, self._currents)
+        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first, self._ship, self._stream)
 
     def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
         """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""

@@ -17,9 +17,8 @@ from radar_service.numerics.random import name_key
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.reports import Readings
-from radar_service.world.currents import NO_CURRENTS, Currents
 from radar_service.world.error_settings import AntennaErrors, ErrorSettings
-from radar_service.world.stream import through_water
+from radar_service.world.stream import NO_STREAM, Stream, through_water
 
 GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
 Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of these numbers (K,)
@@ -57,7 +56,7 @@ class AntennaLaw:
 class SensorLaws:
     """The laws of the sensors in force.
 
-    currents: of the water: the log measures the speed through the water, and the speed over ground that is
+    stream: of the water, east and north [m/s]: the log measures the speed through the water, and the speed over ground that is
     reported has the log's error.
     seed: of the noise. radar_key: of the antenna's noise, one for each radar. ship: name of the body that carries the radar, or
     None: all radars of a ship share her sensors, and their noise is not that of another ship.
@@ -65,9 +64,9 @@ class SensorLaws:
 
     def __init__(
         self, errors: ErrorSettings, radar: Radar, seed: int, radar_key: int = 0, ship: str | None = None,
-        currents: Currents = NO_CURRENTS,
+        stream: Stream = NO_STREAM,
     ) -> None:  # fmt: skip
-        self._errors, self._period, self._currents = errors, radar.spoke_period, currents
+        self._errors, self._period, self._stream = errors, radar.spoke_period, stream
         key = () if ship is None else (name_key(ship),)
         gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
         self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO, *key)
@@ -122,14 +121,14 @@ class SensorLaws:
         if log.least:
             speed = sensed + np.copysign(np.maximum(np.abs(log.scale * sensed), log.least), log.scale) + log.bias
         speed = speed + log.noise * self._log.at(number, time) if log.noise else speed
-        return np.asarray(true.speed + speed - self._water_speed(true) if self._currents else speed)
+        return np.asarray(true.speed + speed - self._water_speed(true) if any(self._stream) else speed)
 
     def _water_speed(self, readings: Readings) -> Floats:
         """Speed through the water (K,) [m/s] of true readings."""
-        if not self._currents:
+        if not any(self._stream):
             return np.asarray(readings.speed)
         velocity = np.stack([readings.speed * np.sin(readings.course), readings.speed * np.cos(readings.course)], axis=-1)
-        return through_water(velocity, readings.course, self._currents.at(readings.position))[1]
+        return through_water(velocity, readings.course, self._stream)[1]
 
     def _position(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
         sensor = self._errors.position

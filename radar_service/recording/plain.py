@@ -1,4 +1,4 @@
-"""Frozen records of a radar, a fidelity and currents as plain data for JSON, and back, exact to the bit.
+"""Frozen records of a radar and a fidelity as plain data for JSON, and back, exact to the bit.
 
 A record becomes a mapping with its class under `type`, by a name that stays where its module moves; a number that JSON does not
 have becomes its text. Lists come back as tuples, as these records have no lists.
@@ -12,8 +12,7 @@ from typing import Any
 
 from radar_service.recording.error import RecordingError
 
-# As files name them, of the classes that are made again.
-HOMES = ("radar_service.radar.", "radar_service.fidelity.", "radar_service.world.currents.")
+HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # as files name them, of the classes that are made again
 MOVED = {"radar_service.fidelity": "radar_service.records.fidelity"}  # where a module is that files name as it was
 
 
@@ -32,7 +31,7 @@ def plain(value: Any) -> Any:
 
 
 def restored(value: Any) -> Any:
-    """Returns what `plain` was given. Raises RecordingError for a class that is no record of a radar, a fidelity or a current."""
+    """Returns what `plain` was given. Raises RecordingError for a class that is no record of a radar or a fidelity."""
     if isinstance(value, list):
         return tuple(restored(item) for item in value)
     if not isinstance(value, Mapping):

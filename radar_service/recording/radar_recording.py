@@ -47,7 +47,7 @@ VIEW = View("c64")
 CODEC = messages.NativeCodec()
 NOTHING = SourceRequest()
 PICTURE_SIZE = 600  # pixels
-OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
+OUTLINE = ("name", "origin", "body_count", "warnings", "notes", "stream")  # fields of a SceneOutline besides the radar
 
 
 def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
@@ -231,9 +231,7 @@ def scene_record(radar: RadarInfo) -> Mapping[str, Any]:
     epoch, known = radar.epoch, radar.epoch.info
     to, scene = epoch.layout(None), known.scene
     document, files = scene_document(epoch.scene_request) if epoch.scene_request else (None, {})
-    outline = {name: getattr(scene, name) for name in OUTLINE} | {"stream": scene.currents.everywhere}
-    if scene.currents.areas:
-        outline["streams"] = plain(scene.currents.areas)
+    outline = {name: getattr(scene, name) for name in OUTLINE}
     return {
         "format": FORMAT, "epoch": epoch.name, "id": radar.identity, "name": radar.name, "outline": outline,
         "radar": plain(scene.radar), "cells": {"bins": to.bins, "first": to.first, "step": to.step},

@@ -24,7 +24,6 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
 from radar_service.world.commands import command_from
-from radar_service.world.currents import Currents
 from radar_service.world.outline import SceneOutline
 from radar_service.world.stream import NO_STREAM
 
@@ -59,7 +58,7 @@ class Recording:
         outline, cells = self.record["outline"], self.record["cells"]
         scene = SceneOutline(
             outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
-            restored(self.record["radar"]), tuple(outline["notes"]), currents=_currents(outline),
+            restored(self.record["radar"]), tuple(outline["notes"]), stream=tuple(outline.get("stream", NO_STREAM)),
         )  # fmt: skip
         self.commands = tuple(map(command_from, self._own_commands()))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
@@ -181,11 +180,6 @@ class Recording:
             position=rows.position, range=self.range, range_step=self.range_step, field=rows.samples, power=power,
             commands=len(self.commands),
         )  # fmt: skip
-
-
-def _currents(outline: Mapping[str, Any]) -> Currents:
-    """The streams of an outline; older recordings have none."""
-    return Currents(tuple(outline.get("stream", NO_STREAM)), restored(outline.get("streams", [])))
 
 
 def _ranges(bins: int, first: float, step: float) -> Floats:

@@ -190,11 +190,11 @@ def _along_mesh(
     its neighbours, so the area is right in the mean. uv: (2, count) of 0 to 1, positions within the triangles; None: random."""
     cumulated = np.cumsum(expected)
     steps = (np.arange(count) + rng.random(count)) * (cumulated[-1] / count)
-    triangle, position = _placed(mesh, cumulated, steps, rng.random((2, count)) if uv is None else uv)
+    triangle, position = points_in_triangles(mesh, cumulated, steps, rng.random((2, count)) if uv is None else uv)
     return _Points(position, triangle, cumulated[-1] / count * (area / np.where(expected > 0, expected, 1.0))[triangle])
 
 
-def _placed(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats) -> tuple[Indices, Floats]:
+def points_in_triangles(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats) -> tuple[Indices, Floats]:
     """Triangles (N,) where rising steps (N,) lie in their cumulated expectation (F,), and positions (N, 3) at uv (2, N) in
     them."""
     position, triangle = np.empty((len(steps), 3)), np.empty(len(steps), dtype=np.int64)

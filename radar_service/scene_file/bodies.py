@@ -34,13 +34,13 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
 from radar_service.stages.registry import effect_records
 from radar_service.world.body import Body, Material, Mesh, Plating, Reflector
-from radar_service.world.currents import Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin
 from radar_service.world.hull_types import PLAIN, hull_mesh
 from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.world.motion import Motion
 from radar_service.world.shapes import shape_mesh
+from radar_service.world.stream import Stream
 
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
@@ -54,10 +54,10 @@ class BodyLoader:
 
     def __init__(
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
-        radars: Sequence[Radar], currents: Currents, seaway: SeawayBuilder | None = None,
+        radars: Sequence[Radar], stream: Stream, seaway: SeawayBuilder | None = None,
     ) -> None:  # fmt: skip
         self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
-        self._origin, self._radars, self._currents, self._seaway = origin, radars, currents, seaway
+        self._origin, self._radars, self._stream, self._seaway = origin, radars, stream, seaway
         self.findings: list[Findings] = []
         self.hints: list[Findings] = []
         self._triangles = 0
@@ -101,7 +101,7 @@ class BodyLoader:
         return _cached(self._motions, k, lambda: self._in_seaway(self._without_seaway(model, location), model, location))
 
     def _without_seaway(self, model: BodyModel, location: str) -> Motion:
-        return motion_from_model(model, self._start(model), location, self.read_track, self._currents)
+        return motion_from_model(model, self._start(model), location, self.read_track, self._stream)
 
     def _in_seaway(self, motion: Motion, model: BodyOfAKind, location: str) -> Motion:
         """The motion as the seaway of the scene moves it, where it does."""

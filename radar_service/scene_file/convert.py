@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import MultipleEchoes, NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.radar.structures import Structure
@@ -14,11 +15,11 @@ from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
-from radar_service.world.currents import Currents
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
 from radar_service.world.presence import Fading, Presence
 from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway
+from radar_service.world.stream import NO_STREAM, Stream
 
 
 def radar_from_model(model: RadarModel) -> Radar:
@@ -80,7 +81,7 @@ def multiple_from_model(model: MultipleEchoesModel | None) -> MultipleEchoes | N
     return None if model is None else MultipleEchoes(10.0 ** (model.own_rcs_dbsm / 10.0), model.range_m, model.orders)
 
 
-def environment_from_model(model: EnvironmentModel, radar: Radar, currents: Currents) -> Environment:
+def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
     """Returns the environment in SI units, with "itu" gas at the radar's frequency. Raises SceneError above 54 GHz."""
     factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
     gas = model.gas_db_per_km
@@ -95,8 +96,7 @@ def environment_from_model(model: EnvironmentModel, radar: Radar, currents: Curr
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
         diffraction=model.diffraction,
-        stream=currents.everywhere,
-        areas=currents.areas,
+        stream=stream_from_model(model),
         seaway=seaway_from_model(model),
     )
 
@@ -122,6 +122,14 @@ def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
         list_rms=math.radians(sea.list_deg),
         trim_rms=math.radians(sea.trim_deg),
     )
+
+
+def stream_from_model(model: EnvironmentModel) -> Stream:
+    """Returns the velocity of the water over ground, the same everywhere, east and north [m/s]."""
+    if model.current_to_deg is None:
+        return NO_STREAM
+    to, speed = math.radians(model.current_to_deg), model.current_kn * KNOT
+    return speed * math.sin(to), speed * math.cos(to)
 
 
 def presence_from_model(model: BodyModel, rotation_period: float) -> Presence:

@@ -16,7 +16,6 @@ from radar_service.scene_file.checks.placement import nearest_point
 from radar_service.scene_file.model.scene import scene_schema
 from radar_service.stages.registry import effects_in, effects_named
 from radar_service.world.body import Body
-from radar_service.world.currents import CurrentArea
 from radar_service.world.materials import is_land
 from radar_service.world.motion import Motion
 from radar_service.world.platform import Platform
@@ -25,7 +24,6 @@ from radar_service.world.presence import Presence
 from radar_service.world.scene import Scene
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.steered_motion import SteeredMotion
-from radar_service.world.stream import Stream
 from radar_service.world.sway import Sway
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
@@ -209,22 +207,11 @@ def _environment_lines(scene: Scene) -> list[str]:
     if e.seaway is not None:
         coming_from = _bearing(e.seaway.towards + math.pi)
         enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
-    enabled += [f"stream of {_stream_text(e.stream)}"] if any(e.stream) else []
+    if any(e.stream):
+        enabled.append(f"stream of {math.hypot(*e.stream) / KNOT:.3g} kn to {_bearing(math.atan2(*e.stream))}")
     enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]
     extras = ", ".join(enabled) or "no other effects"
-    return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}", *map(_current_line, e.areas)]
-
-
-def _current_line(area: CurrentArea) -> str:
-    """What `check` prints of an area with a tidal stream."""
-    east, north = np.mean(area.corners, axis=0)
-    kind = f"circle of {area.radius:g} m" if area.radius else f"polygon of {len(area.corners)} corners"
-    where = f"{kind} about {east:.0f} m E, {north:.0f} m N"
-    return f"  current   {_stream_text(area.stream)} in a {where}, border {area.border:g} m wide"
-
-
-def _stream_text(stream: Stream) -> str:
-    return f"{math.hypot(*stream) / KNOT:.3g} kn to {_bearing(math.atan2(*stream))}"
+    return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 
 
 def _body_lines(body: Body, scene: Scene) -> list[str]:

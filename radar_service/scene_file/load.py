@@ -19,8 +19,8 @@ from radar_service.scene_file.checks.validity import check_antenna, check_echo_p
 from radar_service.scene_file.convert import (
     environment_from_model,
     radar_from_model,
+    stream_from_model,
 )
-from radar_service.scene_file.currents import currents_from_models
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
@@ -37,7 +37,6 @@ from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.stages.registry import effect_records, effects_named
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
-from radar_service.world.currents import NO_CURRENTS
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.geo import Origin
@@ -109,12 +108,10 @@ class _Loader:
             self.origin = (model.origin.latitude_deg, model.origin.longitude_deg)
         self.entries = radar_entries(model.radar)
         self.radars = [radar_from_model(entry.model) for entry in self.entries]
-        make_currents = partial(currents_from_models, model.environment, model.current, self.origin)
-        self.currents = self._collected(make_currents) or NO_CURRENTS
-        make_environment = partial(environment_from_model, model.environment, currents=self.currents)
-        self.environments = [self._collected(partial(make_environment, radar)) for radar in self.radars]
+        self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
+        self.stream = stream_from_model(model.environment)
         self.seaway = self._collected(partial(builder_from_model, model.environment))
-        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.currents, self.seaway)
+        self.bodies = BodyLoader(model.body, folder, mesh_reader, self.origin, self.radars, self.stream, self.seaway)
         own_ship = self._collected(self._own_ship)
         self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
         self.coverage = reach(self.radars, self.platforms)
@@ -149,7 +146,7 @@ class _Loader:
         if own_ship.body is not None:
             return self._carrier(own_ship.body)
         start = np.array([*own_ship.position_m, 0.0])
-        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.currents)
+        motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream)
         if self.seaway is not None and self.seaway.moves(own_ship, is_vessel=True):
             hull = own_ship.hull or HullModel()
             motion = self.seaway.moved(

@@ -16,12 +16,12 @@ from radar_service.scene_file.model.moving import (
     SwaySection,
     WaypointModel,
 )
-from radar_service.world.currents import NO_CURRENTS, Currents
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
 from radar_service.world.motion import Motion, in_stream, segment_headings
 from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
+from radar_service.world.stream import NO_STREAM, Stream
 from radar_service.world.sway import Sway
 from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
 
@@ -29,19 +29,19 @@ TrackReader = Callable[[str, str, float | None], Motion]  # file name, location,
 
 
 def motion_from_model(
-    section: MovingSection, start: Floats, location: str, read_track: TrackReader, currents: Currents = NO_CURRENTS
+    section: MovingSection, start: Floats, location: str, read_track: TrackReader, stream: Stream = NO_STREAM
 ) -> Motion:
     """Returns the motion of a body or of own ship that begins at `start` (3,) [m].
 
     location: key path of the section, for messages. read_track: returns the motion in a file of the scene's folder.
-    currents: of the water, for which the heading allows unless it is given.
+    stream: of the water, east and north [m/s], for which the heading allows unless it is given.
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    motion = replace(in_stream(motion, currents, section.heading_deg is not None), sway=sway_from_model(section))
+    motion = replace(in_stream(motion, stream, section.heading_deg is not None), sway=sway_from_model(section))
     if section.steerable is None:
         return motion
-    return SteeredMotion.under(motion, limits_from_model(section.steerable), currents)
+    return SteeredMotion.under(motion, limits_from_model(section.steerable), stream)
 
 
 def limits_from_model(steerable: SteerableModel) -> SteeringLimits:

@@ -5,8 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from radar_service.numerics.random import LEAN, generator, name_key
-from radar_service.scene_file.convert import seaway_from_model
-from radar_service.scene_file.currents import stream_from_model
+from radar_service.scene_file.convert import seaway_from_model, stream_from_model
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.moving import AMPLITUDES, MovingSection
 from radar_service.scene_file.model.seaway import HullModel
@@ -97,7 +96,7 @@ class SeawayBuilder:
             drawn_list if section.list_deg is None else math.radians(section.list_deg),
             drawn_trim if section.trim_deg is None else math.radians(section.trim_deg),
         )
-        steady = len(motion.time) == 1 and not (motion.final_turn or motion.areas or isinstance(motion, SteeredMotion))
+        steady = len(motion.time) == 1 and not (motion.final_turn or isinstance(motion, SteeredMotion))
         if steady and motion.time[0] <= 0.0:
             velocity = motion.final_velocity[None, :2] - self._stream
             bounds = bounds_of(self._waves, form, motion.heading, velocity)

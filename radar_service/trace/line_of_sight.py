@@ -54,8 +54,7 @@ class OcclusionScene:
         merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self.moving = MovingOccluders(bodies, earth_radius, without, rays, revision)
-        self._bodies, self._rays, self.revision = tuple(bodies), rays, revision
-        self._own_occluders: ResultCache[int, Occluder] = ResultCache(max(1, len(bodies)))
+        self._bodies, self.revision = tuple(bodies), revision
         self._triangles = BodyTriangles(bodies)
         self._land: ResultCache[None, LandMask | None] = ResultCache(1)
 
@@ -188,19 +187,6 @@ class OcclusionScene:
     def moved_within(self, body: int, time: float, span: float) -> float:
         """`Body.moved_within` of a body."""
         return self._bodies[body].moved_within(time, span)
-
-    def own_occluder(self, body: int, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
-        """`occluder_of` a body, and its pose at `time` [s]."""
-        occluder = self.occluder_of(body, time, movers)
-        return None if occluder is None else (occluder, pose_at(self._bodies[body], time))
-
-    def occluder_of(self, body: int, time: float, movers: bool = True) -> Occluder | None:
-        """The occluder of one body alone; None of a body that does not occlude, or is absent at `time` [s]; movers: as of
-        `visible`."""
-        mesh = self._bodies[body].mesh
-        if self._resting[body] and mesh is not None:
-            return self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
-        return self.moving.occluder(body, time) if movers else None
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""

@@ -133,10 +133,6 @@ class MovingOccluders:
         poses = self._instant(antenna, time)[0]
         return PosedOccluders(self._kinds, poses, self._earth_radius)
 
-    def occluder(self, key: int, time: float) -> Occluder | None:
-        """The occluder of body `key`; None of one that rests, or never occludes, or is absent at `time` [s]."""
-        return self._occluders[key] if key in self._occluders and self.present(time)[key] else None
-
     def chosen(self, keys: Collection[int], time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """The bodies of `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
         present = self.present(time)

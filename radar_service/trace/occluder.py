@@ -71,22 +71,6 @@ class Occluder:
         origin, line = self._lines_of_sight(pose, origin, points)
         return hit_before(self._scene, origin, self._begun_nearby(origin, line)[0], line, own)
 
-    def first_met(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Indices, Floats]:
-        """Where lines of sight from `origin` (3,) to `points` (E, 3) beyond the body first meet it: triangle (N,) and position
-        (N, 3) on the map [m] of those that do."""
-        begin, line = self._lines_of_sight(pose, origin, points)
-        triangle = self._scene.first_hit(self._begun_nearby(begin, line)[0], line)
-        met = np.flatnonzero(triangle >= 0)
-        share = self._scene.hit_distance(triangle[met], begin, line[met])[:, None]
-        offset = points[met] - origin
-        position = origin + share * offset
-        position[:, 2] -= (share * (1.0 - share))[:, 0] * np.sum(offset[:, :2] ** 2, axis=1) / (2.0 * self._earth_radius)
-        return triangle[met], position
-
-    def corners(self, triangle: Indices) -> Floats:
-        """Corners (3, 3, E), by corner and axis, of triangles (E,) in the body's own curved frame [m]."""
-        return self._scene.corners(triangle)
-
     def _lines_of_sight(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Floats, Floats]:
         begin = pose.frame_from_map(origin, self._earth_radius)
         return begin, pose.frame_from_map(points, self._earth_radius) - begin

@@ -185,9 +185,9 @@ def ship_states(scene: Scene, time: Floats, names: Sequence[str | None]) -> list
 
 def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | tuple[list[None], list[None]]:
     """Returns course [rad] and speed [m/s] through the water at K times; None without a tidal stream."""
-    if not scene.environment.currents:
+    if not any(scene.environment.stream):
         return [None] * len(pose.heading), [None] * len(pose.heading)
-    course, speed = through_water(pose.velocity, pose.heading, scene.environment.currents.at(pose.position))
+    course, speed = through_water(pose.velocity, pose.heading, scene.environment.stream)
     return course.tolist(), speed.tolist()
 
 

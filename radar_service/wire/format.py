@@ -7,8 +7,7 @@ hello   first message, and again whenever the epoch changes:
         protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
         beamwidth_el_deg, frequency_hz, modulation, bandwidth_hz, pulse_s, prf_hz, power_w, height_m, blind_sectors_deg},
         scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings, stream [east, north] m/s of the
-        water over ground, absent without a tidal stream; streams [{stream, border, corners, radius}] of areas whose
-        stream adds to it, absent without any: see world.currents}, seed, fidelity, arithmetic, plan,
+        water over ground, absent without a tidal stream}, seed, fidelity, arithmetic, plan,
         encoding {name, bins, range_step_m, range_first_m, range_m, dtype, noise_dbw; in u8 and u8-log also db_per_step,
         offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
         truth (whether this server sends it). Where a view requests labels or powers: both of them in view, and

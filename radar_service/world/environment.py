@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 
-from radar_service.world.currents import CurrentArea, Currents
 from radar_service.world.seaway import Seaway
 from radar_service.world.stream import NO_STREAM, Stream
 
@@ -23,9 +22,3 @@ class Environment:
     diffraction: bool = field(default=False, metadata={"added": True})
     seaway: Seaway | None = field(default=None, metadata={"added": True})  # that moves ships
     stream: Stream = field(default=NO_STREAM, metadata={"added": True})  # of the water over ground, east and north [m/s]
-    areas: tuple[CurrentArea, ...] = field(default=(), metadata={"added": True})  # with streams of their own
-
-    @property
-    def currents(self) -> Currents:
-        """All streams."""
-        return Currents(self.stream, self.areas)

@@ -9,8 +9,7 @@ import numpy as np
 
 from radar_service.numerics.frames import wrap_bearing
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.world.currents import CurrentArea, Currents
-from radar_service.world.stream import NO_STREAM, Stream, crab_angle, drift_rate, turn_factor
+from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
 from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
 from radar_service.world.waypoint_arcs import move_along_arc
 
@@ -54,7 +53,6 @@ class Motion:
     fixed: whether the heading stays constant on arcs.
     sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
     stream: for which the heading on arcs allows, east and north [m/s]; `heading` itself does so on straight segments.
-    areas: with streams of their own. With any, `heading` allows for no stream: `pose` adds the crab angle where she is.
     """
 
     time: Floats
@@ -67,7 +65,6 @@ class Motion:
     fixed: bool = False
     sway: SwayLaw | None = None
     stream: Stream = field(default=NO_STREAM, metadata={"added": 1})  # see truth.truth_file.scene_hash
-    areas: tuple[CurrentArea, ...] = field(default=(), metadata={"added": 1})
 
     def __post_init__(self) -> None:
         assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
@@ -81,7 +78,7 @@ class Motion:
     @cached_property
     def keeps_course(self) -> bool:
         """Whether it goes straight at one heading from its only knot on, but for its sway."""
-        return len(self.time) == 1 and not self.final_turn and not self.areas
+        return len(self.time) == 1 and not self.final_turn
 
     @cached_property
     def is_straight(self) -> bool:
@@ -194,23 +191,16 @@ class Motion:
             course, speed, rate = self.arcs[segment[curved]].T
             displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
             heading = heading if self.fixed else heading + self.arcs[segment, 2] * elapsed
-            if any(self.stream) and not self.fixed and not self.areas:
+            if any(self.stream) and not self.fixed:
                 heading[curved] += crab_angle(velocity[curved], self.stream)
-        position = self.position[segment] + displacement
-        if self.areas:
-            moves = np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0
-            latest = np.where(moves[:, None], velocity, self.latest_velocity[segment])
-            heading = heading + crab_angle(latest, self._currents.at(position))
-        return position, velocity, heading
+        return self.position[segment] + displacement, velocity, heading
 
     def _upright_turn_rate(self, t: Floats) -> Floats:
         """The rate (K,) [rad/s] at which the heading turns to starboard without sway at each time (K,) [s]."""
         since = t if self.period is None else t % self.period
         segment = np.searchsorted(self.time[1:], since, side="right")
         rate = self._segment_turn[segment] if self.turning else np.zeros(len(t))
-        if self.areas:
-            rate = rate + self._rate_in_areas(segment, t)
-        elif self.arcs is not None and not self.fixed:
+        if self.arcs is not None and not self.fixed:
             rate = rate + self.arcs[segment, 2] * self._turn_factor(segment, since)
         return np.where(since < self.time[0], 0.0, rate)
 
@@ -221,18 +211,6 @@ class Motion:
         course, speed, rate = self.arcs[segment].T
         now = course + rate * np.maximum(t - self.time[segment], 0.0)
         return turn_factor(np.stack([speed * np.sin(now), speed * np.cos(now)], axis=-1), self.stream)
-
-    def _rate_in_areas(self, segment: Indices, t: Floats) -> Floats:
-        """The rate (K,) [rad/s] at which the course through the water turns, on segments (K,) at times (K,) [s]."""
-        position, velocity, _ = self._upright(t)
-        stream = self._currents.at(position)
-        turn = np.zeros(len(t)) if self.arcs is None else self.arcs[segment, 2] * turn_factor(velocity, stream)
-        return turn + drift_rate(velocity, stream, self._currents.change(position, velocity))
-
-    @cached_property
-    def _currents(self) -> Currents:
-        """The streams for which the heading allows."""
-        return Currents(self.stream, self.areas)
 
     @cached_property
     def curved(self) -> Flags:
@@ -282,17 +260,15 @@ class Motion:
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
 
 
-def in_stream(motion: Motion, currents: Currents, keeps_heading: bool) -> Motion:
-    """Returns a motion over ground whose heading allows for streams: that through the water takes the place of the course.
+def in_stream(motion: Motion, stream: Stream, keeps_heading: bool) -> Motion:
+    """Returns a motion over ground whose heading allows for a stream: that through the water takes the place of the course.
 
     keeps_heading: it was given, and stays. A body that stands keeps the heading with which it came to rest.
     """
-    if not currents or keeps_heading or motion.turning:
+    if not any(stream) or keeps_heading or motion.turning:
         return motion
-    if currents.areas:
-        return motion if motion.at_rest else replace(motion, stream=currents.everywhere, areas=currents.areas)
-    angle = np.where(motion.curved, 0.0, crab_angle(motion.latest_velocity, currents.everywhere))
-    return replace(motion, heading=motion.heading + angle, stream=currents.everywhere)
+    angle = np.where(motion.curved, 0.0, crab_angle(motion.latest_velocity, stream))
+    return replace(motion, heading=motion.heading + angle, stream=stream)
 
 
 def segment_headings(position: Floats, heading_deg: float | None) -> Floats:

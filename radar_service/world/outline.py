@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from radar_service.radar.parameters import FIRST_ID, Origin, Radar
 from radar_service.world.ais import Ais
 from radar_service.world.commands import Steerable
-from radar_service.world.currents import NO_CURRENTS, Currents
 from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.stream import NO_STREAM, Stream
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -24,7 +24,7 @@ class SceneOutline:
     errors: on purpose, which the serving process adds; None without any.
     radar_id: of the radar; radar_ids: of all radars of its file.
     has_sensors: whether the platform has gyro, log and position sensor.
-    currents: all streams of the water.
+    stream: of the water over ground, east and north [m/s].
     ais: the transponders of the scene; gnss_offset: as of Scene.
     """
 
@@ -39,7 +39,7 @@ class SceneOutline:
     radar_id: str = FIRST_ID
     radar_ids: tuple[str, ...] = (FIRST_ID,)
     has_sensors: bool = True
-    currents: Currents = NO_CURRENTS
+    stream: Stream = NO_STREAM
     ais: Ais = Ais()
     gnss_offset: tuple[float, float] = (0.0, 0.0)
 
@@ -53,7 +53,7 @@ def outline_of(scene: "Scene") -> SceneOutline:
     """Returns what is known of a scene besides its bodies."""
     return SceneOutline(
         scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
-        scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.currents,
+        scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.stream,
         scene.ais,
         scene.gnss_offset,
     )  # fmt: skip

@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics.types import Flags, Floats
-from radar_service.world.currents import NO_CURRENTS, CurrentArea, Currents
 from radar_service.world.motion import Motion, Pose, in_stream
 from radar_service.world.seaway_motion import EASING
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle
@@ -81,18 +80,18 @@ class MotionSegment(NamedTuple):
         lost = before.velocity - self.velocity
         return self._replace(excess=(before.excess[0] + float(lost[0]), before.excess[1] + float(lost[1])))
 
-    def with_heading(self, heading: float, currents: Currents) -> "MotionSegment":
+    def with_heading(self, heading: float, stream: Stream) -> "MotionSegment":
         """Returns the segment with a heading [rad] at its start."""
-        return self._replace(drift=math.remainder(heading - self.course - self.crab(currents), 2.0 * math.pi))
+        return self._replace(drift=math.remainder(heading - self.course - self.crab(stream), 2.0 * math.pi))
 
-    def crab(self, currents: Currents) -> float:
+    def crab(self, stream: Stream) -> float:
         """Returns course through the water minus course over ground [rad] at its start."""
         if not self.speed:
             return self.stood
-        return float(crab_angle(self.velocity, currents.at(self.position)))
+        return float(crab_angle(self.velocity, stream))
 
-    def motion(self, sway: SwayLaw | None, currents: Currents = NO_CURRENTS) -> Motion:
-        """Returns the motion along the segment, which continues backward over LOOK_BACK. currents: as of `in_stream`."""
+    def motion(self, sway: SwayLaw | None, stream: Stream = NO_STREAM) -> Motion:
+        """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: as of `in_stream`."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
         position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
@@ -106,7 +105,7 @@ class MotionSegment(NamedTuple):
         drift = self.drift if self.speed else self.drift + self.stood
         sway = None if sway is None else sway.eased(self.excess, self.start)
         segment_motion = Motion(time, np.array(position), course + drift, velocity, arcs=arcs, sway=sway)
-        return in_stream(segment_motion, currents, keeps_heading=False)
+        return in_stream(segment_motion, stream, keeps_heading=False)
 
     def _along(self, course: float, rate: float, elapsed: float) -> Floats:
         """Displacement (3,) [m] in `elapsed` [s] from a course [rad], turning at `rate` [rad/s]."""
@@ -152,22 +151,16 @@ class SteeredMotion(CommandedMotion):
     from before the segment, and its methods look at times around each spoke. `past` follows the segment of each time.
 
     limits: of the commands.
-    water, water_areas: the streams, as of Currents, for which the heading allows once she is under command.
+    water: the stream, east and north [m/s], for which the heading allows once she is under command.
     """
 
     limits: SteeringLimits = field(kw_only=True)
     water: Stream = field(default=NO_STREAM, kw_only=True, metadata={"added": 1})  # see truth.truth_file.scene_hash
-    water_areas: tuple[CurrentArea, ...] = field(default=(), kw_only=True, metadata={"added": 1})
 
     @classmethod
-    def under(cls, motion: Motion, limits: SteeringLimits, currents: Currents = NO_CURRENTS) -> Self:
+    def under(cls, motion: Motion, limits: SteeringLimits, water: Stream = NO_STREAM) -> Self:
         """Returns a motion that begins as `motion`, and that no command has changed yet."""
-        return cls(**_fields(motion), limits=limits, water=currents.everywhere, water_areas=currents.areas)
-
-    @cached_property
-    def currents(self) -> Currents:
-        """The streams for which the heading allows once she is under command."""
-        return Currents(self.water, self.water_areas)
+        return cls(**_fields(motion), limits=limits, water=water)
 
     @property
     def top_speed(self) -> float:
@@ -210,7 +203,7 @@ class SteeredMotion(CommandedMotion):
         course, heading = float(pose.course[0]), float(pose.heading[0])
         excess = (0.0, 0.0) if self.sway is None else self.sway.excess(time)
         begun = MotionSegment(time, pose.position[0], course, float(pose.speed[0]), excess=excess)
-        return begun.with_heading(heading, self.currents)
+        return begun.with_heading(heading, self.water)
 
     def steer(self, segment: MotionSegment) -> None:
         """Takes a segment from its start on. `pose` follows it after `follow`."""
@@ -218,7 +211,7 @@ class SteeredMotion(CommandedMotion):
         track.segments = (*track.segments[1 - MAX_SEGMENTS :], segment)
         track.past = (
             np.append(start[1 - MAX_SEGMENTS :], segment.start),
-            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway, self.currents)),
+            (*motions[-MAX_SEGMENTS:], segment.motion(self.sway, self.water)),
         )
 
     def follow(self) -> None:

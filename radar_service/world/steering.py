@@ -15,11 +15,11 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.result_cache import Revision
 from radar_service.radar.parameters import Origin
 from radar_service.world.commands import Command, check_count
-from radar_service.world.currents import NO_CURRENTS, Currents
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence, SteeredPresence
 from radar_service.world.scene import Scene, scene_at_origin
 from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
+from radar_service.world.stream import NO_STREAM, Stream
 
 
 def with_motions(
@@ -173,7 +173,7 @@ class Steering:
             motion = self._motions[command.body]
             self._changed.add(command.body)
             if command.moves:
-                motion.steer(begun_segment(command, motion.segment_at(command.time), motion.limits, motion.currents))
+                motion.steer(begun_segment(command, motion.segment_at(command.time), motion.limits, motion.water))
             if command.present is not None:
                 self._presences[command.body].steer(command.time, command.present)
         self._taken = count
@@ -195,23 +195,20 @@ def same_at_first(commands: Sequence[Command], others: Sequence[Command]) -> int
 
 
 def begun_segment(
-    command: Command, before: MotionSegment, limits: SteeringLimits, currents: Currents = NO_CURRENTS
+    command: Command, before: MotionSegment, limits: SteeringLimits, stream: Stream = NO_STREAM
 ) -> MotionSegment:
-    """Returns the segment that begins with a command.
-
-    before: what is left of the segment until then. currents: as of `in_stream`.
-    """
+    """Returns the segment that begins with a command. before: what is left of the segment until then. stream: of the water."""
     segment = before
     if command.position_m is not None:
         segment = segment._replace(position=np.array([*command.position_m, before.position[2]]))
     if command.speed_kn is not None:
-        segment = segment._replace(speed=command.speed_kn * KNOT, stood=segment.crab(currents))
+        segment = segment._replace(speed=command.speed_kn * KNOT, stood=segment.crab(stream))
     if command.turn_rate_deg_s is not None:
         segment = segment._replace(turn_rate=math.radians(command.turn_rate_deg_s), turn_time=math.inf)
     if command.course_deg is not None:
         segment = _on_course(command, segment, math.radians(command.course_deg), limits)
     if command.heading_deg is not None:
-        segment = segment.with_heading(math.radians(command.heading_deg), currents)
+        segment = segment.with_heading(math.radians(command.heading_deg), stream)
     return segment.after(before)
 
 

@@ -64,7 +64,6 @@ class FakeRadar:
         self.scenes = [{"name": "known", "title": "known", "summary": "3 bodies"}, {"name": "other", "title": "other"}]
         self.scene = "known"
         self.stream: list[float] | None = None
-        self.streams: list[dict[str, Any]] = []  # areas
         self.origin: dict[str, float] | None = None
         self.gives_truth = False
         self.fidelity = "balanced"
@@ -107,8 +106,7 @@ class FakeRadar:
         return {
             "type": "hello", "protocol": 1, "epoch": self.epoch, "radar": radar, "encoding": encoding,
             "scene": {"name": self.scene, "origin": self.origin, "bodies": 3, "warnings": self.warnings,
-                      **({"stream": self.stream} if self.stream else {}),
-                      **({"streams": self.streams} if self.streams else {})},
+                      **({"stream": self.stream} if self.stream else {})},
             "seed": 0, "fidelity": self.fidelity, "arithmetic": "fake", "plan": {}, "controls": self.controls,
             "truth": self.gives_truth,
             "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},

@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.world.currents import Currents
 from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar, Picture
 from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, box, echoes, expected, off_by, seen
 from tests.clients.screen import blobs as spots_of
-from tests.world.test_currents import AREAS
 
 pytestmark = BROWSER
 
@@ -105,43 +103,6 @@ def test_sea_stabilisation_measures_against_the_water(radar: FakeRadar, opened: 
     assert page.text("#stream-text") == "000°  7.8 kn"
     page.ask("stabilisation.value = 'ground', stabilisation.onchange()")
     assert [page.text(each) for each in read] == ["GND STAB", "COG", "SOG"]
-
-
-def test_the_page_has_the_stream_of_the_place(radar: FakeRadar, opened: Opened) -> None:
-    """She goes out of an area with 4 m/s to the east: set and drift follow, and the map moves with the sum of the stream."""
-    area = {
-        "stream": [4.0, 0.0],
-        "border": 100.0,
-        "corners": [[-500, -500], [500, -500], [500, 500], [-500, 500]],
-        "radius": 0.0,
-    }
-    radar.stream, radar.streams = [0.0, 1.0], [area]
-    page = opened(f"{BARE}&motion=true&stabilisation=sea")
-    still = {"speed": [0.0] * 60, "heading": [16384] * 60, "course": [16384] * 60}
-    for first, place in ((720, [0.0, 0.0]), (780, [500.0, 0.0]), (840, [700.0, 0.0])):
-        radar.send(radar.spokes(first, 60) | still | {"time": [2.5 + (first - 720) / 60] * 60, "position": [place] * 60})
-        page.wait(DRAWN.format(f"one:{first + 60}"))
-        page.ask(FRAMES)
-        expected = {720: "076°  8.0 kn", 780: "063°  4.3 kn", 840: "000°  1.9 kn"}[first]
-        assert page.text("#stream-text") == expected
-    assert page.text("#speed-text") == "1.9 kn"
-
-
-def test_streams_of_the_page_are_those_of_the_engine(modules: Page) -> None:
-    """And the way of the water is their sum."""
-    areas = (AREAS["horseshoe"], AREAS["circle"], AREAS["square"])
-    places = np.random.default_rng(3).uniform(-250.0, 500.0, (60, 2))
-    streams = [{"stream": a.stream, "border": a.border, "corners": a.corners, "radius": a.radius} for a in areas]
-    script = f"""import('./stabilisation.js').then(({{currentsOf, streamAt, WaterTrack}}) => {{
-      const currents = currentsOf({json.dumps({"stream": [0.5, -1.0], "streams": streams})}), track = new WaterTrack();
-      const places = {json.dumps(places.tolist())};
-      return [places.map((each) => streamAt(each, currents)), places.map((each, k) => track.through(each, 2 * k, currents))];
-    }})"""
-    at, through = np.array(modules.ask(script))
-    expected = Currents((0.5, -1.0), areas).at(places)
-    assert at == pytest.approx(expected, abs=1e-9)
-    way = 2.0 * np.cumsum(expected, axis=0) - 2.0 * expected[0]
-    assert through == pytest.approx(places - way, abs=1e-9)
 
 
 PICTURE = """import('./picture.js').then(({Picture}) => {

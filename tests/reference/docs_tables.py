@@ -231,7 +231,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "multiple-echoes": lambda: section("MultipleEchoesModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
-    "current": lambda: section("CurrentModel"),
     "body": lambda: section("ShapeBodyModel", keys=BodyModel.model_fields),
     **{f"body-{kind}": partial(section, model.__name__, keys=OWN_KEYS[kind]) for kind, model in KINDS.items()},
     "waypoint": lambda: section("WaypointModel"),

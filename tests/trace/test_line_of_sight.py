@@ -203,22 +203,6 @@ def test_a_body_among_many_movers_is_tested_against_those_before_it() -> None:
     assert 50 < np.count_nonzero(visible) < 350
 
 
-def test_each_body_that_occludes_has_an_occluder_of_its_own() -> None:
-    """At rest too, at all times; a moving one where movers count; a transparent one never."""
-    here = bodies(box(100.0), box(200.0, speed_kn=10, course_deg=90), point("p", 0, 300))
-    line_of_sight = OcclusionScene(here, np.inf)
-    resting = [line_of_sight.own_occluder(0, time, movers) for time, movers in ((3.0, True), (9.0, False))]
-    assert resting[0] is not None and resting[1] is not None and resting[0][0] is resting[1][0]
-    np.testing.assert_array_equal(resting[0][1].position, pose_at(here[0], 0.0).position)
-    assert resting[0][0].sphere[1] == pytest.approx(here[0].diagonal / 2.0, rel=1e-6)
-    assert line_of_sight.own_occluder(2, 3.0) is None
-    assert line_of_sight.own_occluder(1, 3.0, movers=False) is None
-    own = line_of_sight.own_occluder(1, 3.0)
-    assert own is not None and own[0] is line_of_sight.own_occluder(1, 5.0)[0]  # type: ignore[index]
-    np.testing.assert_array_equal(own[1].position, pose_at(here[1], 3.0).position)
-    assert OcclusionScene(here, np.inf, without=[1]).own_occluder(1, 3.0) is None
-
-
 def test_a_scene_without_comings_and_goings_is_as_it_is_at_any_time() -> None:
     """Where a body goes, the scene of an earlier time is another one."""
     steady, going = (OcclusionScene(bodies(TARGET, box(400, **more)), EARTH) for more in (MOVES, {**MOVES, "end_s": 5.0}))

@@ -16,8 +16,8 @@ from radar_service.records.reports import Readings
 from radar_service.records.truth import ShipStates
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
-from radar_service.world.currents import Currents
 from radar_service.world.geo import geographic_from_map, true_bearing
+from radar_service.world.stream import Stream
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def spoke_before(radar: Radar, time: float) -> Indices:
 
 
 def report(
-    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, currents: Currents, reported: Readings,
+    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings,
     antenna: tuple[float, float] = (0.0, 0.0),
 ) -> OwnShipReport:  # fmt: skip
     """Returns own ship at instant k. reported: readings (1,) with the errors of her sensors; antenna: of the position, starboard
@@ -77,7 +77,7 @@ def report(
         latitude, longitude = geographic_from_map(reported.position[0] + offset, origin).tolist()
         position = latitude, longitude
     velocity, bow = states.velocity[k, :2], float(states.heading[k])
-    water = _ahead_and_aside(velocity - currents.at(states.position[k]), bow, log_error)
+    water = _ahead_and_aside(velocity - stream, bow, log_error)
     ground = _ahead_and_aside(velocity, bow, log_error)
     utc = start + timedelta(seconds=float(states.time[k]))
     heading, course = (None if math.isnan(angle) else angle for angle in angles.tolist())
@@ -105,7 +105,7 @@ def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, 
     earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
     readings = [as_reported(law, scene.radar, states, k, earlier) for k, law in enumerate(laws)]
     return [
-        report(station.start_utc, states, k, scene.origin, scene.currents, reported, antenna)
+        report(station.start_utc, states, k, scene.origin, scene.stream, reported, antenna)
         for k, reported in enumerate(readings)
     ]
 

@@ -170,15 +170,6 @@ class GeographicOrigin(BaseModel):
     longitude_deg: float
 
 
-class RunningCurrent(BaseModel):
-    """An area whose stream adds to that of all the water: a polygon, or a circle about its only corner."""
-
-    stream: tuple[float, float] = Field(description="of the water over ground inside, east and north [m/s]")
-    border: float = Field(description="width over which it rises, half of it on either side of the border [m]")
-    corners: list[tuple[float, float]] = Field(description="east and north [m]")
-    radius: float = Field(description="of the circle [m]; 0 for a polygon")
-
-
 class RunningScene(BaseModel):
     """The scene that a radar runs."""
 
@@ -187,7 +178,6 @@ class RunningScene(BaseModel):
     bodies: int
     warnings: list[str]
     stream: tuple[float, float] | None = Field(None, description="of the water over ground, east and north [m/s]")
-    streams: list[RunningCurrent] | None = Field(None, description="areas with streams of their own, which add to `stream`")
 
 
 class RadarState(BaseModel):

@@ -11,7 +11,6 @@ from pydantic import Field, model_validator
 
 from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import BodyOfAKind, any_body
-from radar_service.scene_file.model.current import MAX_CURRENTS, CurrentModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection
@@ -62,7 +61,6 @@ class SceneModel(Section):
     radar: Radars = RadarModel()
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
-    current: tuple[CurrentModel, ...] = Field((), max_length=MAX_CURRENTS, description="areas with a tidal stream")
     body: tuple[BodyOfAKind, ...] = Field((), max_length=MAX_BODIES)
     errors: ErrorsModel | None = None
     ais: AisModel | None = Field(None, description="what happens to AIS reports, on purpose")
@@ -80,9 +78,6 @@ class SceneModel(Section):
             numbers.add(body.mmsi)
             if self.origin is None and body.is_geographic:
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
-        for i, current in enumerate(self.current):
-            if self.origin is None and current.is_geographic:
-                raise ValueError(f"current[{i}]: latitudes and longitudes need an [origin] in the scene; add one")
         can_carry = {body.name: body.can_carry for body in self.body}
         check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         with_errors = {body.name: i for i, body in enumerate(self.body) if body.errors is not None}

@@ -113,7 +113,7 @@ class _Reports:
     def __init__(self, of: SpokeSourceInfo) -> None:
         scene = of.scene
         self._radar, self._seed, self._radar_id = scene.radar, of.seed, scene.radar_id
-        self._ship, self._currents, self.has_sensors = scene.steerable.own_ship, scene.currents, scene.has_sensors
+        self._ship, self._stream, self.has_sensors = scene.steerable.own_ship, scene.stream, scene.has_sensors
         kept = math.ceil(MAX_LATENCY_S / self._radar.spoke_period) + SCANS_KEPT * self._radar.azimuths
         self._history = ReadingsHistory(min(kept, MAX_KEPT))
         self._next = 0
@@ -129,7 +129,7 @@ class _Reports:
             from radar_service.errors.reporter import ErrorReporter
 
             self._reporter = ErrorReporter(
-                self._radar, self._seed, None, self._radar_id, ship=self._ship, currents=self._currents
+                self._radar, self._seed, None, self._radar_id, ship=self._ship, stream=self._stream
             )
         if self._reporter is not None:
             self._reporter.set(errors, self._next)

@@ -38,7 +38,6 @@ START = datetime(2026, 12, 31, 23, 59, 30, tzinfo=UTC)
 ROUNDING = 1e-7  # beside half a digit: of decimal numbers
 RADAR = {"azimuths": 8, "range_max_m": 500, "coarse_azimuths": True}
 STREAM = {"current_kn": 2.5, "current_to_deg": 70}
-AREAS = [{"current_kn": 2, "current_to_deg": 200, "position_m": [200, 0], "radius_m": 150, "border_m": 120}]
 TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [
     {"time_s": 5, "turn_rate_deg_s": 3.0}, {"time_s": 25, "course_deg": 10, "turn_rate_deg_s": 1.5},
     {"time_s": 40, "speed_kn": 3},
@@ -152,7 +151,6 @@ SCENES: dict[str, tuple[dict[str, Any], tuple[float, float], dict[str, Any]]] = 
     "antimeridian": ({"course_deg": 90, "speed_kn": 40, "position_m": [-600, 0]}, (-20.0, 180.0), {}),
     "89 north": ({"course_deg": 300, "speed_kn": 25, "yaw_deg": 3}, (89.0, 12.0), {"environment": STREAM}),
     "equator": ({"course_deg": 215, "speed_kn": 12, "position_m": [100, 100]}, (0.0, 0.0), {}),
-    "areas": ({**TURNING, "drift_deg": 4.0}, (50.0, -1.0), {"environment": STREAM, "current": AREAS}),
     "far from the origin": ({**TURNING, "position_m": [9000, 4000]}, (89.0, 12.0), {}),
     "at rest": ({"heading_deg": 359.999}, (50.0, -1.0), {"environment": STREAM}),
 }
@@ -189,7 +187,7 @@ def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
         close(rmc.true_course, true_deg(truth.course, truth.position, origin), 0.01, 360.0)
         close(rot.rate_of_turn, 60 * math.degrees(simulator.ship_states([float(k)])[0].turn_rate[0]), 0.01)
         velocity = np.array(truth.velocity[:2])
-        stream = simulator.scene.environment.currents.at(np.array(truth.position))
+        stream = simulator.scene.environment.stream
         ahead = np.array([math.sin(truth.heading), math.cos(truth.heading)])
         aside = np.array([math.cos(truth.heading), -math.sin(truth.heading)])
         expected = [v @ axis / KNOT for v in (velocity - stream, velocity) for axis in (ahead, aside)]
@@ -275,7 +273,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
     port, kept = started(simulator)
     port.tick("0", 9.0)
     port.tick("0", 12.0)
-    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, currents=scene.environment.currents)
+    reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, stream=scene.environment.stream)
     laws = reporter.laws_at(0)
     assert laws is not None
     rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}

@@ -114,12 +114,7 @@ def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
     warnings = told_warnings(scene.warnings, knows_truth)
-    stream: dict[str, Any] = {"stream": list(scene.currents.everywhere)} if scene.currents else {}
-    if scene.currents.areas:
-        stream["streams"] = [
-            {"stream": list(area.stream), "border": area.border, "corners": area.corners, "radius": area.radius}
-            for area in scene.currents.areas
-        ]
+    stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
     return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 
 
