@@ -6,13 +6,14 @@ comes too often, lines are dropped and counted.
 
 import json
 import logging
-import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
+from logging.handlers import QueueHandler, QueueListener
 from os import write
+from queue import Full, Queue
 from typing import Any, Literal
 
 from radar_service.service.token_bucket import TokenBucket
@@ -64,47 +65,67 @@ class Words(logging.Formatter):
         return "\n    ".join((line, *map(printable, self.formatException(record.exc_info).split("\n"))))
 
 
-class LineQueue(logging.Handler):
-    """Writes lines to a file descriptor, in a thread.
+class LineWriter(QueueListener):
+    """Writes the messages of records as lines to a file descriptor, in a thread.
+
+    No handler or stream does it: where nobody reads, the end of the process would wait for its lock.
+    """
+
+    def __init__(self, queue: Queue[logging.LogRecord], file: int) -> None:
+        super().__init__(queue)
+        self._file = file
+
+    def handle(self, record: logging.LogRecord) -> None:
+        """Waits until the line is written."""
+        line = f"{record.msg}\n".encode(errors="backslashreplace")
+        with suppress(OSError):  # nobody will ever read
+            while line:
+                line = line[write(self._file, line) :]
+
+
+class LineQueue(QueueHandler):
+    """Formats records, and has their lines written to a file descriptor in a thread.
 
     dropped: lines that were not written, by the reason: `queue` where nobody reads them, `repeated` where one kind came
     too often.
     """
 
     def __init__(self, file: int, clock: Callable[[], float] = time.monotonic) -> None:
-        super().__init__()
+        self._lines: Queue[logging.LogRecord] = Queue(MAX_LINES)
+        super().__init__(self._lines)
         self.dropped: Counter[str] = Counter()
-        self._file, self._clock = file, clock
-        self._lines: deque[bytes] = deque()
+        self._clock = clock
         self._kinds: dict[tuple[str, str], TokenBucket] = {}
-        self._changed = threading.Condition()
-        self._closed = False
-        self._thread = threading.Thread(target=self._run, name="log", daemon=True)
-        self._thread.start()
+        self.listener = LineWriter(self._lines, file)
+        self.listener.start()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Queues the line of a record, or drops it."""
-        if not self._is_allowed(record):
+        if self._is_allowed(record):
+            super().emit(record)
+        else:
             self.dropped["repeated"] += 1
-            return
-        line = self.format(record)
-        with self._changed:
-            if len(self._lines) >= MAX_LINES:
-                self.dropped["queue"] += 1
-            else:
-                self._lines.append((line[:MAX_LINE] + "\n").encode(errors="backslashreplace"))
-                self._changed.notify_all()
+
+    def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
+        """Returns a record that has the line as its message."""
+        return logging.makeLogRecord({"msg": self.format(record)[:MAX_LINE]})
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        """Queues a line, or drops it where the queue is full."""
+        try:
+            self._lines.put_nowait(record)
+        except Full:
+            self.dropped["queue"] += 1
 
     def flush(self) -> None:
         """Waits until all lines are written, at most FLUSH_SECONDS."""
-        with self._changed:
-            self._changed.wait_for(lambda: not self._lines, FLUSH_SECONDS)
+        with self._lines.all_tasks_done:
+            self._lines.all_tasks_done.wait_for(lambda: not self._lines.unfinished_tasks, FLUSH_SECONDS)
 
     def close(self) -> None:
-        """Ends the thread, once it has written what waits."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
+        """Ends the thread, once it has written what waits; where the queue is full, it goes on for as long as the process."""
+        with suppress(Full):
+            self.listener.enqueue_sentinel()
         super().close()
 
     def _is_allowed(self, record: logging.LogRecord) -> bool:
@@ -114,20 +135,6 @@ class LineQueue(logging.Handler):
                 del self._kinds[next(iter(self._kinds))]
             self._kinds[kind] = TokenBucket(*KINDS.get(record.name, OTHERS), self._clock)
         return self._kinds[kind].take(1)
-
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._lines or self._closed)
-                if not self._lines:
-                    return
-                line = self._lines[0]
-            with suppress(OSError):  # nobody will ever read
-                while line:
-                    line = line[write(self._file, line) :]
-            with self._changed:
-                self._lines.popleft()
-                self._changed.notify_all()
 
 
 def configure(style: Style) -> LineQueue:

@@ -3,6 +3,8 @@
 import json
 import logging
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -90,6 +92,15 @@ def test_a_pipe_that_nobody_reads_holds_nobody_up(pipe: tuple[int, int], monkeyp
         got += os.read(pipe[0], 2**16)
     assert got.startswith(b"info: line 0 padding=x")
     handler.close()
+
+
+def test_a_process_ends_where_nobody_reads_its_lines(pipe: tuple[int, int]) -> None:
+    code = """if True:
+        from radar_service.service import logs
+        logs.configure("text")
+        for number in range(100):
+            logs.log_event(f"{number} {'x' * 4000}")"""
+    subprocess.run([sys.executable, "-c", code], stderr=pipe[1], check=True, timeout=20)  # the kernel's pipe holds 64 KiB
 
 
 def test_one_kind_that_repeats_is_dropped_and_others_are_not(pipe: tuple[int, int]) -> None:
