@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
-from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service import plug_ins
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.beacons import RaconModel, SartModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     ScatteringName = str
     HullType = str
 else:
-    ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+    ScatteringName = Literal[tuple(plug_ins.names("scattering"))]
     HullType = Literal[HULL_TYPES]
 
 
