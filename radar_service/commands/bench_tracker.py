@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",
-        help="gnn, jpda, one of an installed package, module:callable, ws://host:port, or a command that gets plots and gives tracks"
+        help="gnn, jpda, one of an installed package, module:callable, ws://host:port, or a command: plots in, tracks out"
         " (default gnn)",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
