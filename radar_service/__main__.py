@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
-from radar_service.commands.command_line import COMMANDS, module_of, parser
-from radar_service.recording.error import RecordingError
+from radar_service.commands.command_line import module_of, parser
 from radar_service.terminal.arguments import UsageError
 from radar_service.terminal.extras import MissingExtra
 from radar_service.terminal.output_files import NO_ROOM
@@ -41,7 +40,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     chosen = next((word for word in words if not word.startswith("-")), None)
     try:
-        options = parser(chosen if chosen in COMMANDS else "").parse_args(words)
+        options = parser(chosen or "").parse_args(words)
         if options.command not in ("replay", "schema"):
             import_module("radar_service.kernels.library")  # where they are absent, a program says so at once
         with _blas_limit(options.command):
@@ -49,7 +48,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
         return 2
-    except (UsageError, RecordingError, MissingExtra) as error:
+    except (UsageError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
     except ImportError as error:

@@ -17,6 +17,7 @@ GROUND = (
     "processes",
     "records",
     "terminal",
+    "plug_ins",
     "strict_json",
     "wire",
 )  # upward, as PHYSICS

@@ -1,4 +1,4 @@
-"""The command `bench-detection`: detection by range against the radar equation, and its report."""
+"""The command `bench-detection`: compares detection by range with the radar equation."""
 
 import argparse
 from functools import partial

@@ -1,4 +1,4 @@
-"""The command `bench-ladder`: trackers on series of scenarios of growing difficulty, and a leaderboard of them."""
+"""The command `bench-ladder`: ranks trackers by scenarios of growing difficulty."""
 
 import argparse
 import sys

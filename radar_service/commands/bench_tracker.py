@@ -1,4 +1,4 @@
-"""The command `bench-tracker`: scenarios times seeds against a tracker, and a report."""
+"""The command `bench-tracker`: tests a tracker on scenarios, and writes a report."""
 
 import argparse
 import json
@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs(parser)
     parser.add_argument(
         "--tracker", default="gnn",
-        help='gnn or jpda, module:callable, ws://host:port, or a command that gets plots and gives tracks (default gnn)',
+        help="gnn, jpda, one of an installed package, module:callable, ws://host:port, or a command: plots in, tracks out"
+        " (default gnn)",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
     parser.add_argument("--compare", nargs=2, type=Path, metavar="REPORT", help="print two report.json side by side")

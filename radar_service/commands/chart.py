@@ -1,4 +1,4 @@
-"""The command `chart`: measures all methods on a scene, with progress bars on a terminal."""
+"""The command `chart`: measures speed and accuracy of every method on a scene."""
 
 import argparse
 from pathlib import Path

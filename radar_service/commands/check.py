@@ -1,4 +1,4 @@
-"""The command `check`: validates a scene, and prints what it contains."""
+"""The command `check`: validates a scene, and lists what it contains."""
 
 import argparse
 import sys

@@ -1,30 +1,16 @@
-"""The parser of the command line, and the list of its commands, each in the module of its name.
+"""The parser of the command line. Its commands are the entry points `radar_service.commands`, each a module.
 
-A module has `add_arguments`, and `run`, which returns the exit status. It is imported when its command is chosen.
+A module has `add_arguments`, and `run`, which returns the exit status. It is imported when its command is chosen. What its
+docstring says after a colon, "The command `fly`: flies.", is its line in the list of commands.
 """
 
 import argparse
-from importlib import import_module
+import re
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Protocol, cast
 
-from radar_service import __version__
-
-COMMANDS = {
-    "serve": "run radars: feed, REST and page",
-    "scan": "compute scans into a file",
-    "record": "compute scans into a recording",
-    "replay": "serve a recording: feed, REST and page",
-    "check": "validate a scene and list what it contains",
-    "plan": "show what is modelled of a scene, at what error and cost",
-    "stability": "find where each method fails, and write a report",
-    "chart": "measure speed and accuracy of every method on a scene",
-    "bench-tracker": "test a tracker on scenarios, and write a report",
-    "bench-ladder": "rank trackers by scenarios of growing difficulty",
-    "plots": "extract plots, and tell by labels what each is of",
-    "bench-detection": "compare detection by range with the radar equation",
-    "sweep": "compute scenes, parameters and seeds into one Zarr store",
-    "schema": "print the JSON Schema of a scene, or of a sweep",
-}
+from radar_service import __version__, plug_ins
 
 
 class Command(Protocol):
@@ -38,17 +24,28 @@ class Command(Protocol):
 
 
 def module_of(command: str) -> Command:
-    """Returns the module of a command, by its name on the command line."""
-    return cast(Command, import_module(f"radar_service.commands.{command.replace('-', '_')}"))
+    """Returns the module of a command, by its name on the command line. Raises PlugInError."""
+    return cast(Command, plug_ins.load("commands", command))
 
 
 def parser(command: str | None = None) -> argparse.ArgumentParser:
-    """Returns the parser of the command line, with the arguments of one command; None: of all."""
+    """Returns the parser of the command line, with the arguments of one command; None: of all. Raises PlugInError."""
     top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
     top.add_argument("--version", action="version", version=f"radar-service {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, text in COMMANDS.items():
-        of_command = commands.add_parser(name, help=text)
+    for name in plug_ins.names("commands"):
+        of_command = commands.add_parser(name, help=_summary(name))
         if command in (None, name):
             module_of(name).add_arguments(of_command)
     return top
+
+
+def _summary(command: str) -> str:
+    """The first line of the docstring of a command's module, from its colon on, without an import of the module; "" for none."""
+    try:
+        spec = find_spec(plug_ins.entry("commands", command).module)
+        text = Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
+    except Exception:  # of a package that is broken; whoever chooses the command is told
+        return ""
+    line = re.match(r'"""[^:\n]*: ([^\n]*?)\.?("""|\n)', text)
+    return line[1].replace("%", "%%") if line else ""

@@ -1,4 +1,4 @@
-"""The command `plots`: the plots of a scene, told apart by their sources."""
+"""The command `plots`: extracts plots, and tells by labels what each is of."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""The command `record`: computes scans of a scene into a recording, with a progress bar on a terminal."""
+"""The command `record`: computes scans into a recording."""
 
 import argparse
 import math
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from radar_service.commands.shared_options import SCENE_HELP, add_simulation, check_sources
+from radar_service.commands.shared_options import SCENE_HELP, add_simulation
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.numerics.types import Singles
 from radar_service.records.cell_sources import SourceRequest
@@ -19,7 +19,7 @@ from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, file_ending
+from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 from radar_service.world.commands import CommandLog
 

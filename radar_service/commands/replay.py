@@ -1,4 +1,4 @@
-"""The command `replay`: serves a recording as `serve` serves scenes."""
+"""The command `replay`: serves a recording: feed, REST and page."""
 
 import argparse
 import contextlib
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from radar_service.commands.serve import access_for
 from radar_service.commands.shared_options import add_network, service_groups
-from radar_service.ports.registry import REPLAY_PORTS, opened
+from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
@@ -16,7 +16,9 @@ from radar_service.terminal.arguments import add_whole_number
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
-    add_network(service_groups(parser))
+    groups = service_groups(parser)
+    add_network(groups)
+    add_ports(parser, groups, replays=True)
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording, also one that was cut short")
     parser.add_argument(
         "--from", dest="start", default=0.0, type=seconds, metavar="S", help="simulated time to begin at [s] (default 0)"
@@ -47,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     fork_server = ForkServer(("radar_service.display.last_scan",), ())
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
-        with opened(options, REPLAY_PORTS) as ports:
+        with opened(options) as ports:
             status = run(
                 options, access, lambda: [[recording] for recording in recordings], refuse, fork_server, ports, ReplayStation
             )

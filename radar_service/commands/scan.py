@@ -1,4 +1,4 @@
-"""The command `scan`: computes scans, and writes them, a picture and their truth into files."""
+"""The command `scan`: computes scans into files, with a picture and their truth."""
 
 import argparse
 from collections.abc import Iterable, Iterator
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, check_sources
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.last_scan import last_scan_png
 from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
@@ -21,7 +21,7 @@ from radar_service.scans.file import SUFFIX
 from radar_service.scans.scan import Scan, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, file_ending
+from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
 from radar_service.truth.truth_file import truth_line, truth_lines
 

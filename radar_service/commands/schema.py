@@ -3,6 +3,7 @@
 import argparse
 import json
 
+from radar_service import plug_ins
 from radar_service.scene_file.describe import json_schema
 
 
@@ -12,11 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; returns the exit status."""
-    if options.of == "sweep":
-        from radar_service.sweep import spec  # here: it brings the bench, which a scene does not need
-
-        print(json.dumps(spec.json_schema(), indent=2))
-    else:
-        print(json.dumps(json_schema(), indent=2))
+    """Runs the command; returns the exit status. Raises PlugInError without sweeps."""
+    schema = json_schema if options.of == "scene" else plug_ins.load("commands", options.of).json_schema
+    print(json.dumps(schema(), indent=2))
     return 0

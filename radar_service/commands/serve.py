@@ -1,6 +1,6 @@
-"""The command `serve`: starts the scenes of its radars in processes of their own, and meanwhile the server.
+"""The command `serve`: runs radars: feed, REST and page.
 
-What takes long to import is imported while those processes start and prepare.
+Scenes start in processes of their own, and meanwhile the server: what takes long to import is imported while they prepare.
 """
 
 import argparse
@@ -20,11 +20,10 @@ from radar_service.commands.shared_options import (
     add_exactness,
     add_network,
     add_threads,
-    check_sources,
     service_groups,
 )
 from radar_service.commands.simulator_options import simulator_options
-from radar_service.ports.registry import opened, packages
+from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
@@ -66,13 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_network(groups)
     add_exactness(groups["how exact"])
     add_threads(groups["how fast"])
-    for package in packages():
-        package.add_arguments(groups)
+    add_ports(parser, groups)
 
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; returns the exit status. Raises SceneError, UsageError and OSError."""
-    check_sources(options, "labels", "powers")
     options.scenes = options.scenes or [DEFAULT_SCENE]
     return serve(options, simulator_options(options, options.threads), opened)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import UsageError, add_whole_number, pace, thread_count, utc
+from radar_service.terminal.arguments import add_whole_number, pace, thread_count, utc
 
 if TYPE_CHECKING:
     from radar_service.batch.jobs import Executor
@@ -84,13 +84,6 @@ def executor_of(options: argparse.Namespace) -> Iterator["Executor | None"]:
     else:
         with processes(getattr(options, "jobs", 1)) as executor:
             yield executor
-
-
-def check_sources(options: argparse.Namespace, *names: str) -> None:
-    """Raises UsageError for an option about sources that the fidelity has nothing for."""
-    for name in names:
-        if getattr(options, name) and options.fidelity == "documented":
-            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
 
 
 def service_groups(parser: argparse.ArgumentParser) -> dict[str, "argparse._ArgumentGroup"]:

@@ -1,4 +1,4 @@
-"""The command `stability`: finds where each method fails, with a progress bar on a terminal, and writes a report."""
+"""The command `stability`: finds where each method fails, and writes a report."""
 
 import argparse
 from pathlib import Path

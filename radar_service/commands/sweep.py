@@ -1,4 +1,4 @@
-"""The command `sweep`: scenes, parameters and seeds into one Zarr store."""
+"""The command `sweep`: computes scenes, parameters and seeds into one Zarr store."""
 
 import argparse
 import contextlib
@@ -16,6 +16,7 @@ from radar_service.processes.limits import default_memory
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
 from radar_service.sweep.layout import layout_of
+from radar_service.sweep.spec import json_schema as json_schema  # of `schema sweep`
 from radar_service.sweep.store import SweepStore, library
 from radar_service.sweep.sweep import Tally, run_sweep
 from radar_service.terminal.arguments import UsageError, add_whole_number

@@ -1,6 +1,6 @@
 """The interface of ports. A port is one protocol in or out of a service: its options, routes, sinks and clock.
 
-To add one, write a class like `Port` in a folder of its own below `radar_service.ports`, and a line in `ports.registry`.
+To add one, write a class like `Port` in a package, ours or another, and a line in its `pyproject.toml` (docs/ports.md).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,6 +15,7 @@ from radar_service.ports.refusal_shapes import Shape
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.access import Access, Tickets
+from radar_service.service.codecs.codec import Codec
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.state_changes import StateChange
@@ -52,6 +53,7 @@ class Port:
     dropped and counted.
     period: of `tick` [s].
     sources: what its sinks need of the sources of cells.
+    codecs: of feeds for its clients, which the feed of each radar encodes.
     refusals: the shapes of its refusals by the beginning of its paths; without one they are `{"detail": [...]}`.
 
     What a port is handed it shares with others: it copies what it changes.
@@ -61,6 +63,7 @@ class Port:
     delays: ClassVar[bool] = False
     period: float | None = None
     sources: SourceRequest = SourceRequest()
+    codecs: Sequence[Codec] = ()
     refusals: Mapping[str, Shape] = MappingProxyType({})
 
     def routes(self, service: Service) -> Sequence[APIRouter]:
@@ -87,8 +90,9 @@ class Port:
         """
 
     def changed(self, change: StateChange) -> None:
-        """Takes a change of a radar's state. The first ones, when a radar begins, tell all of its state; the last one, when it
-        ends, tells the state "ended". None is dropped: of those that wait one stands for all of its kind."""
+        """Takes a change of a radar's state. The first ones, when a radar begins, come after `open_epoch` of its sinks and tell
+        all of its state; the last one, when it ends, tells the state "ended". None is dropped: of those that wait one stands for
+        all of its kind."""
 
     def close(self) -> None:
         """Closes what was open before the service started; the last call."""

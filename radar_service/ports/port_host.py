@@ -16,6 +16,7 @@ from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread, QueuedSink
 from radar_service.ports.refusal_shapes import Shape
 from radar_service.records.cell_sources import SourceRequest
+from radar_service.service.codecs.codec import CODECS
 from radar_service.service.logs import log_event
 from radar_service.service.radio.state_changes import Kind, StateChange, StateWatch, ended
 from radar_service.service.radio.station import Station
@@ -40,17 +41,15 @@ class ToldChanges:
         """Notes a change that is to be told."""
         key = change.radar, change.kind
         with self._lock:
-            earlier = self._waiting.pop(key, None)
+            earlier = self._waiting.get(key)
             self._waiting[key] = change if earlier is None else change.after(earlier)
-        self._thread.put(self._tell, key=self)
+        self._thread.put(partial(self._tell, key), key=(self, key))
 
-    def _tell(self) -> None:
-        while change := self._taken():
-            self._changed(change)
-
-    def _taken(self) -> StateChange | None:
+    def _tell(self, key: tuple[str, Kind]) -> None:
         with self._lock:
-            return self._waiting.pop(next(iter(self._waiting))) if self._waiting else None
+            change = self._waiting.pop(key, None)
+        if change is not None:
+            self._changed(change)
 
 
 class PortHost:
@@ -58,12 +57,14 @@ class PortHost:
 
     def __init__(self, ports: Sequence[Port]) -> None:
         self._ports = tuple(ports)
+        CODECS.update({codec.name: codec for port in self._ports for codec in port.codecs})
         self.threads = {port: PortThread(port.name) for port in self._ports}
         self._listeners = [
             ToldChanges(port.changed, thread)
             for port, thread in self.threads.items()
             if type(port).changed is not Port.changed
         ]
+        self._sinks: dict[str, list[QueuedSink]] = {}  # of each radar
         self._started: list[Port] = []
         self._tasks: dict[Station, list[asyncio.Task[None]]] = {}
 
@@ -76,6 +77,7 @@ class PortHost:
         result: list[SpokeSink] = []
         for port in self._ports:
             result += [sink if port.delays else QueuedSink(sink, self.threads[port]) for sink in port.sinks(radar)]
+        self._sinks[radar] = [sink for sink in result if isinstance(sink, QueuedSink)]
         return result
 
     @property
@@ -99,8 +101,8 @@ class PortHost:
     async def start(self, service: Service) -> None:
         """Starts the ports, before the radars. Raises what a port raises."""
         for port in self._ports:
-            self._started.append(port)
             await port.start(service)
+            self._started.append(port)
             self.threads[port].start()
 
     def watch(self, station: Station) -> None:
@@ -131,11 +133,12 @@ class PortHost:
             log_event("port not stopped", logging.ERROR, port=port.name, reason=f"{type(error).__name__}: {error}")
 
     async def _watch(self, station: Station) -> None:
-        """Hands the changes of a radar to the ports."""
+        """Hands the changes of a radar to the ports; those of an epoch once their sinks know that it is open."""
         watch = StateWatch(station)
         while True:
             try:
-                for change in watch.changes():
+                sinks = self._sinks.get(station.identity, ())
+                for change in watch.changes() if all(sink.epoch == station.epoch.name for sink in sinks) else ():
                     for port in self._listeners:
                         port.put(change)
                 await asyncio.sleep(LOOK)

@@ -155,12 +155,18 @@ class QueuedSink(SpokeSink):
         self._opened = ""  # epoch of the port's sink; the port's thread alone uses it, and
         self._next = 0  # the number that the sink expects
 
+    @property
+    def epoch(self) -> str:
+        """The epoch that was opened last."""
+        return "" if self._radar is None else self._radar.epoch.name
+
     @override
     def open_epoch(self, radar: RadarInfo) -> None:
-        self._radar, self._ends[radar.epoch.name] = radar, 0
+        self._ends[radar.epoch.name] = 0
         while len(self._ends) > KEPT_ENDS:
             del self._ends[next(iter(self._ends))]
-        self._thread.put(partial(self._open, radar), key=self)
+        self._thread.put(partial(self._open, radar), key=(self, radar.epoch.name))
+        self._radar = radar
 
     @override
     def send(self, batch: SpokeBatch) -> None:

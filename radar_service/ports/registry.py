@@ -1,51 +1,66 @@
-"""The ports that `serve` may have. A new one is a folder beside this file and a line here."""
+"""The ports that `serve` and `replay` may have: the entry points `radar_service.ports`, each a package like `PortPackage`."""
 
 import argparse
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast
+import sys
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from radar_service import plug_ins
+from radar_service.terminal.arguments import UsageError
+from radar_service.terminal.extras import MissingExtra
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
 
-PORTS = (
-    "radar_service.ports.rest",
-    "radar_service.ports.feed",
-    "radar_service.ports.recorder",
-    "radar_service.ports.nmea",
-    "radar_service.ports.nmea_in",
-    "radar_service.ports.ais",
-    "radar_service.ports.signalk",
-)
-REPLAY_PORTS = ("radar_service.ports.rest", "radar_service.ports.feed")
-
 
 class PortPackage(Protocol):
-    """What the package of a port has. All commands import it: what takes long is imported by `opened`."""
+    """What the package of a port has. `serve` imports it: what takes long is imported by `opened`.
+
+    One that has `replays = True` takes part in `replay`, too.
+    """
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
-        """Adds options of `serve` to the groups of its help, by their titles."""
+        """Adds options to the groups of the help, by their titles."""
 
     def opened(self, options: argparse.Namespace) -> "Port | None":
-        """Returns the port that the options of `serve` ask for, with its files and sockets open; None where they ask for none.
+        """Returns the port that the options ask for, with its files and sockets open; None where they ask for none.
 
         Raises UsageError with the name of an option, and OSError.
         """
 
 
-def packages(names: Sequence[str] | None = None) -> list[PortPackage]:
-    """Returns the packages of ports, by default of all."""
-    return [cast(PortPackage, import_module(name)) for name in names or PORTS]
+def add_ports(
+    parser: argparse.ArgumentParser, groups: "Mapping[str, argparse._ActionsContainer]", replays: bool = False
+) -> None:
+    """Adds the options of ports, and the ports to those of the command; standard error tells of each that is broken.
+
+    replays: only of those that can replay a recording.
+    """
+    ports: dict[str, PortPackage] = {}
+    for name, package in plug_ins.working("ports").items():
+        if replays and not getattr(package, "replays", False):
+            continue
+        try:
+            package.add_arguments(groups)
+            ports[name] = package
+        except Exception as error:  # a stranger's port raises anything
+            print(plug_ins.broken("ports", name, error), file=sys.stderr)
+    parser.set_defaults(ports=ports)
 
 
 @contextlib.contextmanager
-def opened(options: argparse.Namespace, names: Sequence[str] | None = None) -> Iterator["list[Port]"]:
-    """The ports that options ask for; they are closed at the end. Raises UsageError and OSError."""
+def opened(options: argparse.Namespace) -> Iterator["list[Port]"]:
+    """The ports that options ask for; they are closed at the end. Raises UsageError, MissingExtra and OSError."""
     with contextlib.ExitStack() as on_end:
         ports: list[Port] = []
-        for package in packages(names):
-            port = package.opened(options)
+        for name, package in options.ports.items():
+            try:
+                port = package.opened(options)
+            except (UsageError, MissingExtra, OSError):
+                raise
+            except Exception as error:
+                raise plug_ins.broken("ports", name, error) from error
             if port is not None:
                 on_end.callback(port.close)
                 ports.append(port)

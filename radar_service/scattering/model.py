@@ -1,7 +1,7 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
-To add a model: write a class like `ScatteringModel` in a file of this package, and list it in `scattering.models`: scene files
-then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
+To add a model: write a class like `ScatteringModel`, here or in another package, and an entry point `radar_service.scattering`:
+scene files then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
 """
 
 from collections.abc import Mapping, Sequence

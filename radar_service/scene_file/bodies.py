@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
+from radar_service.numerics.frames import body_rotation
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.models import SCATTERING_MODELS, model_at
+from radar_service.scattering.models import model_named
 from radar_service.scattering.reflector_patterns import size_of
 from radar_service.scene_file.checks.body_size import check_optics_area, size_findings
 from radar_service.scene_file.checks.mesh_axes import axis_findings, is_under_way
@@ -49,6 +50,7 @@ Key = TypeVar("Key", bound=Hashable)
 class BodyLoader:
     """Builds the bodies of one scene. Bodies share the mesh of the same file or shape.
 
+    models: of the bodies, in their order; those that a file has besides its first one follow all others once it is read.
     findings: about the files read so far; hints: about sizes and axes of bodies, in the order of the bodies.
     """
 
@@ -56,23 +58,26 @@ class BodyLoader:
         self, models: Sequence[BodyOfAKind], folder: SceneFolder, mesh_reader: MeshReader, origin: Origin | None,
         radars: Sequence[Radar], stream: Stream, seaway: SeawayBuilder | None = None,
     ) -> None:  # fmt: skip
-        self._models, self._folder, self._mesh_reader = models, folder, mesh_reader
+        self.models, self._folder, self._mesh_reader = list(models), folder, mesh_reader
         self._origin, self._radars, self._stream, self._seaway = origin, radars, stream, seaway
         self.findings: list[Findings] = []
         self.hints: list[Findings] = []
         self._triangles = 0
-        self._files: dict[tuple[object, ...], LoadedBody | SceneError] = {}
+        self._files: dict[tuple[object, ...], tuple[LoadedBody, ...] | SceneError] = {}
+        self._parts: dict[str, tuple[int, str]] = {}  # by name of a body that is one of several: which one, and its key path
         self._placed: dict[tuple[object, ...], Mesh | SceneError] = {}  # meshes of files, turned and moved
         self._shapes: dict[tuple[object, ...], Mesh | SceneError] = {}
         self._motions: dict[int, Motion | SceneError] = {}  # by number of the body
 
     def motion_of(self, name: str) -> Motion:
         """Returns the motion of the body of that name, which is no height map. Raises SceneError."""
-        return self._motion([model.name for model in self._models].index(name))
+        return self._motion([model.name for model in self.models].index(name))
 
     def body(self, k: int, coverage: Coverage) -> Body:
         """Returns body k; of a height map, what is inside the coverage. Raises SceneError."""
-        model, location = self._models[k], f"body[{k}]"
+        location = self._location(k)
+        self._divide(k, location)
+        model = self.models[k]
         material = material_from_name(model.material, f"{location}.material")
         scattering = _scattering(model, material)
         mesh, position = self._surface(model, location, scattering, coverage)
@@ -96,8 +101,7 @@ class BodyLoader:
         return motion_from_track(content, f"{location}: {name}", heading_deg, self._origin)
 
     def _motion(self, k: int) -> Motion:
-        model = self._models[k]
-        location = f"body[{k}]"
+        model, location = self.models[k], self._location(k)
         return _cached(self._motions, k, lambda: self._in_seaway(self._without_seaway(model, location), model, location))
 
     def _without_seaway(self, model: BodyModel, location: str) -> Motion:
@@ -143,21 +147,60 @@ class BodyLoader:
         if model.shape == "hull":
             kind, seed = model.hull_type or PLAIN, model.hull_seed or 0
             return _cached(self._shapes, (kind, seed, *sizes.values()), lambda: hull_mesh(kind, seed, *sizes.values()))
-        sag = model_at(SCATTERING_MODELS[scattering]).shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
+        sag = model_named(scattering).shape_sag(model.shape, min(radar.wavelength for radar in self._radars))
         key = (model.shape, sag, *sizes.values())
         return _cached(self._shapes, key, lambda: shape_mesh(model.shape, sizes, sag))
 
-    def _mesh_file(self, model: MeshBodyModel, location: str) -> Mesh:
+    def _location(self, k: int) -> str:
+        """The key path of body k."""
+        return self._parts.get(self.models[k].name, (0, f"body[{k}]"))[1]
+
+    def _divide(self, k: int, location: str) -> None:
+        """Makes several bodies of body k where its file has several, each with a model. Raises SceneError for one that moves."""
+        model = self.models[k]
+        if not isinstance(model, MeshBodyModel) or model.name in self._parts:
+            return
+        parts = self._loaded(model, f"{location}.mesh")
+        if len(parts) == 1 and parts[0].position is None:
+            return
+        if is_under_way(model) or model.steerable:
+            raise SceneError(f"{location}.mesh: the file has {len(parts)} bodies, which cannot move; let the body rest")
+        heading = (model.course_deg or 0.0) if model.heading_deg is None else model.heading_deg
+        start, turned = self._start(model), body_rotation(math.radians(heading - model.mesh_heading_deg))
+        for number, part in enumerate(parts):
+            place = start if part.position is None else start + turned @ part.position
+            keys: dict[str, Any] = {
+                "position_m": tuple(place.tolist()),
+                "latitude_deg": None,
+                "longitude_deg": None,
+                "up_m": None,
+            }
+            if number:
+                keys |= {"name": f"{model.name} {part.name or number + 1}", "mmsi": None}
+            copy = model.model_copy(update=keys)
+            if number and any(other.name == copy.name for other in self.models):
+                raise SceneError(f'{location}.mesh: the file has "{copy.name}", which another body is called; rename one')
+            self._parts[copy.name] = number, location
+            if number:
+                self.models.append(copy)
+            else:
+                self.models[k] = copy
+
+    def _loaded(self, model: MeshBodyModel, location: str) -> tuple[LoadedBody, ...]:
+        """The bodies in the file of a body."""
         scale, up = (getattr(model, key) if key in model.model_fields_set else None for key in ("scale", "up"))
 
-        def load() -> LoadedBody:
+        def load() -> tuple[LoadedBody, ...]:
             content = self._folder.read(model.mesh, location, MAX_FILE_BYTES)
-            (body,) = self._mesh_reader.read(MeshFile(content, model.mesh, f"{location}: {model.mesh}", scale, up))
-            return body
+            return self._mesh_reader.read(MeshFile(content, model.mesh, f"{location}: {model.mesh}", scale, up))
 
-        loaded = _cached(self._files, (model.mesh, scale, up), load)
+        return _cached(self._files, (model.mesh, scale, up), load)
+
+    def _mesh_file(self, model: MeshBodyModel, location: str) -> Mesh:
+        number = self._parts.get(model.name, (0,))[0]
+        loaded = self._loaded(model, location)[number]
         heading, offset = math.radians(model.mesh_heading_deg), np.array(model.mesh_offset_m)
-        key = (model.mesh, scale, up, heading, model.mesh_offset_m)
+        key = (id(loaded), heading, model.mesh_offset_m)
         self.findings.append((location, model.mesh, loaded.findings))
         return _cached(self._placed, key, lambda: loaded.mesh.placed(heading, offset))
 

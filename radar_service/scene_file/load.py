@@ -64,7 +64,7 @@ def model_from(scene_input: SceneInput) -> SceneModel:
 def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshReader = IN_PROCESS) -> Scene:
     """Returns the scene in SI units with its files from `folder`. Raises SceneError with a line for each problem."""
     loader = _Loader(model, SceneFolder(folder), mesh_reader)
-    bodies = [body for k in range(len(model.body)) if (body := loader.body(k)) is not None]
+    bodies = loader.all_bodies()
     if loader.problems:
         raise error_from_problems(loader.problems)
     ais = ais_from_models(model, bodies)
@@ -129,9 +129,14 @@ class _Loader:
             if carrier and around
         ]  # fmt: skip
 
-    def body(self, k: int) -> Body | None:
-        """Returns body k, or None after collecting its problems."""
-        return self._collected(partial(self.bodies.body, k, self.coverage))
+    def all_bodies(self) -> list[Body]:
+        """Returns the bodies, those last that files have besides their first one, without those whose problems it collects."""
+        bodies, k = list[Body](), 0
+        while k < len(self.bodies.models):
+            if (body := self._collected(partial(self.bodies.body, k, self.coverage))) is not None:
+                bodies.append(body)
+            k += 1
+        return bodies
 
     def _collected(self, make: Callable[[], Made]) -> Made | None:
         """Returns what `make` makes, or None after collecting its problems."""

@@ -22,9 +22,9 @@ FORMS = {  # of numbers, Rec. ITU-R M.585, with an example
 
 
 def ais_from_models(model: SceneModel, bodies: Sequence[Body]) -> Ais:
-    """Returns the transponders of a scene. bodies: in the order of their models."""
+    """Returns the transponders of a scene. bodies: in the order of their models, others after them."""
     ships = [_of_own_ship(model.own_ship)] if model.own_ship.mmsi is not None else []
-    ships += [_of_body(of, body) for of, body in zip(model.body, bodies, strict=True) if body.mmsi is not None]
+    ships += [_of_body(of, body) for of, body in zip(model.body, bodies, strict=False) if body.mmsi is not None]
     return Ais(tuple(ships), _settings(model.ais or AisModel()))
 
 

@@ -7,9 +7,10 @@ import os
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from radar_service.records.cell_sources import PowersOf, powers_from_text
+if TYPE_CHECKING:
+    from radar_service.records.cell_sources import PowersOf
 
 MAX_THREADS = 64  # one tile each: a scan has few more
 
@@ -81,8 +82,17 @@ def add_sources(command: "argparse._ActionsContainer", verb: str, remark: str) -
     )  # fmt: skip
 
 
-def _power_numbers(text: str) -> PowersOf:
+def check_sources(options: argparse.Namespace, *names: str) -> None:
+    """Raises UsageError for an option about sources that the fidelity has nothing for."""
+    for name in names:
+        if getattr(options, name) and options.fidelity == "documented":
+            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
+
+
+def _power_numbers(text: str) -> "PowersOf":
     """Raises argparse.ArgumentTypeError."""
+    from radar_service.records.cell_sources import powers_from_text  # here: numpy would double the time of --help
+
     try:
         return powers_from_text(text)
     except ValueError as error:

@@ -5,9 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from radar_service import plug_ins
 from radar_service.commands import command_line
-from radar_service.commands.command_line import COMMANDS, module_of, parser
+from radar_service.commands.command_line import module_of, parser
 from radar_service.commands.shared_options import DEFAULT_SCENE
+
+COMMANDS = plug_ins.names("commands")
 
 
 def test_every_command_is_a_module(capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,7 +22,7 @@ from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import running
 from tests.ports.listening import FLAT_OUT
-from tests.service.codecs.signalk.protobuf import spokes
+from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
 
 HERE = "127.0.0.1"

@@ -163,6 +163,30 @@ def test_a_port_that_does_not_stop_holds_up_nobody(
     assert "port not stopped" in caplog.text
 
 
+def test_changes_are_told_after_the_epoch_has_opened() -> None:
+    class InOrder(Noted):
+        def changed(self, change: StateChange) -> None:
+            self.sink.calls.append(("changed", change.kind))
+            super().changed(change)
+
+    port = InOrder()
+    host = PortHost((port,))
+
+    async def whole() -> None:
+        sinks = host.sinks("0")
+        station = Station("0", FakeEngine(scene()), factory(), sinks=sinks)
+        host.threads[port].start()
+        host.watch(station)
+        await asyncio.sleep(2 * port_host.LOOK)
+        assert port.sink.calls == []
+        sinks[0].open_epoch(station.radar_info(station.epoch))
+        assert await asyncio.to_thread(port.changed_at.wait, 60)
+        await host.stop()
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
+    assert [name for name, _ in port.sink.calls][:2] == ["open", "changed"]
+
+
 def test_ports_that_were_not_started_are_not_stopped() -> None:
     class Failing(Port):
         name = "failing"
@@ -170,6 +194,10 @@ def test_ports_that_were_not_started_are_not_stopped() -> None:
         async def start(self, service: Service) -> None:
             raise OSError("its address is in use")
 
+        async def stop(self) -> None:
+            stopped.append(self.name)
+
+    stopped: list[str] = []
     before, after = Noted(), Noted()
     host = PortHost((before, Failing(), after))
 
@@ -179,7 +207,7 @@ def test_ports_that_were_not_started_are_not_stopped() -> None:
 
     with pytest.raises(OSError, match="in use"):
         asyncio.run(asyncio.wait_for(whole(), 60))
-    assert [name for name, _ in before.calls] == ["start", "stop"] and not after.calls
+    assert [name for name, _ in before.calls] == ["start", "stop"] and not after.calls and not stopped
 
 
 def test_a_port_that_delays_radars_has_its_clock_and_its_news_all_the_same() -> None:

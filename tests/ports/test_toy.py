@@ -15,6 +15,7 @@ from radar_service.ports.port import Service
 from radar_service.service.access import Access
 from radar_service.service.settings import Pace, Settings
 from radar_service.terminal.arguments import UsageError
+from tests.plug_ins import join
 from tests.ports.asgi import Closed, Server
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
 from tests.ports.toy import ToyPort
@@ -30,12 +31,12 @@ def ear() -> Iterator[Ear]:
     made.close()
 
 
-def test_it_is_a_line_in_the_registry(monkeypatch: pytest.MonkeyPatch, ear: Ear) -> None:
-    monkeypatch.setattr(registry, "PORTS", (*registry.PORTS, "tests.ports.toy"))
+def test_it_is_one_entry_point(monkeypatch: pytest.MonkeyPatch, ear: Ear) -> None:
+    join(monkeypatch, "ports", "toy", "tests.ports.toy")
     with registry.opened(parser().parse_args(["serve"])) as ports:
-        assert [port.name for port in ports] == ["rest", "feed"]
+        assert [port.name for port in ports] == ["feed", "rest"]
     with registry.opened(parser().parse_args(["serve", "--toy", str(ear.port)])) as ports:
-        assert [port.name for port in ports] == ["rest", "feed", "toy"]
+        assert [port.name for port in ports] == ["feed", "rest", "toy"]
     with (
         pytest.raises(UsageError, match="--toy: 0 is not a port"),
         registry.opened(parser().parse_args(["serve", "--toy", "0"])),

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 import radar_service
+from radar_service.plug_ins import names as part_names
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.models import RAYS, SCATTERING_MODELS, model_at, scattering_model
+from radar_service.scattering.models import model_named, scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.rays import RaySampledSurfaces
@@ -21,6 +22,7 @@ from tests.scenes import point, scene
 
 PACKAGE = Path(radar_service.__file__).parent
 BOX = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, 300, 0]}
+NAMES = part_names("scattering")
 KINDS: list[tuple[dict[str, Any], type]] = [
     (point("p", 0, 500), DeclaredScattering),
     ({**BOX, "rcs_dbsm": 3}, DeclaredScattering),
@@ -38,17 +40,17 @@ def test_bodies_have_the_model_of_their_file(body: dict[str, Any], model: type) 
 
 
 def test_a_scene_file_may_give_every_name_of_the_registry_and_no_other() -> None:
-    for name in SCATTERING_MODELS:
+    for name in NAMES:
         scene([{**BOX, "scattering": name, **({"rcs_dbsm": 3} if name == "rcs" else {})}])
-    with pytest.raises(SceneError, match=".*".join(SCATTERING_MODELS)):
+    with pytest.raises(SceneError, match=".*".join(NAMES)):
         scene([{**BOX, "scattering": "mirror"}])
 
 
 def test_materials_name_models_of_the_registry() -> None:
-    assert {material.scattering for material in MATERIALS.values()} <= set(SCATTERING_MODELS)
+    assert {material.scattering for material in MATERIALS.values()} <= set(NAMES)
 
 
-MODELS = [model_at(place) for place in (*SCATTERING_MODELS.values(), RAYS)]
+MODELS = [*map(model_named, NAMES), RaySampledSurfaces]
 
 
 def test_models_that_depend_on_aspect_have_what_the_beam_asks_of_them() -> None:

@@ -8,7 +8,16 @@ from typing import Any
 
 import pytest
 
-from radar_service.terminal.arguments import MAX_THREADS, file_ending, pace, thread_count, utc, whole_number
+from radar_service.terminal.arguments import (
+    MAX_THREADS,
+    UsageError,
+    check_sources,
+    file_ending,
+    pace,
+    thread_count,
+    utc,
+    whole_number,
+)
 
 
 @pytest.mark.parametrize(("text", "factor"), [("max", math.inf), ("1", 1.0), ("2.5", 2.5), ("1e-3", 0.001)])
@@ -52,3 +61,10 @@ def test_a_time_is_utc(text: str, expected: str) -> None:
 def test_other_times_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match="2026-12-31T23:59:00"):
         utc(text)
+
+
+def test_sources_need_a_fidelity_that_tells_them() -> None:
+    check_sources(argparse.Namespace(fidelity="documented", labels=False, powers=()), "labels", "powers")
+    check_sources(argparse.Namespace(fidelity="auto", labels=True, powers="all"), "labels", "powers")
+    with pytest.raises(UsageError, match="--powers: the fidelity documented has none; choose another"):
+        check_sources(argparse.Namespace(fidelity="documented", labels=False, powers="all"), "labels", "powers")

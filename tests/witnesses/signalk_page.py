@@ -18,7 +18,7 @@ import numpy as np
 from websockets.sync.client import connect
 
 from tests.clients.chromium import Browser, Page
-from tests.service.codecs.signalk.protobuf import spokes
+from tests.ports.signalk.protobuf import spokes
 
 HEADING_DEG, HEIGHT, RANGE = 30.0, 15.0, 6000.0
 POINTS = [

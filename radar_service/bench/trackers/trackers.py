@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service import plug_ins
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.gating import Tuning
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
@@ -28,10 +29,12 @@ REFERENCE = ("gnn", "jpda")  # names of the reference tracker's associations
 def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tracker:
     """Returns a new tracker by name.
 
-    "gnn" or "jpda": the reference. "ws://..." or "wss://...": a server. "module:callable": what the callable returns.
-    Anything else: a command, which gets plots and answers tracks as JSON Lines. header: what a server or command gets first.
-    Commands and callables run in processes of their own. Raises TrackerError, and ImportError without Stone Soup.
+    "gnn" or "jpda": the reference. "ws://..." or "wss://...": a server. "module:callable", or the name of an entry point of the
+    group of trackers: what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
+    header: what a server or command gets first.
+    Commands and callables run in processes of their own. Raises TrackerError, PlugInError, and ImportError without Stone Soup.
     """
+    name = _named(name)
     if name in REFERENCE:
         return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, name)))
     if name.startswith(SCHEMES):
@@ -53,14 +56,20 @@ def program_digest(name: str) -> str:
     """Returns a hash of what stands behind a tracker's name: runs of another program are not mixed with its own.
 
     The files that a command names, the file of a Python module, the version of Stone Soup. What these import or call is not
-    looked at, and nothing is known of a server. Raises OSError.
+    looked at, and nothing is known of a server. Raises OSError and PlugInError.
     """
+    name = _named(name)
     if name in REFERENCE:
         return _installed("stonesoup")
     if name.startswith(SCHEMES):
         return ""
     files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
     return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
+
+
+def _named(name: str) -> str:
+    """The `module:callable` of an entry point; any other name as it is."""
+    return plug_ins.entry("trackers", name).value if name in plug_ins.names("trackers") else name
 
 
 def _is_callable(name: str) -> bool:

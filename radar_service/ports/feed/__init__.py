@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
 
+replays = True
+
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds nothing: what a client gets is in its request."""

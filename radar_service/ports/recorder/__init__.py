@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.terminal.arguments import UsageError, add_sources, file_ending
+from radar_service.terminal.arguments import UsageError, add_sources, check_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 def opened(options: argparse.Namespace) -> "Port | None":
     """Returns the recorder, with its file open; None without --record. Raises UsageError and OSError."""
+    check_sources(options, "labels", "powers")
     if options.record is None:
         for name in ("labels", "powers"):
             if getattr(options, name):

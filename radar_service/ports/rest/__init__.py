@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
 
+replays = True
+
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
-    """Adds nothing: the options of the server are those of `command_line`."""
+    """Adds nothing: the options of the server are in `shared_options`."""
 
 
 def opened(options: argparse.Namespace) -> "Port":

@@ -13,10 +13,10 @@ from radar_service.ports.port import Service
 from radar_service.ports.rest.bodies import parsed_body
 from radar_service.ports.roles import needs
 from radar_service.ports.signalk.answers import SignalKRoute, answered, problem
+from radar_service.ports.signalk.codec import RadarShape, SignalKCodec
 from radar_service.ports.signalk.controls import control_of, own_change
 from radar_service.ports.signalk.radars import VERSION, Radars, capabilities, control_values, listed
 from radar_service.ports.signalk.subscriptions import SELF
-from radar_service.service.codecs.signalk.codec import RadarShape, SignalKCodec
 from radar_service.service.controls import ControlError
 from radar_service.service.radio.station import Station
 

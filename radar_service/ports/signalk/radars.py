@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from importlib import metadata
 from typing import Any
 
+from radar_service.ports.signalk.codec import LEVELS, RadarShape
 from radar_service.ports.signalk.controls import CONTROLS, ranges
-from radar_service.service.codecs.signalk.codec import LEVELS, RadarShape
 from radar_service.service.radio.station import Station
 
 VERSION = "3.4.0"  # of the Radar API

@@ -18,6 +18,7 @@ from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
 from radar_service.ports.signalk.answers import refusal
+from radar_service.ports.signalk.codec import SignalKCodec
 from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.stream import Streams
@@ -43,7 +44,7 @@ class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
     name, period = "signalk", 0.1
-    refusals = MappingProxyType({"/signalk": refusal})
+    refusals, codecs = MappingProxyType({"/signalk": refusal}), (SignalKCodec(),)
 
     def __init__(self, gui: Path | None = None, tells_truth: bool = False) -> None:
         """gui: folder of a page that is served under /gui/. tells_truth: whether bodies in sight are told as targets."""

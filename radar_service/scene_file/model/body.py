@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
-from radar_service.scattering.models import SCATTERING_MODELS
+from radar_service import plug_ins
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     ScatteringName = str
     HullType = str
 else:
-    ScatteringName = Literal[tuple(SCATTERING_MODELS)]
+    ScatteringName = Literal[tuple(plug_ins.names("scattering"))]
     HullType = Literal[HULL_TYPES]
 
 

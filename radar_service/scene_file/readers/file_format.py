@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Literal, TypeVar
+from typing import Generic, Literal, NamedTuple, TypeVar
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.world.error import SceneError
@@ -14,13 +14,26 @@ Content = TypeVar("Content")
 MAX_FACES = 5_000_000
 
 
+class FileBody(NamedTuple):
+    """One of several bodies in a file, in its units and axes.
+
+    vertices: (V, 3) from `position`, faces (F, 3).
+    name: "" for its number; position: (3,), from the place that the scene gives.
+    """
+
+    vertices: Floats
+    faces: Faces
+    name: str = ""
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
 def accept(content: bytes, location: str) -> None:
     """Accepts formats that declare no counts, so that the size of the file limits what a parser builds."""
 
 
 @dataclass(frozen=True)
 class Format(Generic[Content]):
-    """A format of mesh files, whose content is Triangles, or of height maps, whose content is a Raster.
+    """A format of mesh files, whose content is Triangles or a list of FileBody, or of height maps, whose content is a Raster.
 
     name: in messages.
     endings: of the names of its files, in lower case.
@@ -31,6 +44,7 @@ class Format(Generic[Content]):
         Other errors of both are refusals too, but for MemoryError.
     up: the axis of the file that points up.
     unit: metres per unit of the file.
+    is_plain_text: whether it has no mark of its own, so that files are compared with all others first.
     """
 
     name: str
@@ -41,6 +55,7 @@ class Format(Generic[Content]):
     check: Callable[[bytes, str], None] = accept
     up: Literal["z", "y"] = "z"
     unit: float = 1.0
+    is_plain_text: bool = False
 
 
 def check_face_count(count: int, location: str) -> None:

@@ -1,27 +1,18 @@
-"""The formats of mesh files. A new one is a file beside this one, which has FORMATS, and a line in MODULES.
+"""The formats of mesh files: the entry points `radar_service.readers`, each a Format or several, by the ending of their files.
 
 Those of height maps are in `raster`.
 """
 
 import re
 import shlex
-from importlib import import_module
 from pathlib import PurePosixPath
+from typing import Any
 
-from radar_service.scene_file.readers.file_format import Format, Triangles
+from radar_service import plug_ins
+from radar_service.scene_file.readers.file_format import Format
 from radar_service.scene_file.readers.stl import cut_or_padded
 from radar_service.world.error import SceneError
 
-MODULES = (  # in the order in which content is compared with them: the least particular one last
-    "glb",
-    "ply",
-    "stl",
-    "obj",
-)
-FORMATS: tuple[Format[Triangles], ...] = tuple(
-    each for name in MODULES for each in import_module(f"radar_service.scene_file.readers.{name}").FORMATS
-)
-ENDINGS = tuple(dict.fromkeys(ending for each in reversed(FORMATS) for ending in each.endings))
 ASSIMP = "assimp export {} {} -tri makes an .obj of it"
 OTHER_ENDINGS = {  # that are not read: why, and what to do; {} are the file and the one that is made of it
     **dict.fromkeys((".x", ".3ds", ".dae", ".fbx"), f"no reader of it is built in: {ASSIMP}"),
@@ -34,25 +25,42 @@ OTHERS = (
 )  # fmt: skip
 
 
-def format_of(content: bytes, name: str, location: str) -> Format[Triangles]:
+def formats_of(ending: str) -> tuple[Format[Any], ...]:
+    """Returns the formats of files with that ending, without its dot. Raises PlugInError."""
+    part = plug_ins.load("readers", ending)
+    return part if isinstance(part, tuple) else (part,)
+
+
+def own_formats() -> list[Format[Any]]:
+    """Returns the formats of this package, in the order in which content is compared with them: the least particular one last."""
+    endings = [ending for ending in plug_ins.names("readers") if plug_ins.is_own(plug_ins.entry("readers", ending))]
+    return sorted((each for ending in endings for each in formats_of(ending)), key=lambda each: each.is_plain_text)
+
+
+def format_of(content: bytes, name: str, location: str) -> Format[Any]:
     """Returns the format of a mesh file. name: of the file; location: key path for messages.
 
-    Raises SceneError if the ending is unknown or the content has another format.
+    Raises SceneError if the ending is unknown, its reader cannot be used, or the content has another format.
     """
     path = PurePosixPath(name)
     ending = path.suffix.lower()
-    if ending in OTHER_ENDINGS:
+    known = [f".{each}" for each in plug_ins.names("readers")]
+    if ending in OTHER_ENDINGS and ending not in known:
         file, converted = (shlex.quote(f"{path.stem[:80]}{suffix}") for suffix in (path.suffix, ".obj"))
         reason = OTHER_ENDINGS[ending].format(file, converted)
         raise SceneError(f"{location}: {ending} is not read; {reason}")
-    if ending not in ENDINGS:
+    if ending not in known:
         raise SceneError(
-            f'{location}: the ending "{ending[:20]}" is not one of {", ".join(ENDINGS)}; convert the file to one of them'
+            f'{location}: the ending "{ending[:20]}" is not one of {", ".join(known)}; convert the file to one of them'
         )
     if not content.strip():
         raise SceneError(f"{location}: the file is empty; export it again")
-    detected = detected_format(content)
-    if isinstance(detected, str) or ending not in detected.endings:
+    try:
+        formats = formats_of(ending[1:])
+    except plug_ins.PlugInError as error:
+        raise SceneError(f"{location}: {error}") from None
+    detected = detected_format(content, formats)
+    if detected not in formats:
         seen = detected if isinstance(detected, str) else detected.name
         raise SceneError(
             f"{location}: the file is not {ending[1:].upper()} as its ending says; it looks like {seen}: rename it or "
@@ -61,12 +69,14 @@ def format_of(content: bytes, name: str, location: str) -> Format[Triangles]:
     return detected
 
 
-def detected_format(content: bytes) -> Format[Triangles] | str:
-    """Returns the mesh format that `content` looks like, or words for what it is instead."""
+def detected_format(content: bytes, formats: tuple[Format[Any], ...] = ()) -> Format[Any] | str:
+    """Returns the mesh format that `content` looks like, of ours and of `formats`, or words for what it is instead."""
     for magic, other in OTHERS:
         if content.startswith(magic):
             return other
-    return next((each for each in FORMATS if each.detect(content)), None) or _words(content)
+    own = own_formats()
+    others = [each for each in formats if each not in own]
+    return next((each for each in (*others, *own) if each.detect(content)), None) or _words(content)
 
 
 def _words(content: bytes) -> str:

@@ -1,27 +1,31 @@
 """Reads mesh files as triangles. Their format checks what they declare and parses them (`formats`); the rest is checked here."""
 
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from radar_service import plug_ins
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.readers.file_format import (
     Faces,
+    FileBody,
     Format,
-    Triangles,
     check_face_count,
     check_range,
     unreadable,
 )
 from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
-from radar_service.scene_file.readers.formats import FORMATS, format_of
+from radar_service.scene_file.readers.formats import format_of, formats_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.large_mesh import row_marks
 
 MAX_FILE_BYTES = 200 * 2**20
+MAX_BODIES = 1000  # in a file
 TRIANGLES = 2**18  # at a time
 
 
@@ -30,8 +34,9 @@ class LoadedBody(NamedTuple):
 
     mesh: usable, in its own frame.
     findings: its defects in words without a subject, for warnings.
-    position: (3,) [m] of the frame's origin where the file tells it; None: where the scene puts the body.
-    name: of the body where the file tells it.
+    position: (3,) [m] of the frame's origin: on the map for a height map, from the place of the mesh in the scene for one of
+        several bodies; None: at that place.
+    name: of one of several bodies, where the file tells it.
     """
 
     mesh: Mesh
@@ -44,7 +49,7 @@ class LoadedBody(NamedTuple):
 class MeshFile:
     """A mesh file that is to be read. scale: metres per unit of the file, up: its axis, by default those of its format."""
 
-    max_bodies: ClassVar[int] = 1
+    max_bodies: ClassVar[int] = MAX_BODIES
     placed: ClassVar[bool] = False
 
     content: bytes
@@ -54,54 +59,61 @@ class MeshFile:
     up: str | None = None
 
     def read(self) -> tuple[LoadedBody, ...]:
-        """Returns its body; errors as mesh_from_bytes."""
-        return (mesh_from_bytes(self.content, self.name, self.location, self.scale, self.up),)
+        """Returns its bodies, in metres and z up.
+
+        `up` "y" maps (x, y, z) to (x, -z, y). Raises SceneError if the file has no usable mesh.
+        """
+        kind = format_of(self.content, self.name, self.location)
+        unit, up = kind.unit if self.scale is None else self.scale, self.up or kind.up
+        parts = _parsed(kind, self.content, self.location)
+        if not 1 <= len(parts) <= MAX_BODIES:
+            raise SceneError(f"{self.location}: the file has {len(parts)} bodies; 1 to {MAX_BODIES} are allowed: divide it")
+        check_face_count(sum(len(part.faces) for part in parts), self.location)
+        return tuple(_loaded(parts, unit, up, self.location) for _ in range(len(parts)))
 
     @classmethod
-    def examples(cls) -> list["MeshFile"]:
-        """Returns a small file of each format."""
-        contents = [(each.endings[0], content) for each in FORMATS for content in each.examples()]
-        return [cls(content, f"example{ending}", "example") for ending, content in contents]
+    def examples(cls) -> Iterator["MeshFile"]:
+        """Yields a small file of each format whose reader works."""
+        for ending in plug_ins.names("readers"):
+            with suppress(Exception):  # of a stranger's reader: files of the others are read
+                for each in formats_of(ending):
+                    yield from [cls(content, f"example.{ending}", "example") for content in each.examples()]
 
 
-def mesh_from_bytes(
-    content: bytes, name: str, location: str, scale: float | None = None, up: str | None = None
-) -> LoadedBody:
-    """Returns the triangles of a mesh file's `content`, in metres and z up.
-
-    name: the file's name, whose ending gives the format. location: key path for messages. scale: metres per unit of the
-    file, up: "y" maps (x, y, z) to (x, -z, y); by default those of the format. Raises SceneError if the file has no usable
-    mesh.
-    """
-    kind = format_of(content, name, location)
-    vertices, faces = _parsed(kind, content, location)
+def _loaded(parts: list[FileBody], unit: float, up: str, location: str) -> LoadedBody:
+    """Takes the first of some bodies away and returns it, cleaned. unit: metres per unit. Raises SceneError."""
+    vertices, faces, name, position = parts.pop(0)
     if len(faces) == 0:
         raise SceneError(f"{location}: the file has no triangles; a mesh needs at least one with an area: export it again")
     check_range(vertices, faces, location)
     if not np.isfinite(vertices).all():
         count = int((~np.isfinite(vertices).all(axis=1)).sum())
         raise SceneError(f"{location}: {count} vertices are not finite numbers; correct the file")
-    unit = kind.unit if scale is None else scale
-    vertices = vertices if unit == 1.0 else vertices * unit
-    if (up or kind.up) == "y":
-        vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
+    vertices, place = _in_metres(vertices, unit, up), _in_metres(np.array([position]), unit, up)[0]
     if len(vertices) and np.abs(vertices).max() > MAX_COORDINATE:
         raise SceneError(
             f"{location}: a vertex is {np.abs(vertices).max():g} m from the mesh's origin; at most "
             f"{MAX_COORDINATE:g} m are allowed: correct scale"
         )
-    check_face_count(len(faces), location)
     points, index = _unique_rows(vertices)
     welded = index[faces]
     del vertices, faces, index  # of an STL, six times as large as what is left
-    return _cleaned(points, welded, location)
+    return _cleaned(points, welded, location)._replace(name=name, position=place if place.any() else None)
 
 
-def _parsed(kind: Format[Triangles], content: bytes, location: str) -> Triangles:
+def _in_metres(points: Floats, unit: float, up: str) -> Floats:
+    """Returns points (N, 3) of a file in metres and z up."""
+    points = points if unit == 1.0 else points * unit
+    return np.stack([points[:, 0], -points[:, 2], points[:, 1]], axis=1) if up == "y" else points
+
+
+def _parsed(kind: Format[Any], content: bytes, location: str) -> list[FileBody]:
     """Returns what a file of this format holds, once it is checked. Raises SceneError."""
     try:
         kind.check(content, location)
-        return kind.parse(content, location)
+        parsed = kind.parse(content, location)
+        parts = parsed if isinstance(parsed, list) else [FileBody(*parsed)]
+        return [FileBody(np.asarray(v, float), np.asarray(f, np.int64), str(name), at) for v, f, name, at in parts]
     except (SceneError, MemoryError):
         raise
     except Exception as error:  # parsers of arbitrary bytes raise any exception

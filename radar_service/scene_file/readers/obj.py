@@ -97,5 +97,6 @@ FORMATS = (
         detect=_is_obj,
         parse=obj_triangles,
         examples=lambda: (exported_box("obj"),),
+        is_plain_text=True,
     ),
 )

@@ -186,7 +186,7 @@ def _read(pipe: IO[bytes], size: int) -> bytes:
 
 
 def is_valid(bodies: Sequence[LoadedBody], file: BodyFile) -> bool:
-    """Whether bodies may be those of a file: their number, their triangles, finite numbers, positions where the file has them."""
+    """Whether bodies may be those of a file: their number, their triangles, finite numbers, a position where it must have one."""
     if not 1 <= len(bodies) <= file.max_bodies or sum(len(body.mesh.faces) for body in bodies) > MAX_TRIANGLES:
         return False
     return all(_is_mesh(body.mesh) and _is_position(body.position, file.placed) for body in bodies)
@@ -200,6 +200,6 @@ def _is_mesh(mesh: Mesh) -> bool:
 
 
 def _is_position(position: NDArray[Any] | None, placed: bool) -> bool:
-    if position is None or not placed:
-        return position is None and not placed
+    if position is None:
+        return not placed
     return position.shape == (3,) and bool((np.abs(position) <= 2 * MAX_COORDINATE).all())

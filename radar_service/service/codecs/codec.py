@@ -5,7 +5,6 @@ from typing import Protocol
 
 from radar_service.records.truth import Truth
 from radar_service.service.codecs.native.messages import NativeCodec
-from radar_service.service.codecs.signalk.codec import SignalKCodec
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 
@@ -13,13 +12,13 @@ from radar_service.service.spokes import RadarInfo, SpokeBatch
 class Codec(Protocol):
     """One protocol. Methods return one message as bytes, without I/O and without state, and may run in any thread.
 
-    b"" stands for a message that the protocol does not have: it is not sent. To add a protocol, write one file with a
-    codec and add it to `_CODECS` below; the port `port` serves it at `path`.
+    b"" stands for a message that the protocol does not have: it is not sent. To add a protocol, write a codec and
+    name it in `codecs` of its port (`ports.port`); the port `port` serves it at `path`.
     """
 
     @property
     def name(self) -> str:
-        """Name in the registry and in `View.codec`."""
+        """Name in `CODECS` and in `View.codec`."""
 
     @property
     def port(self) -> str:
@@ -61,6 +60,4 @@ class Codec(Protocol):
         """Returns a message of `spokes` cut down to its last `count` spokes."""
 
 
-_CODECS: tuple[Codec, ...] = (NativeCodec(), SignalKCodec())
-
-CODECS: dict[str, Codec] = {codec.name: codec for codec in _CODECS}
+CODECS: dict[str, Codec] = {NativeCodec.name: NativeCodec()}  # by name; those of ports join when a service begins

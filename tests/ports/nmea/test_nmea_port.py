@@ -388,7 +388,7 @@ def options(*words: str) -> Any:
 def test_options_open_the_port_with_its_sockets() -> None:
     taken = free_port()
     with registry.opened(options("--nmea-tcp", str(taken), "--nmea-udp", "9", "--nmea-of", "0")) as ports:
-        assert [port.name for port in ports] == ["rest", "feed", "nmea"]
+        assert [port.name for port in ports] == ["feed", "nmea", "rest"]
         with (
             pytest.raises(UsageError, match=f"--nmea-tcp: 127.0.0.1:{taken} cannot be opened"),
             registry.opened(options("--nmea-tcp", str(taken))),

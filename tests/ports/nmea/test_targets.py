@@ -108,4 +108,4 @@ def test_the_truth_must_be_allowed() -> None:
     with pytest.raises(UsageError, match="--nmea-truth: .* --truth"), opened("--nmea-truth"):
         pass
     with opened("--nmea-truth", "--truth") as ports:
-        assert ports[-1].name == "nmea"
+        assert "nmea" in [port.name for port in ports]

@@ -8,7 +8,7 @@ import pytest
 from radar_service.service.access import Access
 from tests.ports.asgi import Closed, Server
 from tests.ports.signalk.playing import BASE, FLAT_OUT, play
-from tests.service.codecs.signalk.protobuf import spokes
+from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, scene
 
 TOKEN, READING = "command-" * 3, "reading-" * 3

@@ -17,13 +17,13 @@ from radar_service.scattering.physical_optics.mesh_quality import (
 )
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.predictions import Conditions
-from radar_service.scene_file.readers.mesh import mesh_from_bytes
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, cylinder, dihedral, plate, sphere
 from tests.reference.make_ships import coaster
 from tests.scattering.physical_optics.meshes import cross_section, loaded, optical, toward
 from tests.scattering.physical_optics.meshes import plate as plate_triangles
 from tests.scattering.physical_optics.meshes import sphere as cube_sphere
+from tests.scene_file.readers.mesh_files import mesh_from_bytes
 
 
 def messages(wavelengths: float = 1.0, **body: Any) -> str:

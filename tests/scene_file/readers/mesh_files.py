@@ -8,10 +8,17 @@ from typing import Any
 import pytest
 import trimesh
 
-from radar_service.scene_file.readers.mesh import mesh_from_bytes
+from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
 from radar_service.world.error import SceneError
 
 CUBE = trimesh.creation.box((1.0, 2.0, 3.0))
+
+
+def mesh_from_bytes(
+    content: bytes, name: str, location: str, scale: float | None = None, up: str | None = None
+) -> LoadedBody:
+    (body,) = MeshFile(content, name, location, scale, up).read()
+    return body
 
 
 def exported(kind: str, **options: Any) -> bytes:

@@ -7,9 +7,9 @@ import pytest
 
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scene_file.readers.flat_copies import flat_copies, numbered_edges
-from radar_service.scene_file.readers.mesh import mesh_from_bytes
 from radar_service.world.shapes import cylinder, sphere
 from tests.scattering.physical_optics.meshes import ODD, cross_section, loaded, optical, toward
+from tests.scene_file.readers.mesh_files import mesh_from_bytes
 
 QUADS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]  # of a box, seen from outside
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from radar_service.scene_file.readers import formats
 from radar_service.scene_file.readers.file_format import Format, Triangles
-from radar_service.scene_file.readers.formats import FORMATS, detected_format, format_of
+from radar_service.scene_file.readers.formats import detected_format, format_of, own_formats
+from tests.plug_ins import join
 from tests.scene_file.readers.mesh_files import exported, refused
 
 
-@pytest.mark.parametrize("kind", FORMATS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", own_formats(), ids=lambda kind: kind.name)
 def test_each_format_recognises_its_examples_and_reads_them(kind: Format[Triangles]) -> None:
     for content in kind.examples():
         assert detected_format(content) is kind
@@ -28,11 +28,10 @@ def test_a_check_comes_before_the_parser_and_errors_of_a_parser_are_refusals(mon
 
     checked: list[str] = []
     kind = Format[Triangles]("one", (".one",), lambda content: content.startswith(b"one"), parse, lambda: (), check)
-    monkeypatch.setattr(formats, "FORMATS", (kind, *FORMATS))
-    monkeypatch.setattr(formats, "ENDINGS", (".one",))
+    join(monkeypatch, "readers", "one", kind)
     assert "is not readable as ONE (IndexError: list index out of range); export it again" in refused(b"one", "a.one")
     assert checked == ["body[0].mesh: a"]
-    monkeypatch.setattr(formats, "FORMATS", (replace(kind, check=parse), *FORMATS))
+    join(monkeypatch, "readers", "one", (replace(kind, check=parse),))
     assert "is not readable as ONE (IndexError" in refused(b"one", "a.one") and len(checked) == 1
 
 
@@ -75,5 +74,5 @@ def test_names_without_a_format(name: str, content: bytes, message: str) -> None
     assert message in refused(content, name)
 
 
-def test_the_endings_are_named_with_the_most_common_first() -> None:
-    assert "is not one of .obj, .stl, " in refused(b"x", "a.exe")
+def test_the_endings_are_named() -> None:
+    assert "is not one of .glb, .obj, .ply, .stl; " in refused(b"x", "a.exe")

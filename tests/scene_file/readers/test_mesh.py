@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from radar_service.scene_file.readers import formats
-from radar_service.scene_file.readers.mesh import mesh_from_bytes
-from tests.scene_file.readers.mesh_files import CUBE, exported
+from tests.plug_ins import join
+from tests.scene_file.readers.mesh_files import CUBE, exported, mesh_from_bytes
 
 
 @pytest.mark.parametrize(
@@ -41,8 +41,7 @@ def test_scale_and_up() -> None:
 
 def test_a_format_may_have_another_unit_and_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     """In inches with y up, unless the scene says otherwise."""
-    inches = replace(next(kind for kind in formats.FORMATS if kind.name == "obj"), unit=0.0254, up="y")
-    monkeypatch.setattr(formats, "FORMATS", (inches,))
+    join(monkeypatch, "readers", "obj", replace(formats.formats_of("obj")[0], unit=0.0254, up="y"))
     content = b"v 1 2 3\nv 2 2 3\nv 1 5 3\nf 1 2 3\n"
     cases: list[tuple[dict[str, Any], list[float]]] = [
         ({}, [0.0254, -0.0762, 0.0508]),

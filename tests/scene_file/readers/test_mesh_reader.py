@@ -5,11 +5,11 @@ import pytest
 
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
-from radar_service.scene_file.readers.mesh import MeshFile, mesh_from_bytes
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.world.error import SceneError
 from tests.scene_file.readers.height_maps import npy
-from tests.scene_file.readers.mesh_files import exported
+from tests.scene_file.readers.mesh_files import exported, mesh_from_bytes
 
 EVERYWHERE = Coverage(0.0, 0.0, np.inf)
 BODY = HeightMapBodyModel(name="land", heightmap="h.npy", extent_m=(20.0, 10.0))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scene_file.readers.mesh import mesh_from_bytes
-from tests.scene_file.readers.mesh_files import exported, refused
+from tests.scene_file.readers.mesh_files import exported, mesh_from_bytes, refused
 
 
 def test_obj_polygons_negative_numbers_and_continued_lines() -> None:

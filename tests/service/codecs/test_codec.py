@@ -7,6 +7,8 @@ import pytest
 
 from radar_service.display.video import Controls
 from radar_service.ports.app import create_app
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.records.truth import Truth
 from radar_service.service.access import Access
 from radar_service.service.codecs.codec import CODECS, Codec
@@ -18,6 +20,7 @@ from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.ports.asgi import PATIENCE, Closed, Server, Socket, running
 from tests.service.fake import FakeEngine, factory, scene
 
+PortHost((SignalKPort(),))  # its codec joins
 EPOCH = Epoch("e", FakeEngine(scene()), None)
 INFO = RadarInfo("0", "radar", EPOCH, 0.0, {"pace": {"state": "run", "factor": 1.0}}, True)
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from radar_service.display.video import Controls, display_video
+from radar_service.ports.signalk.codec import LEVELS, MAX_SAMPLES, RadarShape, SignalKCodec
 from radar_service.scene_file.load import load_scene
-from radar_service.service.codecs.signalk.codec import LEVELS, MAX_SAMPLES, RadarShape, SignalKCodec
 from radar_service.service.spokes import Epoch, SpokeBatch
+from tests.ports.signalk.protobuf import spokes
 from tests.reference.true_north import true_deg
-from tests.service.codecs.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, BINS, RADAR, STEP, FakeEngine, scene
 
 CODEC = SignalKCodec()

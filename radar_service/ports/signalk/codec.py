@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics.types import Floats
+from radar_service.ports.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes
 from radar_service.records.truth import Truth
-from radar_service.service.codecs.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo

@@ -3,8 +3,8 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from radar_service.service.codecs.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes, varint
-from tests.service.codecs.signalk.protobuf import spokes
+from radar_service.ports.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes, varint
+from tests.ports.signalk.protobuf import spokes
 
 DEGREES = st.floats(-180.0, 180.0)
 SPOKE = st.builds(

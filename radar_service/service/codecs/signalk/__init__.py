@@ -1,1 +1,0 @@
-"""The spokes of the Signal K Radar API as a codec."""
