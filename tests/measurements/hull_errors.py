@@ -90,8 +90,14 @@ def drawn(kind: str, number: int) -> Draw:
     if rng.random() < 0.25:
         other = any_hull(str(rng.choice(["pilot", "fishing", "yacht", "cargo", "ferry"])), rng)
         across = np.array([np.cos(azimuth), -np.sin(azimuth), 0.0])
-        ahead = max(rng.uniform(0.05, 0.7) * distance, (np.ptp(mesh.used_vertices, axis=0) + np.ptp(other.used_vertices, axis=0)).max())
-        place = ahead / distance * antenna * (1, 1, 0) + rng.uniform(-0.5, 0.5) * np.ptp(mesh.used_vertices, axis=0).max() * across
+        ahead = max(
+            rng.uniform(0.05, 0.7) * distance,
+            (np.ptp(mesh.used_vertices, axis=0) + np.ptp(other.used_vertices, axis=0)).max(),
+        )
+        place = (
+            ahead / distance * antenna * (1, 1, 0)
+            + rng.uniform(-0.5, 0.5) * np.ptp(mesh.used_vertices, axis=0).max() * across
+        )
         screens = other, BodyPose(place, rng.uniform(0.0, 2.0 * np.pi))
     return Draw(mesh, antenna, 0.0 if water else None, narrow_beams.LIGHT / band, polarization, rotation, screens)
 
@@ -99,7 +105,9 @@ def drawn(kind: str, number: int) -> Draw:
 def engine_body(draw: Draw) -> OpticalBody:
     wave = Wave(draw.wavelength, draw.polarization)
     optics = PlaneOptics.of(PlanarPieces.of(draw.mesh, outward_side(draw.mesh)), wave, 3, CELL)
-    return OpticalBody(draw.mesh, optics, EdgeLimits(CELL, np.deg2rad(1.2), draw.wavelength, draw.length), 1.0).leaning(draw.lean)
+    return OpticalBody(draw.mesh, optics, EdgeLimits(CELL, np.deg2rad(1.2), draw.wavelength, draw.length), 1.0).leaning(
+        draw.lean
+    )
 
 
 def engine_cells(draw: Draw, body: OpticalBody, cells: Floats) -> tuple[Complexes, float]:
@@ -129,7 +137,9 @@ def seen_by_cells(cells: Floats, half: Floats, field: Complexes) -> Complexes:
 
 def brute_cells(draw: Draw, cells: Floats, width: float, seed: int) -> Complexes:
     triangles = (draw.mesh.vertices @ draw.lean.T)[draw.mesh.faces]
-    screens = None if draw.screens is None else draw.screens[1].map_from_frame(draw.screens[0].vertices)[draw.screens[0].faces]
+    screens = (
+        None if draw.screens is None else draw.screens[1].map_from_frame(draw.screens[0].vertices)[draw.screens[0].faces]
+    )
     brute = narrow_beams.profile(
         triangles, draw.antenna, width, 3, draw.polarization, draw.water, draw.wavelength, seed, screens
     )
@@ -163,7 +173,9 @@ def compared(fields: Complexes, exact: Complexes) -> dict[str, float]:
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
-    lines = ["| ship | aspects | largest cell: median | 95 % | worst | any cell: median | 95 % | power rms dB | mean | worst |"]
+    lines = [
+        "| ship | aspects | largest cell: median | 95 % | worst | any cell: median | 95 % | power rms dB | mean | worst |"
+    ]
     lines.append("|" + "---|" * 10)
     for kind in [*KINDS, "all"]:
         some = [row for row in rows if kind in (row["kind"], "all")]

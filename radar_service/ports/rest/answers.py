@@ -11,6 +11,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import ClientDisconnect
 
+from radar_service.plug_ins import PlugInError
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.rest import schemas
 from radar_service.ports.rest.scene_store import Conflict
@@ -47,13 +48,14 @@ PROTECTED: Answers = {
 
 NO_ROOM, NO_DESCRIPTORS = (errno.ENOSPC, errno.EDQUOT), (errno.EMFILE, errno.ENFILE)
 STATUS: dict[type[Exception], int] = {
-    SceneError: 422, ControlError: 422, CommandError: 422, SpokeSourceFault: 422, RequestValidationError: 422,
+    SceneError: 422, PlugInError: 422, ControlError: 422, CommandError: 422, SpokeSourceFault: 422, RequestValidationError: 422,
     ClientDisconnect: 400, UnknownBodyError: 404,
     NotSteerableError: 409, NoRadarError: 409, Conflict: 409, Cancelled: 409, DuplicateJob: 409,
     ProcessFault: 503, TooManyCommandsError: 503, Busy: 503, MachineBusyError: 503, BusyFault: 503,
 }  # fmt: skip
 LINES: dict[type[Exception], Callable[[Any], Sequence[str]]] = {  # of the others: what they say
     SceneError: lambda error: error.problems,
+    PlugInError: lambda error: [f"scene: {error}"],
     SpokeSourceFault: lambda error: [f"scene: {error}"],
     RequestValidationError: lambda error: problem_lines(error.errors()),
     ClientDisconnect: lambda error: ["body: it ended too early; send it whole"],

@@ -5,6 +5,7 @@ import errno
 import pytest
 from fastapi import FastAPI
 
+from radar_service.plug_ins import PlugInError
 from radar_service.ports.rest.answers import add_exception_handlers, problem_lines
 from radar_service.ports.rest.scene_store import Conflict
 from radar_service.processes.limits import MachineBusyError
@@ -20,7 +21,8 @@ from tests.ports.playing import play
     ("error", "status", "lines"),
     [
         (SceneError("a: bad", "b: bad"), 422, ["a: bad", "b: bad"]), (ControlError("gain: 140"), 422, ["gain: 140"]),
-        (SpokeSourceFault("it broke"), 422, ["scene: it broke"]), (Conflict("it is full"), 409, ["it is full"]),
+        (SpokeSourceFault("it broke"), 422, ["scene: it broke"]), (PlugInError("it is broken"), 422, ["scene: it is broken"]),
+        (Conflict("it is full"), 409, ["it is full"]),
     ],
 )  # fmt: skip
 def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, lines: list[str]) -> None:
