@@ -5,7 +5,7 @@
 
 import nox
 
-nox.options.sessions = ["tests", "format", "lint", "types"]
+nox.options.sessions = ["tests", "format", "lint", "types", "dependencies"]
 nox.options.error_on_missing_interpreters = False  # a Python that is not installed is skipped
 nox.options.reuse_existing_virtualenvs = True
 
@@ -36,6 +36,13 @@ def types(session: nox.Session) -> None:
     """The types, in strict mode."""
     session.install("-e", ".[dev]")
     session.run("mypy")
+
+
+@nox.session
+def dependencies(session: nox.Session) -> None:
+    """Whether what is imported is declared, and the other way round."""
+    session.install("-e", ".[dev]")
+    session.run("deptry", "radar_service", "clients")
 
 
 @nox.session
