@@ -460,6 +460,7 @@ def add_fields(total: Complexes, first: float, corners: Floats, marks: Integers,
         marks, eye, ways, field, plane = marks[there], eye[there], ways[there], field[there], plane[there]
         normal, offset = mesh.plane_normal[plane], mesh.plane_offset[plane]
         height = offset - dots(normal, eye)
+        normal, height = normal * -np.sign(height)[:, None], -np.abs(height)  # against the rays
         points = eye[:, None] + height[:, None, None] / np.einsum("mcx,mx->mc", ways, normal)[..., None] * ways
         for back, receiver in enumerate(setting.receivers):
             some = np.flatnonzero(marks >> (3 * PLANE_BITS + 2 * bounce + back) & 1)
