@@ -2,8 +2,8 @@
 
     .venv/bin/python -m tests.measurements.hull_errors FILE [--count N] [--only KIND ...]
 
-Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or V,
-over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range cells
+Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or
+V, over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range cells
 of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both differ by
 more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both, for its own
 error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
@@ -44,6 +44,7 @@ KINDS: dict[str, tuple[float, ...]] = {
 }  # fmt: skip
 WIDTH, SHARE = 0.06, 0.0015  # m, and of the body's length: first cells of the brute force
 AGAIN = 0.05
+HIDDEN = 1e-6  # m: draws whose largest cell is less are wholly behind another ship
 CELL, STEP = 7.5, 1.875  # m
 BY_SEA = {"h": -0.8, "v": -0.5}  # coefficients of reflection
 
@@ -90,8 +91,14 @@ def drawn(kind: str, number: int) -> Draw:
     if rng.random() < 0.25:
         other = any_hull(str(rng.choice(["pilot", "fishing", "yacht", "cargo", "ferry"])), rng)
         across = np.array([np.cos(azimuth), -np.sin(azimuth), 0.0])
-        ahead = max(rng.uniform(0.05, 0.7) * distance, (np.ptp(mesh.used_vertices, axis=0) + np.ptp(other.used_vertices, axis=0)).max())
-        place = ahead / distance * antenna * (1, 1, 0) + rng.uniform(-0.5, 0.5) * np.ptp(mesh.used_vertices, axis=0).max() * across
+        ahead = max(
+            rng.uniform(0.05, 0.7) * distance,
+            (np.ptp(mesh.used_vertices, axis=0) + np.ptp(other.used_vertices, axis=0)).max(),
+        )
+        place = (
+            ahead / distance * antenna * (1, 1, 0)
+            + rng.uniform(-0.5, 0.5) * np.ptp(mesh.used_vertices, axis=0).max() * across
+        )
         screens = other, BodyPose(place, rng.uniform(0.0, 2.0 * np.pi))
     return Draw(mesh, antenna, 0.0 if water else None, narrow_beams.LIGHT / band, polarization, rotation, screens)
 
@@ -99,7 +106,9 @@ def drawn(kind: str, number: int) -> Draw:
 def engine_body(draw: Draw) -> OpticalBody:
     wave = Wave(draw.wavelength, draw.polarization)
     optics = PlaneOptics.of(PlanarPieces.of(draw.mesh, outward_side(draw.mesh)), wave, 3, CELL)
-    return OpticalBody(draw.mesh, optics, EdgeLimits(CELL, np.deg2rad(1.2), draw.wavelength, draw.length), 1.0).leaning(draw.lean)
+    return OpticalBody(draw.mesh, optics, EdgeLimits(CELL, np.deg2rad(1.2), draw.wavelength, draw.length), 1.0).leaning(
+        draw.lean
+    )
 
 
 def engine_cells(draw: Draw, body: OpticalBody, cells: Floats) -> tuple[Complexes, float]:
@@ -129,7 +138,9 @@ def seen_by_cells(cells: Floats, half: Floats, field: Complexes) -> Complexes:
 
 def brute_cells(draw: Draw, cells: Floats, width: float, seed: int) -> Complexes:
     triangles = (draw.mesh.vertices @ draw.lean.T)[draw.mesh.faces]
-    screens = None if draw.screens is None else draw.screens[1].map_from_frame(draw.screens[0].vertices)[draw.screens[0].faces]
+    screens = (
+        None if draw.screens is None else draw.screens[1].map_from_frame(draw.screens[0].vertices)[draw.screens[0].faces]
+    )
     brute = narrow_beams.profile(
         triangles, draw.antenna, width, 3, draw.polarization, draw.water, draw.wavelength, seed, screens
     )
@@ -150,8 +161,9 @@ def measured(kind: str, number: int) -> dict[str, Any]:
         finer = brute_cells(draw, cells, width / 2.0, 2)
         result |= compared(fields, finer) | {"brute": compared(exact, finer)}
     free, wave = draw.water is None, round(draw.wavelength, 3)
-    result["how"] = [round(draw.length), round(away), "free" if free else "sea", wave, draw.polarization,
-                     "upright" if np.allclose(draw.lean, np.eye(3)) else "leaning", "alone" if draw.screens is None else "behind"]  # fmt: skip
+    posture = "upright" if np.allclose(draw.lean, np.eye(3)) else "leaning"
+    place = "alone" if draw.screens is None else "behind"
+    result["how"] = [round(draw.length), round(away), "free" if free else "sea", wave, draw.polarization, posture, place]
     return result
 
 
@@ -163,10 +175,12 @@ def compared(fields: Complexes, exact: Complexes) -> dict[str, float]:
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
-    lines = ["| ship | aspects | largest cell: median | 95 % | worst | any cell: median | 95 % | power rms dB | mean | worst |"]
+    lines = [
+        "| ship | aspects | largest cell: median | 95 % | worst | any cell: median | 95 % | power rms dB | mean | worst |"
+    ]
     lines.append("|" + "---|" * 10)
     for kind in [*KINDS, "all"]:
-        some = [row for row in rows if kind in (row["kind"], "all")]
+        some = [row for row in rows if kind in (row["kind"], "all") and row["largest"] > HIDDEN]
         if not some:
             continue
         strongest, anywhere, power = (np.array([row[key] for row in some]) for key in ("strongest", "any", "db"))

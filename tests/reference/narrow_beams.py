@@ -399,8 +399,10 @@ class Partition:
         np.logical_and.at(straight, cell, sound)
         one, other = slots[cell[::2], 2 * side[::2] + 1], slots[cell[1::2], 2 * side[1::2] + 1]
         middle = cells + size / 2.0
-        away = np.cross(other - one, middle - one) / np.maximum(np.linalg.norm(other - one, axis=1), 1e-9)
-        expected = np.where(away < 0.0, marks[np.arange(len(able)), (side[::2] + 1) % 4], marks[np.arange(len(able)), side[::2]])
+        away = cross(other - one, middle - one) / np.maximum(np.linalg.norm(other - one, axis=1), 1e-9)
+        expected = np.where(
+            away < 0.0, marks[np.arange(len(able)), (side[::2] + 1) % 4], marks[np.arange(len(able)), side[::2]]
+        )
         straight &= (np.abs(away) < 0.1 * size) | (self.sent(middle) == expected)
         kept = straight if size > 1 else np.ones(len(able), dtype=np.bool_)
         for mark in (marks[np.arange(len(able)), side[::2]], marks[np.arange(len(able)), (side[::2] + 1) % 4]):
@@ -418,7 +420,11 @@ class Partition:
         ends = np.where(swapped[:, None, None], ends[:, ::-1], ends)
         ends, inverse = np.unique(ends.reshape(-1, 4), axis=0, return_inverse=True)
         ends = ends.reshape(-1, 2, 2)
-        begin, way, inverse = ends[:, 0].astype(np.float64), (ends[:, 1] - ends[:, 0]).astype(np.float64), inverse.reshape(-1)
+        begin, way, inverse = (
+            ends[:, 0].astype(np.float64),
+            (ends[:, 1] - ends[:, 0]).astype(np.float64),
+            inverse.reshape(-1),
+        )
         low, high, here = np.zeros(len(ends)), np.ones(len(ends)), self.rays.at(ends[:, 0])
         beyond = there = self.rays.at(ends[:, 1])
         for _ in range(HALVINGS):
@@ -440,8 +446,13 @@ class Partition:
                 yield from lit_triangles(polygon[:, [0, third - 1, third]], mark)
 
 
+def cross(one: Floats, other: Floats) -> Floats:
+    """Of vectors (M, 2) in a plane (M,)."""
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+
+
 def lit_triangles(corners: Floats, marks: Integers) -> Iterator[tuple[Floats, Integers]]:
-    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     some = np.flatnonzero((marks > 0) & (np.abs(area) > 1e-12))
     yield corners[some], marks[some]
 
