@@ -3,8 +3,8 @@
     .venv/bin/python -m tests.measurements.hull_errors FILE [--count N] [--only KIND ...]
 
 Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or
-V, over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range cells
-of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both differ by
+V, over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range
+cells of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both differ by
 more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both, for its own
 error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
 """
@@ -126,7 +126,8 @@ def engine_cells(draw: Draw, body: OpticalBody, cells: Floats) -> tuple[Complexe
     total = np.zeros(len(cells), dtype=np.complex128)
     for path in body.echoes(ways, -np.inf if draw.water is None else draw.water):
         lengths = [leg.length(path.position) for leg in ways]
-        half = sum(lengths[leg] for leg in PATHS[path.path]) / 2.0
+        out, back = PATHS[path.path]
+        half = np.asarray((lengths[out] + lengths[back]) / 2.0)
         field = path.amplitude * np.exp(-4j * np.pi / draw.wavelength * half) * BY_SEA[draw.polarization] ** path.path
         total += seen_by_cells(cells, half, field)
     return total, time.process_time() - begin
@@ -155,7 +156,7 @@ def measured(kind: str, number: int) -> dict[str, Any]:
     fields, seconds = engine_cells(draw, engine_body(draw), cells)
     width, begin = max(WIDTH, SHARE * draw.length), time.process_time()
     exact = brute_cells(draw, cells, width, 1)
-    result = {"kind": kind, "number": number, **compared(fields, exact)}
+    result: dict[str, Any] = {"kind": kind, "number": number, **compared(fields, exact)}
     result["seconds"] = [round(seconds, 4), round(time.process_time() - begin, 1)]
     if result["any"] > AGAIN or number % 10 == 0:
         finer = brute_cells(draw, cells, width / 2.0, 2)

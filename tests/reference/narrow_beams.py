@@ -398,7 +398,7 @@ class Partition:
         slots[cell, 2 * side + 1], sound = self.crossings(ends)
         np.logical_and.at(straight, cell, sound)
         one, other = slots[cell[::2], 2 * side[::2] + 1], slots[cell[1::2], 2 * side[1::2] + 1]
-        middle = cells + size / 2.0
+        middle = (cells + size / 2.0).astype(np.float64)
         away = cross(other - one, middle - one) / np.maximum(np.linalg.norm(other - one, axis=1), 1e-9)
         expected = np.where(
             away < 0.0, marks[np.arange(len(able)), (side[::2] + 1) % 4], marks[np.arange(len(able)), side[::2]]
