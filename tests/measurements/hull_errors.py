@@ -4,9 +4,9 @@
 
 Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or
 V, over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range
-cells of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both differ by
-more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both, for its
-own error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
+cells of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both
+differ by more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both,
+for its own error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
 """
 
 import argparse
