@@ -2,11 +2,11 @@
 
     .venv/bin/python -m tests.measurements.hull_errors FILE [--count N] [--only KIND ...]
 
-Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or V,
-over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range cells
-of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both differ by
-more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both, for its own
-error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
+Sizes of hull types, their seeds, and distances are drawn: 0.5 to 5 km evenly in the logarithm. Each draw is in X or S band, H or
+V, over the sea or in free space; half of them lean by up to 15 and 5 degrees, a quarter stand behind another hull. What range
+cells of 7.5 m see of the scattering centres of `OpticalBody` is compared with `tests/reference/narrow_beams.py`. Where both
+differ by more than AGAIN of the largest cell, the brute force is taken anew with half as wide cells; every tenth draw has both,
+for its own error. FILE keeps a line a draw, so that the study goes on where it was stopped; the table is of all that FILE has.
 """
 
 import argparse
@@ -44,6 +44,7 @@ KINDS: dict[str, tuple[float, ...]] = {
 }  # fmt: skip
 WIDTH, SHARE = 0.06, 0.0015  # m, and of the body's length: first cells of the brute force
 AGAIN = 0.05
+HIDDEN = 1e-6  # m: draws whose largest cell is less are wholly behind another ship
 CELL, STEP = 7.5, 1.875  # m
 BY_SEA = {"h": -0.8, "v": -0.5}  # coefficients of reflection
 
@@ -125,7 +126,8 @@ def engine_cells(draw: Draw, body: OpticalBody, cells: Floats) -> tuple[Complexe
     total = np.zeros(len(cells), dtype=np.complex128)
     for path in body.echoes(ways, -np.inf if draw.water is None else draw.water):
         lengths = [leg.length(path.position) for leg in ways]
-        half = sum(lengths[leg] for leg in PATHS[path.path]) / 2.0
+        out, back = PATHS[path.path]
+        half = np.asarray((lengths[out] + lengths[back]) / 2.0)
         field = path.amplitude * np.exp(-4j * np.pi / draw.wavelength * half) * BY_SEA[draw.polarization] ** path.path
         total += seen_by_cells(cells, half, field)
     return total, time.process_time() - begin
@@ -154,14 +156,15 @@ def measured(kind: str, number: int) -> dict[str, Any]:
     fields, seconds = engine_cells(draw, engine_body(draw), cells)
     width, begin = max(WIDTH, SHARE * draw.length), time.process_time()
     exact = brute_cells(draw, cells, width, 1)
-    result = {"kind": kind, "number": number, **compared(fields, exact)}
+    result: dict[str, Any] = {"kind": kind, "number": number, **compared(fields, exact)}
     result["seconds"] = [round(seconds, 4), round(time.process_time() - begin, 1)]
     if result["any"] > AGAIN or number % 10 == 0:
         finer = brute_cells(draw, cells, width / 2.0, 2)
         result |= compared(fields, finer) | {"brute": compared(exact, finer)}
     free, wave = draw.water is None, round(draw.wavelength, 3)
-    result["how"] = [round(draw.length), round(away), "free" if free else "sea", wave, draw.polarization,
-                     "upright" if np.allclose(draw.lean, np.eye(3)) else "leaning", "alone" if draw.screens is None else "behind"]  # fmt: skip
+    posture = "upright" if np.allclose(draw.lean, np.eye(3)) else "leaning"
+    place = "alone" if draw.screens is None else "behind"
+    result["how"] = [round(draw.length), round(away), "free" if free else "sea", wave, draw.polarization, posture, place]
     return result
 
 
@@ -178,7 +181,7 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     ]
     lines.append("|" + "---|" * 10)
     for kind in [*KINDS, "all"]:
-        some = [row for row in rows if kind in (row["kind"], "all")]
+        some = [row for row in rows if kind in (row["kind"], "all") and row["largest"] > HIDDEN]
         if not some:
             continue
         strongest, anywhere, power = (np.array([row[key] for row in some]) for key in ("strongest", "any", "db"))

@@ -398,8 +398,8 @@ class Partition:
         slots[cell, 2 * side + 1], sound = self.crossings(ends)
         np.logical_and.at(straight, cell, sound)
         one, other = slots[cell[::2], 2 * side[::2] + 1], slots[cell[1::2], 2 * side[1::2] + 1]
-        middle = cells + size / 2.0
-        away = np.cross(other - one, middle - one) / np.maximum(np.linalg.norm(other - one, axis=1), 1e-9)
+        middle = (cells + size / 2.0).astype(np.float64)
+        away = cross(other - one, middle - one) / np.maximum(np.linalg.norm(other - one, axis=1), 1e-9)
         expected = np.where(
             away < 0.0, marks[np.arange(len(able)), (side[::2] + 1) % 4], marks[np.arange(len(able)), side[::2]]
         )
@@ -446,8 +446,13 @@ class Partition:
                 yield from lit_triangles(polygon[:, [0, third - 1, third]], mark)
 
 
+def cross(one: Floats, other: Floats) -> Floats:
+    """Of vectors (M, 2) in a plane (M,)."""
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+
+
 def lit_triangles(corners: Floats, marks: Integers) -> Iterator[tuple[Floats, Integers]]:
-    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     some = np.flatnonzero((marks > 0) & (np.abs(area) > 1e-12))
     yield corners[some], marks[some]
 
@@ -466,6 +471,7 @@ def add_fields(total: Complexes, first: float, corners: Floats, marks: Integers,
         marks, eye, ways, field, plane = marks[there], eye[there], ways[there], field[there], plane[there]
         normal, offset = mesh.plane_normal[plane], mesh.plane_offset[plane]
         height = offset - dots(normal, eye)
+        normal, height = normal * -np.sign(height)[:, None], -np.abs(height)  # against the rays
         points = eye[:, None] + height[:, None, None] / np.einsum("mcx,mx->mc", ways, normal)[..., None] * ways
         for back, receiver in enumerate(setting.receivers):
             some = np.flatnonzero(marks >> (3 * PLANE_BITS + 2 * bounce + back) & 1)
