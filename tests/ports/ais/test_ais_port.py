@@ -256,7 +256,7 @@ def test_options_open_the_port() -> None:
         return registry.opened(parser().parse_args(["serve", *words]))
 
     with opened("--ais-tcp", str(free_port()), "--nmea-tcp", str(free_port())) as ports:
-        assert [port.name for port in ports[2:]] == ["nmea", "ais"]
+        assert [port.name for port in ports] == ["ais", "feed", "nmea", "rest"]
     with pytest.raises(UsageError, match="--ais-udp: 10.0.0.2 is beyond this machine"), opened("--ais-udp", "10.0.0.2:7"):
         pass
     with pytest.raises(UsageError, match="--nmea-of: aft is not a radar"):

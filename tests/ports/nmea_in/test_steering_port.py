@@ -415,7 +415,7 @@ def options(*words: str) -> Any:
 def test_options_open_the_port_with_its_sockets() -> None:
     port = free_port()
     with registry.opened(options("--nmea-in-tcp", str(port), "--nmea-in-udp", str(port))) as ports:
-        assert [each.name for each in ports] == ["rest", "feed", "nmea-in"]
+        assert [each.name for each in ports] == ["feed", "nmea-in", "rest"]
         for option in ("--nmea-in-tcp", "--nmea-in-udp"):
             with (
                 pytest.raises(UsageError, match=f"{option}: .* cannot be opened"),

@@ -203,9 +203,7 @@ def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
 
 
 @pytest.mark.study
-@pytest.mark.parametrize(
-    ("kind", "size", "width"), [("pilot", (12.0, 3.0, 4.3), 0.06), ("cargo", (150.0, 26.0, 20.0), 0.2)]
-)
+@pytest.mark.parametrize(("kind", "size", "width"), [("pilot", (12.0, 3.0, 4.3), 0.06), ("cargo", (150.0, 26.0, 20.0), 0.2)])
 @pytest.mark.parametrize("azimuth_deg", [51.0, 201.0])
 def test_hulls_meet_brute_force(kind: str, size: tuple[float, float, float], width: float, azimuth_deg: float) -> None:
     """All that counts of hulls over the sea: 0.03 of the largest cell, of which the brute force itself has 0.01 to 0.02."""
