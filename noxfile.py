@@ -40,9 +40,10 @@ def types(session: nox.Session) -> None:
 
 @nox.session
 def dependencies(session: nox.Session) -> None:
-    """Whether what is imported is declared, and the other way round."""
+    """Whether what is imported is declared, and the other way round; the rules of imports."""
     session.install("-e", ".[dev]")
     session.run("deptry", "radar_service", "clients")
+    session.run("lint-imports")
 
 
 @nox.session

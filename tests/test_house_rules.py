@@ -1,18 +1,18 @@
-"""Rules of the house besides imports: names of the field, short files, nobody reaches into another's private attributes, and
-tests that mirror the tree; no address of a package registry."""
+"""Rules of the house besides those of imports, which `lint-imports` checks: names of the field, short files, nobody reaches into
+another's private attributes, and tests that mirror the tree; no address of a package registry."""
 
 import ast
 import re
 import subprocess
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from statistics import median
 
 import pytest
 
-from tests.test_house import parsed
-
 ROOT = Path(__file__).parents[1]
+parsed = cache(ast.parse)  # several rules look at each file
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 MIN_LINES, MAX_LINES = 40, 400  # of a file

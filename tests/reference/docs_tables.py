@@ -7,6 +7,7 @@ import ast
 import inspect
 import math
 import re
+import tomllib
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from importlib import import_module
@@ -19,7 +20,6 @@ from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
 from radar_service.service.radio.transmitter_state import TRANSITIONS, State
 from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
-from tests.test_house import BELOW, HOUSE, room, within
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
@@ -159,12 +159,15 @@ def transitions() -> str:
 
 def rooms() -> str:
     """The rooms of the package, upward, and what each says that it holds."""
-    files = {room(module): file for module, file in reversed(HOUSE.items()) if within(module, "radar_service")}
+    package = DOCS.parent / "radar_service"
+    rules = tomllib.loads((DOCS.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    names = rules[0]["layers"][::-1]
+    names.insert(names.index("service"), "__init__")  # no layer, being the package itself
     rows = []
-    for name in [*BELOW, "__main__"]:
-        path = files[name].relative_to(DOCS.parent / "radar_service")
-        text = ast.get_docstring(ast.parse(files[name].read_text(encoding="utf-8"))) or ""
-        rows.append((f"`{path.parent}/`" if len(path.parts) > 1 else f"`{path}`", text.split("\n\n")[0].replace("\n", " ")))
+    for name in names:
+        file = package / f"{name}.py" if (package / f"{name}.py").exists() else package / name / "__init__.py"
+        text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", text.split("\n\n")[0].replace("\n", " ")))
     return table(("folder or file", "holds"), rows)
 
 
