@@ -25,10 +25,11 @@ from typing import cast
 
 from radar_service import wire
 from radar_service.ports.app import create_app
+from radar_service.ports.http.requests import Requests
 from radar_service.ports.http.server import Server, configuration, listening_socket
 from radar_service.service.fanout.hub import EncodedBatch
 from radar_service.service.feed_request import View
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.settings import Pace, Settings
 from tests.measurements.load import connected
 from tests.service.fake import FakeEngine, factory, scene
@@ -87,7 +88,8 @@ async def raw(size: int) -> None:
 async def feed(size: int) -> None:
     """The service, its own radar paused, publishing one message over and over."""
     station = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-    config = configuration(create_app([station]), connections=2000)
+    requests = Requests()
+    config = configuration(create_app([station], requests=requests), connections=2000)
     config.lifespan = "on"
     view = View("u8")
 
@@ -99,7 +101,7 @@ async def feed(size: int) -> None:
             await asyncio.sleep(0 if station.hub.clients else 0.01)
 
     running: list[asyncio.Task[None]] = []
-    server = Server(config, [station], lambda: running.append(asyncio.ensure_future(publish())))
+    server = Server(config, Stations([station]).stop, lambda: running.append(asyncio.ensure_future(publish())), requests)
     await server.serve(sockets=[listening_socket("127.0.0.1", 0)])
 
 
