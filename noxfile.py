@@ -5,7 +5,7 @@
 
 import nox
 
-nox.options.sessions = ["tests", "format", "lint", "types", "dependencies"]
+nox.options.sessions = ["tests", "format", "lint", "types", "dependencies", "imports"]
 nox.options.error_on_missing_interpreters = False  # a Python that is not installed is skipped
 nox.options.reuse_existing_virtualenvs = True
 
@@ -40,9 +40,15 @@ def types(session: nox.Session) -> None:
 
 @nox.session
 def dependencies(session: nox.Session) -> None:
-    """Whether what is imported is declared, and the other way round; the rules of imports."""
+    """Whether what is imported is declared, and the other way round."""
     session.install("-e", ".[dev]")
     session.run("deptry", "radar_service", "clients")
+
+
+@nox.session
+def imports(session: nox.Session) -> None:
+    """The rules of imports."""
+    session.install("-e", ".[dev]")
     session.run("lint-imports")
 
 
