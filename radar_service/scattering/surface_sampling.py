@@ -87,11 +87,6 @@ def point_scatterer(position: Floats, span: float = 0.0) -> Scatterers:
     )
 
 
-def triangle_frames(mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-    """Centroids (F, 3) [m], unit normals (F, 3) and areas (F,) [m^2] of the triangles of a mesh."""
-    return (triangle_middles(mesh), *normals_and_areas(mesh))
-
-
 def triangle_middles(mesh: Mesh) -> Floats:
     """Centroids (F, 3) [m] of the triangles of a mesh."""
     total = mesh.vertices.take(mesh.faces[:, 0], axis=0)

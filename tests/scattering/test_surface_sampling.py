@@ -15,9 +15,9 @@ from radar_service.scattering.model import Instant, ScatteringContext
 from radar_service.scattering.surface_sampling import (
     MAX_STRATA,
     cell_density,
+    normals_and_areas,
     sample_surface,
     surface_db,
-    triangle_frames,
 )
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Mesh
@@ -31,7 +31,7 @@ SLIVERS = Mesh(
 
 def test_points_lie_on_their_triangles_and_carry_the_area() -> None:
     """Every point is in the plane and inside its triangle; areas sum to the surface's exactly (systematic sampling)."""
-    _, _, area = triangle_frames(SLIVERS)
+    _, area = normals_and_areas(SLIVERS)
     made = sample_surface(SLIVERS, np.full(3, 20.0), np.random.default_rng(1))
     assert len(made) == pytest.approx(20 * area.sum(), abs=1)
     assert made.area.sum() == pytest.approx(area.sum(), rel=1e-9)
@@ -46,7 +46,7 @@ def test_points_lie_on_their_triangles_and_carry_the_area() -> None:
 def test_density_varies_by_triangle_without_bias() -> None:
     """A triangle with a tenth of the density has a tenth of the points, each with ten times the area."""
     made = sample_surface(SLIVERS, np.array([50.0, 50.0, 5.0]), np.random.default_rng(1))
-    _, _, area = triangle_frames(SLIVERS)
+    _, area = normals_and_areas(SLIVERS)
     carried = np.bincount(made.triangle, made.area, minlength=3)
     np.testing.assert_allclose(carried[1:], area[1:], rtol=1 / (5 * area[2]))  # within one point
 
@@ -128,7 +128,7 @@ def test_strata_carry_all_of_the_area_at_a_quarter_more_points_at_most(count: in
     for shape in SHAPES.values():
         (body,) = scene([{**shape, "name": "b", "material": "wood", "position_m": [0, 500, 5]}]).bodies
         assert body.mesh is not None
-        _, _, area = triangle_frames(body.mesh)
+        _, area = normals_and_areas(body.mesh)
         drawn = sample_surface(body.mesh, np.full(len(area), 1e-6), np.random.default_rng(1), count)
         assert count * 0.9 <= len(drawn) <= 1.3 * count + 4
         assert drawn.area.sum() == pytest.approx(area.sum(), rel=1e-9)

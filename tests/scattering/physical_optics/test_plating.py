@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics import plating
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.patches import patch_spans
 from radar_service.scattering.physical_optics.plating import PlatedWalls
-from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scattering.surface_sampling import normals_and_areas
 from tests.measurements.cross_sections import fields, sections_dbsm
 from tests.reference import plated_hulls, plated_walls
 from tests.reference.metal_on_water import Setting
@@ -42,7 +42,7 @@ def walls_of(scene: rs.Scene) -> PlatedWalls:
     body = scene.bodies[0]
     assert body.mesh is not None
     spans = patch_spans(body.mesh), body.plating, scene.radar.wavelength
-    walls = PlatedWalls.of(body.mesh, triangle_frames(body.mesh)[1], *spans)
+    walls = PlatedWalls.of(body.mesh, normals_and_areas(body.mesh)[0], *spans)
     assert walls is not None
     return walls
 
