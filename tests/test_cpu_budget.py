@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 from tests.cpu_budget import COLLECTION, excesses, folder_of, pace
@@ -55,3 +56,10 @@ def test_a_run_whose_folder_is_far_above_its_budget_fails(tmp_path: Path) -> Non
     assert f"busy took {row[1]} s" in result.stdout and "1 passed" in result.stdout
     assert any(line.startswith(COLLECTION) and float(line.split()[1]) > 0.0 for line in lines)  # of the worker
     assert result.returncode == 1
+
+
+def test_each_folder_of_tests_has_a_budget() -> None:
+    here = Path(__file__).parent
+    with_tests = {folder_of(str(path.relative_to(here.parent))) for path in here.rglob("test_*.py")}
+    budget = tomllib.loads((here / "cpu_budget.toml").read_text(encoding="utf-8"))["seconds"]
+    assert with_tests <= set(budget)
