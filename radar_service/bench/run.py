@@ -11,7 +11,9 @@ from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.extractor import PlotExtractor, in_clutter
+from radar_service.plots.marine import PFA as MARINE_PFA
+from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.plot import Plot
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
 from radar_service.radar.parameters import Radar
@@ -19,7 +21,10 @@ from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
+from radar_service.trace.land_mask import LandMask
+from radar_service.world.scene import Scene
 
+PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
 ROUNDING = 1e-6  # s: no state is from the future by less
 
 
@@ -56,14 +61,7 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor. Raises SceneError."""
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
-    extractor = PlotExtractor(
-        scene.radar,
-        threshold_of(scenario.plots, scene.radar),
-        rule=rule_of(scenario.plots),
-        max_plots=scenario.plots.max_plots,
-        nearest=scenario.plots.nearest_m,
-        tell=tell,
-    )
+    extractor = extractor_of(scenario.plots, scene, tell)
     for _ in range(scenario.scans):
         scan = simulator.scan()
         ended = extractor.add(scan)
@@ -72,12 +70,25 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
         yield ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 
-def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
-    """Returns the threshold that a scenario asks for."""
-    if settings.threshold == "known":
-        return KnownThreshold(radar, settings.pfa)
-    detector = CellAveraging if settings.threshold == "ca" else OrderedStatistic
-    return detector(radar, settings.pfa, settings.guard_m, settings.window_m)
+def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
+    """Returns a new extractor of a scene's radar, as a scenario asks for it. tell: as of a PlotExtractor."""
+    return PlotExtractor(
+        scene.radar, threshold_of(settings, scene), rule=rule_of(settings), max_plots=settings.max_plots,
+        nearest=settings.nearest_m, tell=tell, land=LandMask.of(scene.bodies),
+    )  # fmt: skip
+
+
+def threshold_of(settings: PlotSettings, scene: Scene) -> Threshold:
+    """Returns the threshold that a scenario asks for in a scene."""
+    kind = settings.threshold
+    if kind == "auto":
+        kind = "marine" if in_clutter(scene) else "known"
+    radar, pfa = scene.radar, settings.pfa or DEFAULT_PFA.get(kind, PFA)
+    if kind == "known":
+        return KnownThreshold(radar, pfa)
+    detectors: dict[str, Callable[[Radar, float, float, float], Threshold]]
+    detectors = {"ca": CellAveraging, "os": OrderedStatistic, "marine": MarineThreshold}
+    return detectors[kind](radar, pfa, settings.guard_m, settings.window_m)
 
 
 def rule_of(settings: PlotSettings) -> ClusterRule:

@@ -18,10 +18,14 @@ from radar_service.scene_file.error_tables import drawn_biases
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
 CLUTTER = {"sea_state", "rain_mm_h"}  # keys of an environment with clutter
-IN_CLUTTER = {
-    "threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "window_m": 300.0, "gap_cells": 12, "gap_spokes": 4, "split_db": 200.0,
-    "max_plots": 200,
-}  # of plots there: the guard is longer than a ship, and the plots of one are one  # fmt: skip
+OF_SHIPS = {"gap_cells": 12, "gap_spokes": 4, "split_db": 200.0, "max_plots": 200}  # the plots of a ship are one
+AMONG_OTHERS = {
+    "threshold": "ca",
+    "pfa": 1e-6,
+    "guard_m": 150.0,
+    "window_m": 300.0,
+    **OF_SHIPS,
+}  # the guard is longer than a ship
 MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
@@ -80,10 +84,14 @@ class TrackerSettings(Table):
 
 
 class PlotSettings(Table):
-    """How plots are extracted; see docs/plots.md."""
+    """How plots are extracted; see docs/plots.md.
 
-    threshold: Literal["known", "ca", "os"] = "known"
-    pfa: Annotated[float, Field(gt=0, lt=1)] = 1e-7
+    threshold: "auto" is "marine" where the scene has sea, rain or land, and "known" elsewhere.
+    pfa: None: 1e-7, or the default of "marine".
+    """
+
+    threshold: Literal["auto", "known", "ca", "os", "marine"] = "auto"
+    pfa: Annotated[float, Field(gt=0, lt=1)] | None = None
     guard_m: Annotated[float, Field(gt=0)] = 100.0
     window_m: Annotated[float, Field(gt=0)] = 300.0
     gap_spokes: Annotated[int, Field(ge=1, le=1000)] = 2
@@ -223,7 +231,7 @@ def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Returns the content of a scenario of a scene file, judged by the limits of every scenario and by its table `bench`.
 
     Targets are the bodies that move, or all where none does. Where others stand there, tracks of these are not false. Plots are
-    extracted as IN_CLUTTER says where these, sea or rain would flood a known threshold.
+    extracted as AMONG_OTHERS says where these would flood a known threshold, and as OF_SHIPS says in sea or rain.
     """
     bodies = {str(body.get("name", "")): body for body in scene.get("body", ())}
     moving = [name for name, body in bodies.items() if MOTION & body.keys()] or [*bodies]
@@ -232,7 +240,7 @@ def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "question": "Does the tracker meet the limits of every scenario in this scene?", "expected": "It meets them.",
         "source": "a scene file", "vary_m": 0.0, "targets": moving, "not_judged": ["spurious"] if others else [],
-        "plots": IN_CLUTTER if others or CLUTTER & environment.keys() else {}, **bench,
+        "plots": OF_SHIPS if CLUTTER & environment.keys() else AMONG_OTHERS if others else {}, **bench,
         "scene": {key: table for key, table in scene.items() if key != "bench"},
     }  # fmt: skip
 

@@ -6,12 +6,12 @@ import sys
 from collections.abc import Iterable
 from functools import partial
 
-from radar_service.bench.run import threshold_of
+from radar_service.bench.run import extractor_of
 from radar_service.bench.scenario import PlotSettings
 from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
-from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.extractor import in_clutter
 from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
@@ -19,6 +19,7 @@ from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
 from radar_service.terminal.progress import progress
+from radar_service.world.scene import Scene
 
 NEVER = "-"
 
@@ -29,8 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_radar(parser)
     add_scene(parser)
     add_whole_number(parser, "--scans", 10, 1, 10_000, help="revolutions (default 10)")
-    parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
-    parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
+    choices, usual = ["known", "ca", "os", "marine"], "default marine in sea, rain and land, else ca"
+    parser.add_argument("--threshold", choices=choices, help=f"see docs/plots.md ({usual})")
+    parser.add_argument("--pfa", type=_probability, help="false alarms per cell (default 1e-4; of marine 1e-5)")
     beside, averaged, near = (
         "length beside a cell, not averaged",
         "length averaged on each side",
@@ -62,12 +64,8 @@ def _plots(options: argparse.Namespace) -> int:
         from radar_service.plots.picture import write_picture  # an extra that is missing is told first
     make = simulator_options(options, options.threads, labels=True)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
-    radar = simulator.scene.radar
     tell = partial(print, file=sys.stderr, flush=True)
-    settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
-    extractor = PlotExtractor(
-        radar, threshold_of(settings, radar), max_plots=options.max_plots, nearest=options.nearest_m, tell=tell
-    )
+    extractor = extractor_of(_settings(options, simulator.scene), simulator.scene, tell)
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:
@@ -75,6 +73,14 @@ def _plots(options: argparse.Namespace) -> int:
     if options.png:
         write_picture(options.png, report, options.unit)
     return 0
+
+
+def _settings(options: argparse.Namespace, scene: Scene) -> PlotSettings:
+    threshold = options.threshold or ("marine" if in_clutter(scene) else "ca")
+    return PlotSettings(
+        threshold=threshold, pfa=options.pfa or (None if threshold == "marine" else 1e-4), guard_m=options.guard_m,
+        window_m=options.window_m, max_plots=options.max_plots, nearest_m=options.nearest_m,
+    )  # fmt: skip
 
 
 def _progress(simulator: Simulator, scans: Iterable[Scan], count: int) -> Iterable[Scan]:

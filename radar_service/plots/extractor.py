@@ -6,6 +6,7 @@ The gate about the peak of a plot is that in which the truth measures where the 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +15,16 @@ from radar_service.plots.clusters import ClusterRule, clusters, parts
 from radar_service.plots.detections import Detections, detections_of, no_detections
 from radar_service.plots.flood import Flood, FloodWarning, flood_of
 from radar_service.plots.groups import Groups
-from radar_service.plots.plot import Plot, ScanGeometry, plot_columns, plots_of
+from radar_service.plots.marine import LandCells, MarineThreshold
+from radar_service.plots.plot import Plot, ScanGeometry, ScanTags, plot_columns, plots_of
 from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
+from radar_service.trace.land_mask import LandMask
+from radar_service.world.materials import is_land
+from radar_service.world.scene import Scene
 
 NEIGHBOURS = ClusterRule(1, 1)  # over corners too, as in the truth
 MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
@@ -63,6 +68,12 @@ class ScanPlots:
     detections: Detections = field(default_factory=no_detections, compare=False, repr=False)
 
 
+def in_clutter(scene: Scene) -> bool:
+    """Returns whether a scene has sea, rain or land."""
+    environment = scene.environment
+    return bool(environment.sea_state or environment.rain_mm_h or any(map(is_land, scene.bodies)))
+
+
 class PlotExtractor:
     """Turns the scans of one radar into plots.
 
@@ -73,12 +84,12 @@ class PlotExtractor:
     def __init__(
         self, radar: Radar, threshold: Threshold | None = None, *, rule: ClusterRule | None = None, max_plots: int = 200,
         sidelobe_margin_db: float | None = MARGIN_DB, nearest: float = 0.0, gate_db: float = np.inf,
-        tell: Callable[[str], None] | None = None,
+        tell: Callable[[str], None] | None = None, land: LandMask | None = None,
     ) -> None:  # fmt: skip
         """threshold: by default the known noise with PFA; max_plots: per scan; sidelobe_margin_db: None for no sidelobe gate;
         nearest: plots nearer than this [m] are left out, such as sea clutter about own ship; gate_db: cells count that connect
         with the peak of a plot and are this much weaker at most: 20 is the gate of the truth; tell: gets the first flood in
-        words, in place of a FloodWarning.
+        words, in place of a FloodWarning; land: where a MarineThreshold has no plots, with a beamwidth about it.
 
         Raises ValueError for a maximum below 1.
         """
@@ -93,6 +104,19 @@ class PlotExtractor:
         self._open = np.zeros(0, dtype=np.bool_)  # which of these are of clusters that may go on
         self._warned, self._tell = False, tell
         self._first: int | None = None  # spoke of the first scan
+        marine = isinstance(self.threshold, MarineThreshold)
+        self._land = LandCells(land, radar) if land is not None and marine else None
+        self._tags = ScanTags(radar) if marine else None
+
+    @classmethod
+    def for_scene(cls, scene: Scene, pfa: float | None = None, **settings: Any) -> "PlotExtractor":
+        """Returns that of a ship's radar where a scene has sea, rain or land, and else that of the known noise.
+
+        pfa: None for the default of the threshold. settings: as of the constructor.
+        """
+        make = MarineThreshold if in_clutter(scene) else KnownThreshold
+        threshold = make(scene.radar) if pfa is None else make(scene.radar, pfa)
+        return cls(scene.radar, threshold, land=LandMask.of(scene.bodies), **settings)
 
     def scans(self, scans: Iterable[Scan]) -> Iterator[ScanPlots]:
         """Yields the plots of consecutive scans."""
@@ -102,7 +126,8 @@ class PlotExtractor:
         """Returns the plots that end in a scan, which follows the one before. Missing spokes (NaN) hold no detections."""
         if self._first is None:
             self._first = scan.number * self._geometry.azimuths
-        fresh = detections_of(scan, self.threshold.of(scan.power))
+        power = scan.power if self._land is None else self._land.without(scan)
+        fresh = detections_of(scan, self.threshold.of(power))
         recent = self._before.and_then(fresh)
         cells, plot = self._ended(recent, (scan.number + 1) * self._geometry.azimuths)
         geometry = replace(self._geometry, first=float(scan.range[0]))  # where the feed says that samples stand
@@ -117,8 +142,9 @@ class PlotExtractor:
         dropped = len(kept) - len(best)
         flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold, self._nearest)
         self._warn(flood)
+        plots = tuple(plots_of(columns, best))
         return ScanPlots(
-            scan.number, tuple(plots_of(columns, best)), int(explained.sum()), dropped, flood,
+            scan.number, plots if self._tags is None else self._tags.of(plots), int(explained.sum()), dropped, flood,
             of_plots.only(groups.members(best)), fresh,
         )  # fmt: skip
 

@@ -5,12 +5,15 @@ then give too many false alarms. Noise is complex Gaussian, so the exact probabi
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
 from scipy.linalg import toeplitz
 from scipy.optimize import brentq
+from scipy.special import gammaincc, ndtri
 
+from radar_service.clutter.texture import gamma_from_gaussian
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
@@ -21,6 +24,11 @@ SPECTRUM_SIZE = 2**14  # samples; a longer one changes no correlation by 1e-6
 DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by less than 0.2 %
 DRAW_ROWS = 2**12
 MAX_FACTOR = 1e9  # of a threshold over the level
+SPREAD = 0.95  # the quantile that tells the shape: the cells of a ship or two in a region are fewer than the rest
+LOG_POWER = np.linspace(-10.0, 8.0, 145)  # of the laws of clutter, of unit mean
+SHAPES = np.geomspace(100.0, 0.1, 13)  # of texture: as noise, to the spikiest
+CLUTTER_TO_NOISE = 10.0 ** np.arange(-1.0, 3.1, 0.25)
+TINY = 1e-300
 
 
 def noise_correlation(radar: Radar, lags: int) -> Complexes:
@@ -94,3 +102,46 @@ def ordered_statistic_factor(pfa: float, rank: int, offsets: Indices, correlatio
 
 def _root(log_probability: Callable[[float], float]) -> float:
     return float(np.exp(brentq(log_probability, np.log(1e-6), np.log(MAX_FACTOR), xtol=1e-6)))
+
+
+def effective_looks(radar: Radar, spokes: int) -> float:
+    """Returns the number of independent looks in the mean of `spokes` spokes of clutter whose speckle rests as the beam passes.
+
+    The field of a spoke is the sum of the clutter's over azimuth, weighted by the one-way power gain, so that two spokes have its
+    autocorrelation.
+    """
+    span = int(np.ceil(4.0 * radar.beamwidth / radar.azimuth_step))
+    gain = radar.azimuth_gain(np.arange(-4.0 * span, 4.0 * span + 1.0) * (radar.azimuth_step / 4.0))
+    correlation = np.correlate(gain, gain, "full")[len(gain) - 1 :: 4] / np.sum(gain**2)
+    lag = np.arange(1, spokes)
+    return float(spokes**2 / (spokes + 2.0 * np.sum((spokes - lag) * correlation[lag] ** 2)))
+
+
+@lru_cache(maxsize=16)
+def spread_and_factor(spokes: int, looks: float, pfa: float) -> tuple[Floats, Floats]:
+    """Returns how widely laws of clutter spread (C, S), rising, and their factors (C, S) on the median, exceeded with `pfa`.
+
+    Both are natural logarithms; the first is of the quantile SPREAD over the median. Rows have CLUTTER_TO_NOISE, columns the
+    SHAPES of texture: the K distribution with noise (Ward, Tough and Watts, "Sea Clutter", 2006, ch. 4). A CFAR's
+    multiplier follows them (Ward, Tough and Shepherd, IET RSN 1(6), 425, 2007).
+    spokes: whose mean is taken; looks: independent ones of clutter among them.
+    """
+    levels = -np.log([0.5, 1.0 - SPREAD, pfa])
+    laws = [[_negative_log_tail(spokes, looks, ratio, shape) for shape in SHAPES] for ratio in CLUTTER_TO_NOISE]
+    quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])
+    return np.maximum.accumulate(quantiles[..., 1] - quantiles[..., 0], axis=1), quantiles[..., 2] - quantiles[..., 0]
+
+
+def _negative_log_tail(spokes: int, looks: float, ratio: float, shape: float) -> Floats:
+    """-ln of the probability that the mean over spokes exceeds exp(LOG_POWER), in units of its own mean.
+
+    Given the texture, the covariance of spokes is noise's identity, and that of speckle times texture and `ratio`, clutter to
+    noise. The sum of its exponential modes is taken for a gamma variate of its mean and variance.
+    """
+    odds = np.linspace(-16.0, 16.0, 129)  # the logit of the texture's probability: equal steps reach far into both tails
+    share = 1.0 / (1.0 + np.exp(-odds))
+    clutter = ratio * gamma_from_gaussian(ndtri(share), shape)
+    effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / spokes)
+    tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
+    weight = share * (1.0 - share)
+    return np.asarray(-np.log(np.maximum(tail @ (weight / weight.sum()), TINY)))

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 
 FLOODED = 0.2  # of all cells: one strong target without noise, with its sidelobes, has 0.06
 MANY = 1000  # plots of a scan: the forty ships of a busy strait and the false alarms at PFA 1e-4 are a third
-LOWEST = 1e-12  # pfa that is of use: at 1e-4 of that, a lower one changes the threshold by a third
+LOWEST = 1e-7  # pfa of use in clutter: a lower one has no small targets left
 NOISE = 3.0  # times the false alarms that noise gives: fewer detections are noise
 
 
@@ -67,10 +68,12 @@ def _remedy(threshold: Threshold, pfa: float | None, detections: int, cells: int
     lower = "a lower pfa" + ("" if pfa is None else f" (now {pfa:g})")
     if pfa is not None and detections < NOISE * pfa * cells:
         return f"noise alone gives {pfa * cells:,.0f}; set {lower}"
+    if not isinstance(threshold, MarineThreshold):
+        counted = (
+            'the threshold "known" counts sea clutter, rain and land as targets'
+            if isinstance(threshold, KnownThreshold)
+            else "sea clutter is spikier than noise, and land has edges"
+        )
+        return f'{counted}; set threshold to "marine" (PlotExtractor.for_scene)'
     near = [] if nearest else ["nearest beyond the sea clutter about own ship"]
-    if isinstance(threshold, KnownThreshold):
-        counted = 'the threshold "known" counts sea clutter, rain and land as targets'
-        return ", ".join([f'{counted}; set threshold to "ca" (CellAveraging)', *near])
-    settings = [f"{lower}, as {LOWEST:g}"] if pfa is None or pfa > LOWEST else []
-    settings += ["guard and window as short as the targets allow", *near]
-    return f"sea clutter is spikier than noise, and land has edges; set {', '.join(settings)}"
+    return f"the clutter is spikier than its shape says; set {', '.join([f'{lower}, as {LOWEST:g}', *near])}"

@@ -1,17 +1,20 @@
 """A plot: the position and time that a radar reports for one cluster of detections."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.groups import Groups
+from radar_service.radar.parameters import Radar
 
+MAX_SPEED = 51.4  # m/s: 100 kn
 CENTROID_CUT = 1e-3  # of a plot's peak: weaker cells are noise and sidelobes; points at 48 dB err by 3 mm, 22 mm without
 
 
@@ -27,6 +30,7 @@ class Plot:
     cells: number of detections.
     range_extent: from and to, outer edges of the cells [m].
     bearing_extent: from and to, clockwise, outer edges of the spokes.
+    correlated: whether the scan before had a plot from where a craft of 100 kn comes; None: not asked (`ScanTags`).
     """
 
     scan: int
@@ -39,10 +43,31 @@ class Plot:
     cells: int
     range_extent: tuple[float, float]
     bearing_extent: tuple[float, float]
+    correlated: bool | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data: the names of the fields, and `type`."""
-        return {"type": "plot", **asdict(self)}
+        """Plain data: the names of the fields, and `type`; without `correlated` where that is None."""
+        return {"type": "plot", **{name: value for name, value in asdict(self).items() if value is not None}}
+
+
+class ScanTags:
+    """Correlation from scan to scan as a tag of the plots of one radar.
+
+    It is no gate: MSC.192(79) 5.3.1.1 has targets of 100 kn, and whether plots of N scans are a track is for the tracker.
+    """
+
+    def __init__(self, radar: Radar) -> None:
+        self._reach = MAX_SPEED * radar.rotation_period + 2.0 * radar.range_step
+        self._before = np.empty((0, 2))
+
+    def of(self, plots: Sequence[Plot]) -> tuple[Plot, ...]:
+        """Returns the plots of the next scan with their tags."""
+        place = np.array([(plot.east, plot.north) for plot in plots]).reshape(-1, 2)
+        before, self._before = self._before, place
+        near = np.zeros(len(place), dtype=np.bool_)
+        if len(before) and len(place):
+            near = np.asarray(cKDTree(before).query(place)[0] <= self._reach)
+        return tuple(replace(plot, correlated=tag) for plot, tag in zip(plots, near.tolist(), strict=True))
 
 
 @dataclass(frozen=True)

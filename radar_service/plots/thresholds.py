@@ -43,7 +43,7 @@ class KnownThreshold:
     pfa: float = PFA
 
     def __post_init__(self) -> None:
-        _check_pfa(self.pfa)
+        check_pfa(self.pfa)
 
     def of(self, power: Singles) -> Floats:
         """Returns thresholds, as Threshold.of."""
@@ -69,7 +69,7 @@ class _AlongRange(ABC):
     window: float = 200.0
 
     def __post_init__(self) -> None:
-        _check_pfa(self.pfa)
+        check_pfa(self.pfa)
         for name, value in (("guard", self.guard), ("window", self.window)):
             if not 0.0 < value < np.inf:
                 raise ValueError(f"{name}: {value} is not allowed; a length above 0 m, as 60")
@@ -149,6 +149,7 @@ class OrderedStatistic(_AlongRange):
         return max(1, round(RANK * count))
 
 
-def _check_pfa(pfa: float) -> None:
+def check_pfa(pfa: float) -> None:
+    """Raises ValueError unless it is a probability."""
     if not 0.0 < pfa < 1.0:
         raise ValueError(f"pfa: {pfa} is not allowed; a probability between 0 and 1, as 1e-4")

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.bench.run import rule_of, threshold_of
+from radar_service.bench.run import extractor_of
 from radar_service.display.video import DB_PER_STEP, Controls, Layout, display_video, layout, peaks, strongest
-from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.flood import FloodWarning
 from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Crossing
@@ -129,7 +128,7 @@ class ScanReader:
                     f"its radar has {here} in {what}, and the store {sizes[what]}; vary nothing that changes it"
                 )
         self._label_cells = np.zeros(sizes.get("label", 0), dtype=np.int64)
-        self._plots = _extractor(simulator, spec) if "plots" in spec.keep else None
+        self._plots = extractor_of(spec.plots, simulator.scene) if "plots" in spec.keep else None
 
     def arrays(self, scan: Scan) -> Arrays:
         """Returns the arrays of a scan. Raises SweepError for more crossings than the store has room for."""
@@ -190,17 +189,6 @@ class ScanReader:
         row = np.full(self._sizes[variable.dims[-1]], variable.fill, dtype=variable.dtype)
         row[: len(values)] = values
         return row
-
-
-def _extractor(simulator: Simulator, spec: SweepSpec) -> PlotExtractor:
-    radar, settings = simulator.scene.radar, spec.plots
-    return PlotExtractor(
-        radar,
-        threshold_of(settings, radar),
-        rule=rule_of(settings),
-        max_plots=settings.max_plots,
-        nearest=settings.nearest_m,
-    )
 
 
 def _labels_of_peaks(scan: Scan, to: Layout) -> NDArray[Any]:

@@ -11,7 +11,7 @@ from radar_service.bench import bench as bench_module
 from radar_service.bench import kept_plots
 from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench
-from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.bench.scenario import PlotSettings, Scenario, load_scenario
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import ProcessTracker
 from tests.bench.trackers.test_process_tracker import ECHO, program
@@ -158,10 +158,10 @@ def test_gate_the_reference_tracker_meets_the_limits(name: str, seeds: int, tmp_
 def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) -> None:
     path = tmp_path / "small.toml"
     path.write_text(FILE.format(scans=2).replace("noise = true", "noise = true\nsea_state = 5"))
-    scenario = load_scenario(str(path))
+    scenario = load_scenario(str(path)).model_copy(update={"plots": PlotSettings(threshold="known")})
     (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]
     assert its["remark"].startswith("2 of 2 scans flood the plot extractor; scan ")
-    assert 'set threshold to "ca"' in its["remark"]
+    assert 'set threshold to "marine"' in its["remark"]
 
 
 def test_after_three_hangs_the_bench_stops(

@@ -101,7 +101,9 @@ def test_a_changed_reference_tracker_or_score_has_another_digest(
 def test_the_first_flood_of_the_first_seed_is_told_after_its_scan(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    sea = changed(scene={**SMALL["scene"], "environment": {"noise": True, "sea_state": 5}})
+    sea = changed(
+        scene={**SMALL["scene"], "environment": {"noise": True, "sea_state": 5}}, plots=PlotSettings(threshold="known")
+    )
     told: list[str] = []
 
     def watched(*arguments: Any) -> Iterator[ScanResult]:
@@ -111,7 +113,7 @@ def test_the_first_flood_of_the_first_seed_is_told_after_its_scan(
 
     monkeypatch.setattr(kept_plots, "observed", watched)
     observed_run(tmp_path, sea, 0)
-    assert told[0].startswith("small, seed 0: scan 0: ") and 'set threshold to "ca"' in told[0] and told[1:] == ["", ""]
+    assert told[0].startswith("small, seed 0: scan 0: ") and 'set threshold to "marine"' in told[0] and told[1:] == ["", ""]
     told.clear()
     observed_run(tmp_path, sea, 1)
     assert told == ["", "", ""]

@@ -11,11 +11,12 @@ from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, as_reported
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
 from tests.bench.scores.test_scoring import given
 from tests.bench.test_scenario import SMALL
 from tests.plots.test_detections import scan_of_power
-from tests.scenes import radar
+from tests.scenes import scene
 
 
 class Noted:
@@ -93,9 +94,11 @@ def test_own_ship_is_moved_on_to_the_end_of_the_scan() -> None:
 
 
 def test_plots_are_extracted_as_the_scenario_says() -> None:
-    settings = radar(pulse_s=1e-6)
-    kinds = {name: type(threshold_of(PlotSettings(threshold=name), settings)) for name in ("known", "ca", "os")}
-    assert kinds == {"known": KnownThreshold, "ca": CellAveraging, "os": OrderedStatistic}
+    calm, rough = (scene(radar={"pulse_s": 1e-6}, environment=sea) for sea in ({}, {"sea_state": 2}))
+    kinds = {name: type(threshold_of(PlotSettings(threshold=name), calm)) for name in ("auto", "ca", "os", "marine")}
+    assert kinds == {"auto": KnownThreshold, "ca": CellAveraging, "os": OrderedStatistic, "marine": MarineThreshold}
+    auto = [threshold_of(PlotSettings(), each) for each in (calm, rough)]
+    assert auto == [KnownThreshold(calm.radar, 1e-7), MarineThreshold(rough.radar, 1e-5)]
     rule = rule_of(PlotSettings(split_db=20.0, gap_cells=5))
     assert (rule.split_db, rule.spokes, rule.cells) == (20.0, 2, 5)
 

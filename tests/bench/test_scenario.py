@@ -193,7 +193,7 @@ def test_a_scene_of_one_s_own_is_a_scenario(tmp_path: Path) -> None:
     assert scenario.scene_for(0)["body"] == scenario.scene_for(1)["body"]  # no draw moves her onto the land
     assert (scenario.plots.threshold, scenario.plots.max_plots) == ("ca", 200)  # the quay would flood a known threshold
     path.write_text(SCENE.replace('name = "quay"', 'name = "barge"\nspeed_kn = 1'))
-    assert (load_scenario(str(path)).tracked, load_scenario(str(path)).plots.threshold) == (("barge", "ship"), "known")
+    assert (load_scenario(str(path)).tracked, load_scenario(str(path)).plots.threshold) == (("barge", "ship"), "auto")
 
 
 def test_a_scene_says_more_in_its_table_for_the_bench(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ else:
     scans = min(scenario.scans, case["scans"])
 simulator = rs.Simulator(scene, fidelity, seed=0)
 extractor = PlotExtractor(
-    scene.radar, threshold_of(settings, scene.radar), rule=rule_of(settings), max_plots=settings.max_plots,
+    scene.radar, threshold_of(settings, scene), rule=rule_of(settings), max_plots=settings.max_plots,
     nearest=settings.nearest_m,
 )
 digest, plots, cpu = hashlib.blake2b(digest_size=16), 0, 0.0

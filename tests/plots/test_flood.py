@@ -3,6 +3,7 @@
 import pytest
 
 from radar_service.plots.flood import flood_of
+from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold
 from tests.scenes import radar
 
@@ -21,11 +22,11 @@ def test_the_text_says_how_many_why_and_what_to_set() -> None:
     known = str(flood_of(3, 64_000, 2_000_000, 40, 2_941, KnownThreshold(radar())))
     assert known == (
         "scan 3: 64,000 of 2,000,000 cells (3.2 %) exceed the threshold; the 2,941 weakest of 2,981 plots are dropped: the "
-        'threshold "known" counts sea clutter, rain and land as targets; set threshold to "ca" (CellAveraging), nearest beyond '
-        "the sea clutter about own ship, or max_plots above 40"
+        'threshold "known" counts sea clutter, rain and land as targets; set threshold to "marine" (PlotExtractor.for_scene), '
+        "or max_plots above 40"
     )
     averaging = str(flood_of(3, 64_000, 2_000_000, 1040, 0, CellAveraging(radar(), 1e-4)))
-    assert "set a lower pfa (now 0.0001)" in averaging and "max_plots" not in averaging and "dropped" not in averaging
+    assert 'set threshold to "marine"' in averaging and "max_plots" not in averaging and "dropped" not in averaging
 
 
 def test_a_flood_of_noise_alone_is_told_from_clutter() -> None:
@@ -34,12 +35,9 @@ def test_a_flood_of_noise_alone_is_told_from_clutter() -> None:
 
 
 def test_what_is_set_already_is_not_asked_for() -> None:
-    def text(pfa: float, nearest: float) -> str:
-        return str(flood_of(3, 640_000, 2_000_000, 200, 900, CellAveraging(radar(), pfa), nearest)).partition("; set ")[2]
+    def text(nearest: float) -> str:
+        return str(flood_of(3, 640_000, 2_000_000, 200, 900, MarineThreshold(radar()), nearest)).partition("; set ")[2]
 
-    short, near = "guard and window as short as the targets allow", "nearest beyond the sea clutter about own ship"
-    assert text(1e-6, 0.0) == f"a lower pfa (now 1e-06), as 1e-12, {short}, {near}, or max_plots above 200"
-    assert text(1e-12, 0.0) == f"{short}, {near}, or max_plots above 200"
-    assert text(1e-12, 300.0) == f"{short}, or max_plots above 200"
-    known = str(flood_of(3, 640_000, 2_000_000, 200, 0, KnownThreshold(radar()), 300.0))
-    assert known.endswith('set threshold to "ca" (CellAveraging)')
+    near = "nearest beyond the sea clutter about own ship"
+    assert text(0.0) == f"a lower pfa (now 1e-05), as 1e-07, {near}, or max_plots above 200"
+    assert text(300.0) == "a lower pfa (now 1e-05), as 1e-07, or max_plots above 200"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.bench.run import rule_of, threshold_of
 from radar_service.display.video import Controls, display_video
 from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.thresholds import CellAveraging
 from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.variables import ScanReader, bins_of
@@ -90,8 +90,8 @@ def test_plots_are_those_of_the_extractor(tmp_path: Path) -> None:
         "seeds = 2", 'seeds = 2\nplots = {threshold = "ca", guard_m = 20, window_m = 60, max_plots = 7}'
     )
     simulator, scans, kept = read(tmp_path, spec, 3)
-    settings, radar = inputs(tmp_path, spec).spec.plots, simulator.scene.radar
-    extractor = PlotExtractor(radar, threshold_of(settings, radar), rule=rule_of(settings), max_plots=7)
+    radar = simulator.scene.radar
+    extractor = PlotExtractor(radar, CellAveraging(radar, 1e-7, 20.0, 60.0), max_plots=7)
     for scan, row in zip(scans, kept, strict=True):
         plots = extractor.add(scan).plots
         assert row["plot_range"][: len(plots)].tolist() == [plot.range for plot in plots]

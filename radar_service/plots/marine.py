@@ -1,0 +1,201 @@
+"""The threshold of a ship's radar in clutter: interference rejection, integration over the beam, STC, and a CA-CFAR whose
+multiplier follows the local shape of the clutter.
+
+Each scan is judged by its own cells alone. Correlation from scan to scan is a tag of plots, and never a gate.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from radar_service.display.video import REJECTION
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.plots.false_alarms import CLUTTER_TO_NOISE, SPREAD, effective_looks, spread_and_factor
+from radar_service.plots.thresholds import MIN_CELLS, check_pfa
+from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.scans.scan import Scan
+from radar_service.trace.land_mask import WATER, LandMask
+
+PFA = 1e-5  # false alarms per cell: some 5 plots in the cells of the sea of a scan
+SECTORS = 8  # in which the shape is measured: the sea upwind is spikier than across
+GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logarithm of range
+REGION_CELLS = 24, 256  # of a region along range, at least and at most
+EVERY = 2  # spokes: their median over azimuth is the STC's curve
+NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells widen noise, and a standard error of a region
+NO_NOISE = -0.5  # clutter to noise, below which the noise is not the receiver's
+BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
+AT_PLACE = 1.0  # m that own ship moves before land is looked up again
+LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
+
+
+@dataclass(frozen=True)
+class MarineThreshold:
+    """The threshold of a ship's radar in sea, rain and land. Cells that are NaN, such as land, have no part in any level.
+
+    radar: whose spokes they are.
+    pfa: probability of false alarm per cell of noise or clutter.
+    guard: length on each side of a cell that is left out [m].
+    window: length on each side that counts [m].
+    """
+
+    radar: Radar
+    pfa: float = PFA
+    guard: float = 100.0
+    window: float = 300.0
+
+    def __post_init__(self) -> None:
+        check_pfa(self.pfa)
+
+    def of(self, power: Singles) -> Floats:
+        """Returns thresholds (A, N) [W] of power (A, N) [W] of all spokes of a scan, from north.
+
+        A cell exceeds its own exactly where its integral over the beam exceeds the level.
+        """
+        integral = self._integrated(_without_interference(power) if self._spokes > 1 else power)
+        curve = _stc(integral)
+        flat = integral / curve
+        level = self._averaged(flat)
+        flat /= level
+        level *= curve
+        factor = self._factors(flat, level / np.float32(receiver_noise_power(self.radar)) - 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor *= power
+            factor /= flat
+        return factor
+
+    @cached_property
+    def _spokes(self) -> int:
+        """Spokes within the half-power beam, an odd number."""
+        return 2 * int(self.radar.beamwidth / 2.0 / self.radar.azimuth_step) + 1
+
+    def _integrated(self, power: Singles) -> Singles:
+        """The mean over the beam. The first spokes of a scan follow its last ones: a target there has moved by one scan."""
+        total = power.copy()
+        for apart in range(1, self._spokes // 2 + 1):
+            total += np.roll(power, apart, axis=0)
+            total += np.roll(power, -apart, axis=0)
+        total /= np.float32(self._spokes)
+        return total
+
+    def _averaged(self, flat: Singles) -> Singles:
+        """The mean (A, N) of the reference cells on both sides; near an end, of those that there are."""
+        count = flat.shape[1]
+        guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
+        side = max(MIN_CELLS, min(round(self.window / self.radar.range_step), count // 4))
+        known = ~np.isnan(flat)
+        cell = np.arange(count)
+        edges = [np.clip(cell + offset, 0, count) for offset in (-guard - side, -guard, guard + 1, guard + 1 + side)]
+
+        def around(values: Singles) -> Singles:
+            total = np.zeros((len(values), count + 1), dtype=np.float32)
+            np.cumsum(values, axis=1, out=total[:, 1:])
+            low, near, far, high = (total[:, edge] for edge in edges)
+            return np.asarray((near - low) + (high - far))
+
+        total = around(np.where(known, np.minimum(flat, np.float32(LIMIT)), np.float32(0.0)))
+        cells = around(known.astype(np.float32)) if not known.all() else around(np.ones((1, count), dtype=np.float32))
+        return np.divide(total, cells, out=np.ones_like(total), where=cells > 0.0)
+
+    def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
+        """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
+
+        ratio: of power to the level (A, N); clutter: of the level to noise (A, N), less 1.
+        """
+        edges = _regions(ratio.shape[1])
+        shape = SECTORS, len(edges) - 1
+        measured = np.full(shape, np.nan)
+        for sector, rows in enumerate(np.array_split(np.arange(len(ratio)), SECTORS)):
+            for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+                part = slice(rows[0], rows[-1] + 1), slice(low, high)
+                cells = ratio[part].ravel()
+                cells = cells[cells > 0.0]  # no NaN
+                if len(cells) >= REGION_CELLS[0]:
+                    measured[sector, k] = self._log_factor(cells, float(np.nanmean(clutter[part])))
+        known = np.isfinite(measured)
+        measured = np.where(known, measured, np.median(measured[known]) if known.any() else 0.0)
+        around = np.pad(np.pad(measured, ((1, 1), (0, 0)), "wrap"), ((0, 0), (1, 1)), "edge")
+        measured = np.median(
+            sliding_window_view(around, (3, 3)), axis=(2, 3)
+        )  # a ship fills one region, the sea its neighbours
+        return np.exp(_at_cells(measured, edges, len(ratio)))
+
+    def _log_factor(self, cells: Singles, clutter: float) -> float:
+        """The logarithm of the factor for the ratios (C,) of a region; clutter: to noise, in the mean."""
+        spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
+        places = [len(cells) // 2, int(SPREAD * len(cells))]
+        median, upper = np.log(np.partition(cells, places)[places])
+        ratio = max(clutter, CLUTTER_TO_NOISE[0]) if clutter > NO_NOISE else CLUTTER_TO_NOISE[-1]
+        row = int(np.abs(np.log(CLUTTER_TO_NOISE / ratio)).argmin())
+        wider = NOISE_SPREAD / (1.0 + ratio)
+        return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
+
+
+class LandCells:
+    """The cells of a radar's scans that land covers, where a ship's radar has no plots; kept while own ship stays where it is."""
+
+    def __init__(self, land: LandMask, radar: Radar) -> None:
+        self._land, self._beam = land, int(np.ceil(radar.beamwidth / radar.azimuth_step))
+        self._position: Floats = np.full((1, 2), np.inf)
+        self._cells: Flags = np.zeros((0, 0), dtype=np.bool_)
+
+    def without(self, scan: Scan) -> Singles:
+        """Returns the power (A, N) [W] of a scan with NaN in the cells of land."""
+        position = np.nan_to_num(scan.position)
+        if self._cells.shape != scan.power.shape or not np.abs(position - self._position).max() <= AT_PLACE:
+            self._position, self._cells = position, self._covered(scan, position)
+        return np.where(self._cells, np.float32(np.nan), scan.power)
+
+    def _covered(self, scan: Scan, position: Floats) -> Flags:
+        """Which cells (A, N) are land, or within a beamwidth and BESIDE_LAND of it."""
+        azimuth = np.nan_to_num(scan.azimuth)[:, None]
+        east, north = (position[:, axis, None] + scan.range * way(azimuth) for axis, way in enumerate((np.sin, np.cos)))
+        cells = self._land.material.ravel()[self._land.at(east, north)] != WATER
+        for apart, axis in ((BESIDE_LAND, 1), (self._beam, 0)):
+            wider = cells.copy()
+            for step in range(1, apart + 1):
+                wider |= np.roll(cells, step, axis) | np.roll(cells, -step, axis)
+            cells = wider
+        return np.asarray(cells)
+
+
+def _without_interference(power: Singles) -> Singles:
+    """Cells (A, N), each limited to REJECTION times the stronger of its two neighbours in azimuth; a pulse of another radar meets
+    its range in one spoke alone."""
+    beside = np.fmax(np.roll(power, 1, axis=0), np.roll(power, -1, axis=0))
+    beside *= np.float32(REJECTION)
+    return np.minimum(power, beside)
+
+
+def _stc(power: Singles) -> Singles:
+    """The curve (N,) of sensitivity time control [W]: the median over azimuth; 1 without any power."""
+    rows = np.where(power[::EVERY] > 0.0, power[::EVERY], np.float32(np.nan))
+    few = np.flatnonzero(np.isnan(rows).any(axis=0))
+    middle = np.median(rows, axis=0)
+    middle[few] = [
+        float(np.median(each[~np.isnan(each)])) if not np.isnan(each).all() else np.nan for each in rows[:, few].T
+    ]
+    good = np.flatnonzero(middle > 0.0)
+    return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.ones_like(middle)
+
+
+def _regions(count: int) -> Indices:
+    """First cells (K + 1,) of regions along range, and the end."""
+    least, most = REGION_CELLS
+    edges = [0]
+    while edges[-1] < count:
+        edges.append(edges[-1] + int(np.clip((GROWTH - 1.0) * edges[-1], least, most)))
+    return np.minimum(edges if len(edges) < 3 or count - edges[-2] >= least else [*edges[:-2], count], count)
+
+
+def _at_cells(values: Floats, edges: Indices, spokes: int) -> Floats:
+    """Values (spokes, N) at cells, linear between the middles of regions (SECTORS, K)."""
+    cell = np.arange(edges[-1])
+    middle = 0.5 * (edges[:-1] + edges[1:] - 1)
+    along = np.array([np.interp(cell, middle, row) for row in values])
+    place = (np.arange(spokes) + 0.5) * SECTORS / spokes - 0.5
+    first = np.floor(place).astype(np.int64)
+    share = (place - first)[:, None]
+    return np.asarray((1.0 - share) * along[first % SECTORS] + share * along[(first + 1) % SECTORS], dtype=np.float32)
