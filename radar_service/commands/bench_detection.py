@@ -1,17 +1,24 @@
-"""The command `bench-detection`: compares detection by range with the radar equation."""
+"""The command `bench-detection`: compares detection by range with the radar equation, or measures it in sea and rain."""
 
 import argparse
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from radar_service.batch.jobs import JobsFailed
+from radar_service.bench.detection.clutter import BANDS, ClutterCase, clutter_study, clutter_summary
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
-from radar_service.bench.scenario import ScenarioError, load_scenario
+from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario
+from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.commands.shared_options import add_jobs, executor_of
+from radar_service.scene_file.load import load_scene
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
+
+NEAREST = 0.25  # NM
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +30,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_whole_number(parser, "--scans", 100, 40, 100_000, metavar="N", help="of each range (default 100)")
     add_whole_number(parser, "--ranges", 16, 2, 200, metavar="N", help="of each target (default 16)")
     add_whole_number(parser, "--seed", 0, 0, 2**32, metavar="N", help="default 0")
+    sea = parser.add_argument_group("in sea and rain")
+    sea.add_argument("--sea-state", type=_numbers, metavar="S,S", help="seas, as 1,2.5,4 (default the scenario's)")
+    sea.add_argument("--rain-mm-h", type=_numbers, metavar="R", help="default the scenario's")
+    sea.add_argument("--at-nm", type=_numbers, metavar="NM,NM", help="ranges (default --ranges of them from 0.25 NM)")
+    sea.add_argument("--pfa", default=1e-4, type=float, help="false alarms per cell (default 1e-4)")
+    sea.add_argument("--looks", default="1/1", metavar="M/N", help="scans of N that must detect, as 8/10 (default 1/1)")
+    sea.add_argument("--swerling", type=int, choices=range(5), help="of all targets (default the scenario's)")
+    sea.add_argument("--band", choices=[*BANDS], help="X or S (default the scenario's frequency)")
+    sea.add_argument("--polarization", choices=["h", "v"], help="default the scenario's")
     add_jobs(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for detection.json and detection.html")
 
@@ -44,8 +60,44 @@ def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
     shown = partial(progress, unit="parts", name=lambda part: part.job.name)
+    air = scenario.scene.get("environment", {})
+    if options.sea_state or options.rain_mm_h or air.get("sea_state") or air.get("rain_mm_h"):
+        cases = _cases(options, scenario)
+        with executor_of(options) as executor:
+            study = clutter_study(scenario, cases, options.scans, executor, shown, options.seed)
+        write_detection(study, options.out)
+        print(f"{clutter_summary(study)}{options.out / 'detection.html'}")
+        return 0
     with executor_of(options) as executor:
         study = detection_study(scenario, options.scans, options.ranges, executor, shown, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
     return 1 if any(target["word"] == "fail" for series in study["series"] for target in series["targets"]) else 0
+
+
+def _cases(options: argparse.Namespace, scenario: Scenario) -> list[ClutterCase]:
+    """The cases of the options. Raises UsageError."""
+    air, farthest = scenario.scene.get("environment", {}), load_scene(scenario.scene_for(0)).radar.range_max / NAUTICAL_MILE
+    usual = np.geomspace(NEAREST, max(0.9 * farthest, NEAREST), options.ranges).tolist()
+    ranges = tuple(distance * NAUTICAL_MILE for distance in options.at_nm or usual)
+    needed, _, of = options.looks.partition("/")
+    try:
+        return [
+            ClutterCase(
+                state, rain, ranges, options.pfa, int(needed), int(of), options.swerling, options.band, options.polarization
+            )
+            for state in options.sea_state or [air.get("sea_state", 0)]
+            for rain in options.rain_mm_h or [air.get("rain_mm_h", 0.0)]
+        ]  # fmt: skip
+    except ValueError as error:
+        raise UsageError(f"--looks, --pfa: {error}") from None
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = [-1.0]
+    if not all(0.0 <= value < 1e6 for value in values):
+        raise argparse.ArgumentTypeError(f"{text:.40} is not allowed; numbers of 0 and more with commas between, as 1,2.5")
+    return values

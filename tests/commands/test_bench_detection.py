@@ -39,6 +39,22 @@ def test_a_study_writes_its_report(tmp_path: Path, capsys: pytest.CaptureFixture
     assert json.loads((out / "detection.json").read_text())["scans"] == 40
 
 
+def test_a_sea_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two seas with options of each kind, 8 of 10 scans; a wrong number of looks is refused."""
+    path, out = tmp_path / "buoy.toml", tmp_path / "out"
+    path.write_text(FILE)
+    sea = ["--sea-state", "1,3", "--rain-mm-h", "2", "--at-nm", "0.5", "--pfa", "0.01", "--swerling", "1", "--band", "s"]
+    common = ["bench-detection", str(path), "--scans", "40", "--jobs", "1", "-o", str(out), *sea]
+    assert main([*common, "--looks", "8/10"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("rain 2 mm/h, Pfa 0.01, 8 of 10 scans") == 2 and printed.count("downwind") == 2
+    kept = json.loads((out / "detection.json").read_text())
+    assert [series["sea_state"] for series in kept["series"]] == [1.0, 3.0] and kept["series"][0]["band"] == "s"
+    assert "8 of 10 scans" in (out / "detection.html").read_text()
+    assert main([*common, "--looks", "9/8"]) == 2 and "9 of 8 is not allowed" in capsys.readouterr().err
+    assert main([*common, "--looks", "x"]) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [(["fly"], "there is no such scenario"), (["crossing-freighters"], 'body "eastbound": detection is judged for points')],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from radar_service.bench.detection.clutter import clutter_summary
 from radar_service.bench.run_picture import png_text
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.terminal.html_pages import html_page
@@ -17,10 +18,16 @@ if TYPE_CHECKING:
 
 
 def write_detection(study: Mapping[str, Any], folder: Path) -> None:
-    """Writes detection.json and detection.html into a folder, which is made. Raises OSError."""
+    """Writes detection.json and detection.html, of noise or of clutter, into a folder, which is made. Raises OSError."""
     make_folder(folder)
     write_file(folder / "detection.json", json.dumps(study, indent=1, allow_nan=False))
-    write_file(folder / "detection.html", page(study))
+    in_noise = "criterion" in study
+    write_file(folder / "detection.html", page(study) if in_noise else clutter_page(study))
+
+
+def clutter_page(study: Mapping[str, Any]) -> str:
+    """Returns the page of a study in clutter: its tables as text."""
+    return html_page("bench/detection/clutter.html", study=study, tables=clutter_summary(study))
 
 
 def page(study: Mapping[str, Any]) -> str:
