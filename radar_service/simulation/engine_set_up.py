@@ -106,11 +106,8 @@ def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...]) -> EngineSetUp:
 
 def prepared_pulses(scene: Scene, last: Prepared, requested: str | Fidelity, seed: int) -> tuple[Prepared, ...]:
     """Returns a scene prepared for each pulse of its radar, by rising range; last: for the last one."""
-    near = [
-        pipeline_set_up(each, chosen_fidelity(each, requested), seed, near_seed(seed, k)).prepared
-        for k, each in enumerate(pulse_scenes(scene))
-    ]
-    return (*near, last)
+    near = [(each, chosen_fidelity(each, requested), seed, near_seed(seed, k)) for k, each in enumerate(pulse_scenes(scene))]
+    return (*(pipeline_set_up(*made_from).prepared for made_from in near), last)
 
 
 def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
