@@ -13,12 +13,12 @@ from scipy.linalg import toeplitz
 from scipy.optimize import brentq
 from scipy.special import gammaincc, ndtri
 
-from radar_service.clutter.texture import gamma_from_gaussian
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import noise_spectrum
+from radar_service.stages.clutter.texture import gamma_from_gaussian
 
 SPECTRUM_SIZE = 2**14  # samples; a longer one changes no correlation by 1e-6
 DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by less than 0.2 %

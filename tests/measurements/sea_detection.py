@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import gamma, ncx2
 
-from radar_service.clutter.sea import mean_sigma0, texture_shape, wind_factor
+from radar_service.stages.clutter.sea import mean_sigma0, texture_shape, wind_factor
 
 PFA, ANTENNA, DRAWS = 1e-4, 15.0, 4000
 HEIGHTS = np.array([0.0, 0.6, 0.9, 1.2, 2.0, 3.0, 4.0])  # m, by the manuals' sea states 0 to 6
