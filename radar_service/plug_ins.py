@@ -1,4 +1,4 @@
-"""Parts that join by entry points, ours and those of other packages alike: ports, readers, scattering models, commands, trackers.
+"""Parts that join by entry points, ours and those of others alike: ports, readers, effects, scattering, commands, trackers.
 
 A part is a line of a `pyproject.toml`, below `[project.entry-points."radar_service.GROUP"]`. It is imported where it is needed.
 """
@@ -36,11 +36,16 @@ def names(group: str) -> list[str]:
     return list(groups().get(f"radar_service.{group}", ()))
 
 
+def entries(group: str) -> list[metadata.EntryPoint]:
+    """Returns all entry points of a group, by name."""
+    return [each for parts in groups().get(f"radar_service.{group}", {}).values() for each in parts]
+
+
 def entry(group: str, name: str) -> metadata.EntryPoint:
     """Returns an entry point by one of the names. Raises PlugInError where two packages claim it."""
     first, *others = groups()[f"radar_service.{group}"][name]
     if others:
-        packages = " and ".join(map(_package, (first, *others)))
+        packages = " and ".join(map(package_of, (first, *others)))
         raise PlugInError(f"radar_service.{group}: the packages {packages} both have {name}; uninstall one of them")
     return first
 
@@ -56,7 +61,7 @@ def part_or_error(group: str, name: str) -> Any:
         is_deleted = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("radar_service.")
         if is_own(entry(group, name)) and not is_deleted:
             raise
-        return broken(group, name, error)
+        return broken(entry(group, name), error)
 
 
 def load(group: str, name: str) -> Any:
@@ -77,11 +82,11 @@ def working(group: str) -> Mapping[str, Any]:
     return {name: part for name, part in parts.items() if not isinstance(part, PlugInError)}
 
 
-def broken(group: str, name: str, error: BaseException) -> PlugInError:
+def broken(entry: metadata.EntryPoint, error: BaseException) -> PlugInError:
     """Returns the error for a part that has raised `error`."""
     text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-    package = _package(groups()[f"radar_service.{group}"][name][0])
-    return PlugInError(f"{name} of radar_service.{group}: the package {package} is broken ({text}); update or uninstall it")
+    package = package_of(entry)
+    return PlugInError(f"{entry.name} of {entry.group}: the package {package} is broken ({text}); update or uninstall it")
 
 
 def is_own(entry: metadata.EntryPoint) -> bool:
@@ -89,6 +94,6 @@ def is_own(entry: metadata.EntryPoint) -> bool:
     return entry.module.startswith("radar_service.")
 
 
-def _package(entry: metadata.EntryPoint) -> str:
-    """The name and version of the package of an entry point."""
+def package_of(entry: metadata.EntryPoint) -> str:
+    """Returns the name and version of the package of an entry point."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module

@@ -45,7 +45,7 @@ def add_ports(
             package.add_arguments(groups)
             ports[name] = package
         except Exception as error:  # a stranger's port raises anything
-            print(plug_ins.broken("ports", name, error), file=sys.stderr)
+            print(plug_ins.broken(plug_ins.entry("ports", name), error), file=sys.stderr)
     parser.set_defaults(ports=ports)
 
 
@@ -60,7 +60,7 @@ def opened(options: argparse.Namespace) -> Iterator["list[Port]"]:
             except (UsageError, MissingExtra, OSError):
                 raise
             except Exception as error:
-                raise plug_ins.broken("ports", name, error) from error
+                raise plug_ins.broken(plug_ins.entry("ports", name), error) from error
             if port is not None:
                 on_end.callback(port.close)
                 ports.append(port)

@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Field
 
+from radar_service import plug_ins
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Keys, Section, with_keys
@@ -21,7 +22,6 @@ from radar_service.stages.fields import Keys, Section, with_keys
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
 
-GROUP = "radar_service.effects"
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
     "radar_service.stages.interference.effect:InterferenceEffect",
     "radar_service.stages.beacons.effect:BeaconEffect",
@@ -52,8 +52,7 @@ def own_effects() -> tuple[Effect, ...]:
 def effects() -> tuple[Effect, ...]:
     """Returns all effects: first those of this package, then the others by name."""
     own = own_effects()
-    entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
-    others = {f"{entry.name} of {entry.dist.name if entry.dist else entry.value}": _foreign(entry) for entry in entries}
+    others = {f"{each.name} of {plug_ins.package_of(each)}": _foreign(each) for each in plug_ins.entries("effects")}
     owners: dict[str, list[str]] = defaultdict(list)
     for key in {*_core_keys(), *(key for effect in own for key in _claims(effect))}:
         owners[key].append(HERE)
@@ -90,10 +89,8 @@ def _foreign(entry: EntryPoint) -> Effect:
         )
         assert all(source.number is None for source in effect.sources), "the scene gives its sources their numbers"
     except Exception as error:  # of a package that nobody here has written
-        package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]
-        why = f"the effect {entry.name} of the package {package} cannot be loaded ({reason}); repair or remove the package"
         keys = {entry.name: (Any, None)}
-        return RefusedEffect(entry.name, keys, keys, why)
+        return RefusedEffect(entry.name, keys, keys, str(plug_ins.broken(entry, error)))
     return effect
 
 
@@ -102,7 +99,7 @@ def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
     shared = sorted(key for key in _claims(effect) if len(owners[key]) > 1)
     if not shared:
         return effect
-    why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; remove one of the packages"
+    why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; uninstall one of them"
     scene_keys, body_keys = (
         {key: keys[key] for key in keys if HERE not in owners[key]} for keys in (effect.scene_keys, effect.body_keys)
     )

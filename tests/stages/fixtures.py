@@ -7,10 +7,11 @@ from types import ModuleType
 
 import pytest
 
+from radar_service import plug_ins
 from radar_service.scene_file.model.body import body_models
 from radar_service.scene_file.model.scene import scene_model, scene_schema
 from radar_service.stages.effect import Effect
-from radar_service.stages.registry import GROUP, effects
+from radar_service.stages.registry import effects
 
 
 class Installed:
@@ -30,13 +31,15 @@ class Installed:
         info = self._folder / f"{module.__name__}-1.dist-info"
         info.mkdir()
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
-        (info / "entry_points.txt").write_text("\n".join([f"[{GROUP}]", *(f"{key} = {lines[key]}" for key in lines)]))
+        (info / "entry_points.txt").write_text(
+            "\n".join(["[radar_service.effects]", *(f"{key} = {lines[key]}" for key in lines)])
+        )
         forget()
 
 
 def forget() -> None:
     """Lets effects, and the models of scenes, be made anew."""
-    for cached in (effects, body_models, scene_model, scene_schema):
+    for cached in (plug_ins.groups, effects, body_models, scene_model, scene_schema):
         cached.cache_clear()
 
 

@@ -97,7 +97,7 @@ def test_numbers_and_hashes_depend_on_the_scene_alone(installed: Installed) -> N
 def test_two_packages_with_one_key_stop_only_scenes_that_have_it(installed: Installed) -> None:
     installed.package("ice-effects", Drift)
     installed.package("more-ice", AlsoFloes)
-    told = "alsofloes of more-ice and drift of ice-effects both have the key floes; remove one of the packages"
+    told = "alsofloes of more-ice 1 and drift of ice-effects 1 both have the key floes; uninstall one of them"
     assert refusal(floes=1.0) == f"floes: {told}" and refusal(rubble=1) == f"rubble: {told}"
     assert scene().effects == {}
 
@@ -105,7 +105,7 @@ def test_two_packages_with_one_key_stop_only_scenes_that_have_it(installed: Inst
 def test_keys_of_this_package_stay_its_own(installed: Installed) -> None:
     installed.package("thieves", Thief)
     assert refusal(loot=1).endswith(
-        "radar-service and thief of thieves both have the key interference; remove one of the packages"
+        "radar-service and thief of thieves 1 both have the key interference; uninstall one of them"
     )
     assert scene(interference=[{"bearing_deg": 1}]).effects.keys() == {"interference"} and scene().radar is not None
 
@@ -117,6 +117,6 @@ BROKEN = ("no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_
 def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installed: Installed, broken: str) -> None:
     installed.package("ice-effects", Drift, Careless, Ranger, slush=broken)
     told = refusal(slush=1)
-    assert told.startswith("slush: the effect slush of the package ice-effects cannot be loaded (")
-    assert told.endswith("; repair or remove the package") and "\n" not in told
+    assert told.startswith("slush: slush of radar_service.effects: the package ice-effects 1 is broken (")
+    assert told.endswith("; update or uninstall it") and "\n" not in told
     assert scene(floes=1.0).effects and [effect.name for effect in effects()][-1] == "slush"

@@ -36,7 +36,6 @@ class Format(Generic[Content]):
     """A format of mesh files, whose content is Triangles or a list of FileBody, or of height maps, whose content is a Raster.
 
     name: in messages.
-    endings: of the names of its files, in lower case.
     detect: whether bytes look like it.
     parse: returns the content of (bytes, location); location begins messages.
     examples: small files, with which a sandbox loads what the parser needs before its limits apply.
@@ -48,7 +47,6 @@ class Format(Generic[Content]):
     """
 
     name: str
-    endings: tuple[str, ...]
     detect: Callable[[bytes], bool]
     parse: Callable[[bytes, str], Content]
     examples: Callable[[], tuple[bytes, ...]]

@@ -51,7 +51,6 @@ def _check_glb(content: bytes, location: str) -> None:
 FORMATS = (
     Format[Triangles](
         name="glb",
-        endings=(".glb",),
         detect=lambda content: content.startswith(b"glTF"),
         check=_check_glb,
         parse=partial(trimesh_triangles, "glb"),

@@ -93,7 +93,6 @@ def _is_obj(content: bytes) -> bool:
 FORMATS = (
     Format[Triangles](
         name="obj",
-        endings=(".obj",),
         detect=_is_obj,
         parse=obj_triangles,
         examples=lambda: (exported_box("obj"),),

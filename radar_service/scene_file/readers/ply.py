@@ -52,7 +52,6 @@ def _ply_bytes(words: list[bytes], location: str) -> int:
 FORMATS = (
     Format[Triangles](
         name="ply",
-        endings=(".ply",),
         detect=lambda content: content.startswith((b"ply\n", b"ply\r")),
         check=_check_ply,
         parse=partial(trimesh_triangles, "ply"),

@@ -43,7 +43,6 @@ def _binary_triangles(content: bytes, location: str) -> Triangles:
 
 BINARY = Format[Triangles](
     name="stl",
-    endings=(".stl",),
     detect=_is_binary,
     check=_check_binary,
     parse=_binary_triangles,
@@ -51,7 +50,6 @@ BINARY = Format[Triangles](
 )
 ASCII = Format[Triangles](
     name="stl_ascii",
-    endings=(".stl",),
     detect=_is_ascii,
     parse=partial(trimesh_triangles, "stl_ascii"),
     examples=lambda: (exported_box("stl_ascii"),),

@@ -157,7 +157,7 @@ GREY = picture(np.full((3, 3), 200, dtype=np.uint8))
         ("h.png", FLAT, {"low_m": 0, "high_m": 9, "extent_m": [9, 9]}, "is not a PNG file"),
         ("h.png", GREY[:45], {"low_m": 0, "high_m": 9, "extent_m": [9, 9]}, "cannot be read"),
         ("h.png", picture(np.zeros((3, 3, 3), dtype=np.uint8)), {"low_m": 0, "high_m": 9, "extent_m": [9, 9]}, '"RGB"'),
-        ("h.jpg", b"\xff\xd8\xff", {"extent_m": [9, 9]}, "does not end in .png, .npy, .tif, .tiff"),
+        ("h.jpg", b"\xff\xd8\xff", {"extent_m": [9, 9]}, "does not end in .npy, .png, .tif, .tiff"),
         ("h.npy", FLAT, {"south_west_deg": [51, 1], "north_east_deg": [50, 2]}, "is not south and west of"),
         ("h.npy", FLAT, {"extent_m": [9, 9], "position_m": [1e6, 0, 0]}, "rises above the sea within 50000 m"),
         ("h.npy", FLAT, {"south_west_deg": [0, -179], "north_east_deg": [1, -178]}, "m from the origin; at most 2e+06"),
