@@ -4,7 +4,8 @@ A part is a line of a `pyproject.toml`, below `[project.entry-points."radar_serv
 """
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from typing import Any
@@ -87,6 +88,17 @@ def broken(entry: metadata.EntryPoint, error: BaseException) -> PlugInError:
     text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
     package = package_of(entry)
     return PlugInError(f"{entry.name} of {entry.group}: the package {package} is broken ({text}); update or uninstall it")
+
+
+@contextmanager
+def guarded(entry: metadata.EntryPoint | None, *expected: type[Exception]) -> Iterator[None]:
+    """Raises PlugInError for what a stranger's part raises in the `with` block, unless it is `expected`. None: a part of ours."""
+    try:
+        yield
+    except Exception as error:
+        if entry is None or is_own(entry) or isinstance(error, (PlugInError, *expected)):
+            raise
+        raise broken(entry, error) from error
 
 
 def is_own(entry: metadata.EntryPoint) -> bool:

@@ -42,10 +42,11 @@ def add_ports(
         if replays and not getattr(package, "replays", False):
             continue
         try:
-            package.add_arguments(groups)
-            ports[name] = package
-        except Exception as error:  # a stranger's port raises anything
-            print(plug_ins.broken(plug_ins.entry("ports", name), error), file=sys.stderr)
+            with plug_ins.guarded(plug_ins.entry("ports", name)):
+                package.add_arguments(groups)
+                ports[name] = package
+        except plug_ins.PlugInError as error:
+            print(error, file=sys.stderr)
     parser.set_defaults(ports=ports)
 
 
@@ -55,12 +56,8 @@ def opened(options: argparse.Namespace) -> Iterator["list[Port]"]:
     with contextlib.ExitStack() as on_end:
         ports: list[Port] = []
         for name, package in options.ports.items():
-            try:
+            with plug_ins.guarded(plug_ins.entry("ports", name), UsageError, MissingExtra, OSError):
                 port = package.opened(options)
-            except (UsageError, MissingExtra, OSError):
-                raise
-            except Exception as error:
-                raise plug_ins.broken(plug_ins.entry("ports", name), error) from error
             if port is not None:
                 on_end.callback(port.close)
                 ports.append(port)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, cast
 
+from radar_service import plug_ins
 from radar_service.stages.fields import Keys
 
 if TYPE_CHECKING:
@@ -57,9 +58,10 @@ class Effect:
     crossing_record: ClassVar[Callable[..., Any]] = dict
 
     def stage(self) -> "type[Stage]":
-        """The class of its stage, whose import takes long."""
-        module, _, name = self.stage_at.partition(":")
-        return cast("type[Stage]", getattr(import_module(module), name))
+        """The class of its stage, whose import takes long. Raises PlugInError."""
+        own_module, (module, _, name) = type(self).__module__, self.stage_at.partition(":")
+        with plug_ins.guarded(next((each for each in plug_ins.entries("effects") if each.module == own_module), None)):
+            return cast("type[Stage]", getattr(import_module(module), name))
 
     def check_body(self, given: Mapping[str, Any], is_land: bool) -> None:
         """Raises ValueError ("key: what is wrong; remedy") where a body may not have these values of its keys."""

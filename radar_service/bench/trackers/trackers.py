@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from radar_service import plug_ins
 from radar_service.bench.scenario import Scenario
+from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
@@ -28,9 +29,14 @@ def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tra
     """
     if is_built_in(name):
         return cast(Tracker, plug_ins.load("trackers", name)(scenario))
-    name = _named(name)
     if name.startswith(SCHEMES):
         return WebsocketTracker(name, header)
+    if name in plug_ins.names("trackers"):
+        entry = plug_ins.entry("trackers", name)
+        try:
+            return CallableTracker(entry.value, header)
+        except TrackerError as error:
+            raise type(error)(str(plug_ins.broken(entry, error))) from None
     return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)
 
 
@@ -42,9 +48,10 @@ def program_digest(name: str) -> str:
     """
     if is_built_in(name):
         return _installed("stonesoup")
-    name = _named(name)
     if name.startswith(SCHEMES):
         return ""
+    if name in plug_ins.names("trackers"):
+        name = plug_ins.entry("trackers", name).value
     files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
     return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
 
@@ -52,11 +59,6 @@ def program_digest(name: str) -> str:
 def is_built_in(name: str) -> bool:
     """Whether it is the name of a tracker of this package, a function of the scenario, which runs in this process."""
     return name in plug_ins.names("trackers") and plug_ins.is_own(plug_ins.entry("trackers", name))
-
-
-def _named(name: str) -> str:
-    """The `module:callable` of an entry point; any other name as it is."""
-    return plug_ins.entry("trackers", name).value if name in plug_ins.names("trackers") else name
 
 
 def _is_callable(name: str) -> bool:

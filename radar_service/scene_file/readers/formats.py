@@ -31,9 +31,12 @@ def formats_of(ending: str, location: str = "", group: str = "readers") -> tuple
     """Returns the formats of files with that ending, without its dot. group: "rasters" for height maps. Raises SceneError."""
     try:
         part = plug_ins.load(group, ending)
+        formats = part if isinstance(part, tuple) else (part,)
+        with plug_ins.guarded(plug_ins.entry(group, ending)):
+            assert all(isinstance(each, Format) for each in formats), "it is no Format"
     except plug_ins.PlugInError as error:
         raise SceneError(f"{location}: {error}") from None
-    return part if isinstance(part, tuple) else (part,)
+    return formats
 
 
 def examples(group: str) -> Iterator[tuple[str, bytes]]:

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from radar_hazards.flock import FlockEffect
 
+from radar_hazards.flock import FlockEffect
 from radar_service.effects import Context, EffectTruth, PlanItem, Stage, point_echoes
 
 

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from radar_hazards.jammer import JammerEffect
 
+from radar_hazards.jammer import JammerEffect
 from radar_service.effects import Context, PlanItem, Stage, Tile, wrap_angle
 
 MIN_TO_NOISE = 1e-2
