@@ -34,17 +34,4 @@ __all__ = [
     "effective_earth_radius", "point_echoes", "polar_from_map", "wrap_angle",
 ]  # fmt: skip
 
-MODULES = {
-    "echo.echoes": ("AzimuthTimes", "BeamWeightedEchoes"),
-    "numerics.frames": ("effective_earth_radius", "polar_from_map", "wrap_angle"),
-    "records.plan_item": ("PlanItem",),
-    "stages.effect": ("Effect", "EffectTruth", "Source"),
-    "stages.fields": (
-        "Bearing", "EastNorth", "EastNorthUp", "Flag", "Height", "Number", "Section", "Size", "Speed", "Whole",
-    ),
-    "stages.point_echoes": ("point_echoes",),
-    "stages.stage": ("Context", "Stage", "Tile"),
-    "world.error": ("SceneError",),
-}  # fmt: skip
-
-__getattr__, __dir__ = lazily(__name__, MODULES, below="radar_service")
+__getattr__, __dir__ = lazily(__name__)
