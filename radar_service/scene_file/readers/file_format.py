@@ -1,6 +1,7 @@
 """What a format of files is here: how a file of it is recognised, checked and parsed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Literal, NamedTuple, TypeVar
 
@@ -73,8 +74,14 @@ def check_range(vertices: Floats, faces: Faces, location: str) -> None:
         )
 
 
-def unreadable(name: str, error: Exception, location: str) -> SceneError:
-    """Returns the refusal of a file of the format `name`, on which its parser raised `error`."""
-    text = " ".join(str(error).split())
-    reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
-    return SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again")
+@contextmanager
+def refusals(name: str, location: str) -> Iterator[None]:
+    """Raises SceneError for what the parser of the format `name` raises in the `with` block, whose bytes are arbitrary."""
+    try:
+        yield
+    except (SceneError, MemoryError):
+        raise
+    except Exception as error:
+        text = " ".join(str(error).split())
+        reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
+        raise SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again") from None

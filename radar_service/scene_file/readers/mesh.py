@@ -14,7 +14,7 @@ from radar_service.scene_file.readers.file_format import (
     Format,
     check_face_count,
     check_range,
-    unreadable,
+    refusals,
 )
 from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
 from radar_service.scene_file.readers.formats import examples, format_of
@@ -104,15 +104,11 @@ def _in_metres(points: Floats, unit: float, up: str) -> Floats:
 
 def _parsed(kind: Format[Any], content: bytes, location: str) -> list[FileBody]:
     """Returns what a file of this format holds, once it is checked. Raises SceneError."""
-    try:
+    with refusals(kind.name, location):
         kind.check(content, location)
         parsed = kind.parse(content, location)
         parts = parsed if isinstance(parsed, list) else [FileBody(*parsed)]
         return [FileBody(np.asarray(v, float), np.asarray(f, np.int64), str(name), at) for v, f, name, at in parts]
-    except (SceneError, MemoryError):
-        raise
-    except Exception as error:  # parsers of arbitrary bytes raise any exception
-        raise unreadable(kind.name, error, location) from None
 
 
 def _cleaned(points: Floats, faces: Faces, location: str) -> LoadedBody:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from radar_service import plug_ins
 from radar_service.numerics.types import Flags
-from radar_service.scene_file.readers.file_format import Format
+from radar_service.scene_file.readers.file_format import Format, refusals
 from radar_service.scene_file.readers.formats import formats_of
 from radar_service.world.error import SceneError
 
@@ -179,19 +179,13 @@ def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
         endings = ", ".join(f".{each}" for each in known)
         raise SceneError(f"{location}: the file name does not end in {endings}; convert it to one of them")
     (kind,) = formats_of(ending, location, "rasters")
-    try:
+    with refusals(kind.name, location):
         if not kind.detect(content):
             raise SceneError(
                 f"{location}: this is not a {ending.upper()} file (it begins with {content[:8]!r}); export it again"
             )
         kind.check(content, location)
         raster = Raster(*kind.parse(content, location))
-    except SceneError:
-        raise
-    except Exception as error:  # decoders of arbitrary bytes raise any exception
-        raise SceneError(
-            f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
-        ) from None
     unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
     if unknown.any():
         count = int(unknown.sum())

@@ -123,5 +123,5 @@ def test_claimed_sizes_are_checked_before_memory_is_taken() -> None:
     with pytest.raises(SceneError, match="2 x 4098 samples"):
         raster_from_bytes(wide, "h.png", "m")
     bomb = wide[:16] + (200_000).to_bytes(4, "big") * 2 + wide[24:]
-    with pytest.raises(SceneError, match="cannot be read|samples"):
+    with pytest.raises(SceneError, match="is not readable as|samples"):
         raster_from_bytes(bomb, "h.png", "m")
