@@ -18,7 +18,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.seaway import Waves
 from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.sway import Path, SwayState, UprightMotion, with_lean
+from radar_service.world.sway import Path, SwayState, UprightMotion, lean_text, with_lean
 
 EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
 LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
@@ -152,6 +152,13 @@ class SeawayMotion:
         """The shortest of 2 pi x (sum of amplitudes) / (sum of those of rates) [s]."""
         moves = self.bounds.rates > 0.0
         return float((2.0 * np.pi * self.bounds.values[moves] / self.bounds.rates[moves]).min())
+
+    @property
+    def text(self) -> str:
+        """What `check` says of it, with a comma before each item."""
+        roll, pitch, _, heave = (*np.degrees(self.bounds.deviation[:3]), self.bounds.deviation[3])
+        rms = f", in the seaway up to {roll:.2g} degrees rms of roll, {pitch:.2g} of pitch, {heave:.2g} m of heave"
+        return rms + lean_text(self.lean)
 
     @property
     def tilts(self) -> bool:

@@ -1,5 +1,6 @@
 """How a ship moves in a seaway: roll, pitch, yaw and heave, by sines of her own or by a law that follows the waves."""
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, Self
 
@@ -80,6 +81,10 @@ class SwayLaw(Protocol):
         """The shortest period [s] of roll, pitch, yaw and heave."""
 
     @property
+    def text(self) -> str:
+        """What `check` says of it, with a comma before each item."""
+
+    @property
     def tilts(self) -> bool:
         """Whether the ship rolls or pitches, or lies over."""
 
@@ -147,6 +152,14 @@ class Sway:
         return float(self.period.min())
 
     @property
+    def text(self) -> str:
+        """What `check` says of it, with a comma before each item."""
+        sizes = [*(f"{math.degrees(angle):g} degrees" for angle in self.amplitude[:3]), f"{self.max_heave:g} m"]
+        swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, self.amplitude, self.period, strict=True)
+        swinging = "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+        return swinging + lean_text(self.lean)
+
+    @property
     def tilts(self) -> bool:
         """Whether the ship rolls or pitches, or lies over."""
         return bool(self.amplitude[:2].any()) or any(self.lean)
@@ -181,6 +194,12 @@ class Sway:
     def eased(self, excess: tuple[float, float], since: float) -> Self:
         """Returns the same law."""
         return self
+
+
+def lean_text(lean: tuple[float, float]) -> str:
+    """Returns what `check` says of list and trim [rad], with a comma before each."""
+    leans = zip(("listing", "trimmed"), lean, strict=True)
+    return "".join(f", {verb} {math.degrees(angle):.3g} degrees" for verb, angle in leans if angle)
 
 
 def with_lean(values: Floats, lean: tuple[float, float]) -> Floats:
