@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         Size,
         Speed,
         Whole,
+        record_of,
     )
     from radar_service.stages.point_echoes import point_echoes
     from radar_service.stages.stage import Context, Stage, Tile
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect", "EffectTruth", "Flag",
     "Height", "Number", "PlanItem", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
-    "effective_earth_radius", "point_echoes", "polar_from_map", "wrap_angle",
+    "effective_earth_radius", "point_echoes", "polar_from_map", "record_of", "wrap_angle",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazily(__name__)

@@ -27,7 +27,7 @@ def groups() -> Mapping[str, Mapping[str, Sequence[metadata.EntryPoint]]]:
     for package in metadata.distributions():
         for each in package.entry_points if "[radar_service." in (package.read_text("entry_points.txt") or "") else ():
             result.setdefault(each.group, {}).setdefault(each.name, {}).setdefault(each.value, each)
-    if "radar_service.commands" not in result:
+    if "radar_service.rasters" not in result:  # the latest group
         raise PlugInError("radar-service: this installation is older than its source; install it again: pip install -e .")
     return {group: {name: [*parts[name].values()] for name in sorted(parts)} for group, parts in result.items()}
 

@@ -153,23 +153,13 @@ def _image_examples(kind: str, *compressions: str | None) -> tuple[bytes, ...]:
 
 
 PNG = Format[Raster](
-    name="png",
-    detect=lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"),
-    parse=partial(_image, "PNG"),
-    examples=partial(_image_examples, "PNG", None),
-)
-NPY = Format[Raster](
-    name="npy",
-    detect=lambda content: content.startswith(b"\x93NUMPY"),
-    parse=_npy,
-    examples=_npy_example,
-)
+    "png", lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"), partial(_image, "PNG"), partial(_image_examples, "PNG", None)
+)  # fmt: skip
+NPY = Format[Raster]("npy", lambda content: content.startswith(b"\x93NUMPY"), _npy, _npy_example)
 TIFF = Format[Raster](
-    name="tiff",
-    detect=lambda content: content.startswith((b"II*\0", b"MM\0*")),
-    parse=partial(_image, "TIFF"),
-    examples=partial(_image_examples, "TIFF", None, "tiff_lzw", "tiff_adobe_deflate"),
-)
+    "tiff", lambda content: content.startswith((b"II*\0", b"MM\0*")), partial(_image, "TIFF"),
+    partial(_image_examples, "TIFF", None, "tiff_lzw", "tiff_adobe_deflate"),
+)  # fmt: skip
 
 
 def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from radar_service.effects import Bearing, EastNorthUp, Effect, Number, Section, Size, Source, Speed, Whole
-
-KNOT = 1852.0 / 3600.0
+from radar_service.effects import Bearing, EastNorthUp, Effect, Number, Section, Size, Source, Speed, Whole, record_of
 
 
 class FlockModel(Section):
@@ -50,11 +48,7 @@ class FlockEffect(Effect):
     sources = (Source("birds", "clutter"),)
 
     def scene_record(self, given: Mapping[str, Any]) -> tuple[Flock, ...] | None:
-        flocks = [
-            Flock(m.position_m, m.birds, m.radius_m, 10 ** (m.rcs_dbsm / 10), m.speed_kn * KNOT, math.radians(m.course_deg))
-            for m in given["flock"]
-        ]
-        return tuple(flocks) or None
+        return tuple(record_of(Flock, model) for model in given["flock"]) or None
 
     def scene_text(self, scene: Any) -> str:
         return f"{len(self.of_scene(scene))} flocks of birds"
