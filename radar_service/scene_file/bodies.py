@@ -261,11 +261,9 @@ def _plating(model: BodyOfAKind) -> Plating | None:
 
 
 def _is_vessel(model: BodyOfAKind, material: Material) -> bool:
-    return _is_hull(model) or (isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS)
-
-
-def _is_hull(model: BodyOfAKind) -> bool:
-    return isinstance(model, ShapeBodyModel) and model.shape == "hull"
+    if isinstance(model, ShapeBodyModel):
+        return model.shape == "hull"
+    return isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS
 
 
 def _cached(known: dict[Key, Result | SceneError], key: Key, make: Callable[[], Result]) -> Result:

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, ConfigDict, Field
 from radar_service import plug_ins
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
-from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.scene_file.model.moving import MovingSection
 from radar_service.stages.fields import (
     Bearing,
     EastNorthUp,
@@ -269,21 +269,9 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         return self.latitude_deg is not None or self.south_west_deg is not None
 
     def problems(self) -> Iterator[str]:
-        for key in ("start_s", "end_s", "fading"):
-            if key in self.model_fields_set:
-                yield f"{key}: a height map is land and always there; remove {key}"
-        if self.plating is not None:
-            yield "plating: a height map is land, without plates; remove plating"
-        yield from self._corner_problems()
-        yield from self._motion_problems()
-        east_north = (self.position_m or (0.0, 0.0))[:2]
-        if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
-            yield (
-                "south_west_deg: the corners already define the position; keep only a height in position_m, as [0, 0, up]"
-            )
-        yield from super().problems()
-
-    def _corner_problems(self) -> Iterator[str]:
+        for key in (*MovingSection.model_fields, "start_s", "end_s", "fading", "plating"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                yield f"{key}: a height map is land, always there, at rest, north up, without plates; remove {key}"
         if (self.south_west_deg is None) != (self.north_east_deg is None):
             yield "south_west_deg: this key needs north_east_deg; give both or none"
         if self.south_west_deg is not None and self.extent_m is not None:
@@ -292,17 +280,12 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
             yield "low_m: low_m and high_m belong together; give both or none"
         if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
             yield f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them"
-
-    def _motion_problems(self) -> Iterator[str]:
-        if self.speed_kn > 0 or self.waypoints or self.track is not None:
-            yield "heightmap: a height map cannot move; remove speed_kn, waypoints and track"
-        if self.steerable is not None:
-            yield "steerable: a height map cannot move; remove steerable"
-        if self.heading_deg is not None or self.course_deg is not None:
-            yield "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"
-        for key in (*TurningSection.model_fields, *SwaySection.model_fields):
-            if key in self.model_fields_set:
-                yield f"{key}: a height map cannot move; remove {key}"
+        east_north = (self.position_m or (0.0, 0.0))[:2]
+        if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
+            yield (
+                "south_west_deg: the corners already define the position; keep only a height in position_m, as [0, 0, up]"
+            )
+        yield from super().problems()
 
 
 KINDS: dict[str, type[BodyModel]] = {"shape": ShapeBodyModel, "mesh": MeshBodyModel, "heightmap": HeightMapBodyModel}
