@@ -7,6 +7,7 @@ import pytest
 from pydantic import Field
 
 import radar_service as rs
+from radar_service.plug_ins import PlugInError
 from radar_service.scene_file.describe import json_schema
 from radar_service.sources.numbers import source_names, source_numbers
 from radar_service.stages.effect import Effect, Source
@@ -120,3 +121,16 @@ def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installe
     assert told.startswith("slush: slush of radar_service.effects: the package ice-effects 1 is broken (")
     assert told.endswith("; update or uninstall it") and "\n" not in told
     assert scene(floes=1.0).effects and [effect.name for effect in effects()][-1] == "slush"
+
+
+class Unstaged(Drift):
+    """Has a stage that cannot be imported."""
+
+    __module__, stage_at = "ice_effects", "no_such_module:Stage"
+
+
+def test_a_stage_that_cannot_be_imported_names_its_package(installed: Installed) -> None:
+    installed.package("ice-effects", Unstaged)
+    told = "unstaged of radar_service.effects: the package ice-effects 1 is broken .ModuleNotFoundError: .*; update or uninstall"
+    with pytest.raises(PlugInError, match=told):
+        rs.Simulator(scene([point("p", 0, 500)], floes=2.0))
