@@ -14,6 +14,8 @@ from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
+from radar_service.stages.fields import record_of
+from radar_service.stages.registry import environment_values
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
@@ -85,20 +87,11 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
     """Returns the environment in SI units, with "itu" gas at the radar's frequency. Raises SceneError above 54 GHz."""
     factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
     gas = model.gas_db_per_km
-    return Environment(
-        earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
-        noise=model.noise,
-        multipath=model.multipath,
+    return record_of(
+        Environment, model, earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
         gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
-        rain_mm_h=model.rain_mm_h,
-        sea_state=model.sea_state,
-        sea_texture_shape=model.sea_texture_shape,
-        wind_from=math.radians(model.wind_from_deg),
-        ground_plane=model.ground_plane,
-        diffraction=model.diffraction,
-        stream=stream_from_model(model),
-        seaway=seaway_from_model(model),
-    )
+        effect_keys=environment_values(model), stream=stream_from_model(model), seaway=seaway_from_model(model),
+    )  # fmt: skip
 
 
 def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
@@ -113,15 +106,8 @@ def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
     height = SIGNIFICANT_WAVE_HEIGHT[model.sea_state] if sea.height_m is None else sea.height_m
     period = float(np.interp(height, SIGNIFICANT_WAVE_HEIGHT, PEAK_PERIOD)) if sea.period_s is None else sea.period_s
     coming_from = model.wind_from_deg if sea.from_deg is None else sea.from_deg
-    return Seaway(
-        height=height,
-        period=period,
-        towards=math.radians(coming_from + 180.0),
-        spread=sea.spread,
-        seed=sea.seed,
-        list_rms=math.radians(sea.list_deg),
-        trim_rms=math.radians(sea.trim_deg),
-    )
+    rms = {"list_rms": math.radians(sea.list_deg), "trim_rms": math.radians(sea.trim_deg)}
+    return record_of(Seaway, sea, height=height, period=period, towards=math.radians(coming_from + 180.0), **rms)
 
 
 def stream_from_model(model: EnvironmentModel) -> Stream:
