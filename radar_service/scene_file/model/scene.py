@@ -14,7 +14,7 @@ from radar_service.scene_file.model.body import BodyOfAKind, any_body
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection
-from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
+from radar_service.scene_file.model.platform import Radars, any_radars, check_error_owners, check_radars, radar_models
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.stages.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole, with_keys
 from radar_service.stages.registry import effects
@@ -58,7 +58,7 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: Radars = RadarModel()
+    radar: Radars = Field(default_factory=RadarModel)
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyOfAKind, ...] = Field((), max_length=MAX_BODIES)
@@ -90,7 +90,8 @@ def scene_model() -> type[SceneModel]:
     """Returns the model of a scene file with the keys of all effects. It is made at its first use, when these can be imported."""
     bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
     keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
-    return with_keys(SceneModel, {"body": bodies, **keys})
+    radars = (any_radars(), radar_models()[0]())
+    return with_keys(SceneModel, {"radar": radars, "body": bodies, **keys})
 
 
 @cache

@@ -13,7 +13,9 @@ import numpy as np
 
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Complexes, Flags, Floats
-from radar_service.radar.structures import Aperture, Structure, fresnel_integral, fresnel_unit, half_plane
+from radar_service.radar.aperture import Aperture, aperture_of
+from radar_service.radar.parameters import Radar
+from radar_service.stages.structures.structure import Structure, fresnel_integral, fresnel_unit, half_plane
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow
@@ -105,3 +107,10 @@ def reflectors(
 ) -> tuple[Reflector, ...]:
     """The structures that reflect."""
     return tuple(Reflector(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
+
+
+def structure_reflectors(radar: Radar) -> tuple[Reflector, ...]:
+    """The structures of a radar's ship that reflect."""
+    structures = radar.effects.get("structures", ())
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if structures else None
+    return () if aperture is None else reflectors(aperture, radar.wavelength, structures, radar.polarization)
