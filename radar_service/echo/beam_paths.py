@@ -1,6 +1,5 @@
 """How echoes reach the antenna other than by the plain beam: a path maps echoes as they are on boresight to those received."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -35,11 +34,6 @@ class Sights:
     def offset(self) -> Floats:
         """Directions of the echoes (E, K) from boresight, not wrapped."""
         return self.bearing - self.boresight
-
-    @classmethod
-    def joined(cls, parts: Sequence["Sights"]) -> "Sights":
-        """The directions of several parts at the same azimuths."""
-        return cls(np.concatenate([part.bearing for part in parts]), parts[0].boresight, parts[0].heading)
 
 
 class BeamPath(Protocol):

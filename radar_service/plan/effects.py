@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from radar_service.clutter.rain import RAIN_HEIGHT
 from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
@@ -17,7 +18,6 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
-from radar_service.stages.effect import Effect
 from radar_service.stages.registry import effects_in
 from radar_service.trace.ray_sampling import missed_area_range
 from radar_service.world.hull_response import MAX_FROUDE
@@ -54,7 +54,7 @@ def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
-        *_unspecified(_of_radar(scene, fidelity, {})),
+        *_unspecified(_stages(scene, fidelity, True)),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
         *_documented_clutter(scene, fidelity),
@@ -80,7 +80,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
-        *_of_radar(scene, fidelity, of_effects),
+        *_stages(scene, fidelity, True, of_effects),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
@@ -92,7 +92,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
         *_clutter(scene, None if costs is None else costs.clutter),
-        *_of_others(scene, fidelity, of_effects),
+        *_stages(scene, fidelity, False, of_effects),
     ]
 
 
@@ -211,7 +211,7 @@ def _documented_clutter(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
     environment = scene.environment
     requested = {"sea clutter": environment.sea_state, "rain clutter": environment.rain_mm_h}
     clutter = [PlanItem(what, False, NOT_SPECIFIED) for what, value in requested.items() if value]
-    return [*clutter, *_unspecified(_of_others(scene, fidelity, {}))]
+    return [*clutter, *_unspecified(_stages(scene, fidelity, False))]
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
@@ -268,18 +268,12 @@ def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
     ]  # fmt: skip
 
 
-def _of_radar(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
-    """What effects with keys of a radar say of themselves, which stand behind the beam. costs: by their names [us]."""
-    return [item for each in effects_in(scene) if each.radar_keys for item in _items(each, scene, fidelity, costs)]
-
-
-def _of_others(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
-    """What all other effects say of themselves; costs: as of `_of_radar`."""
-    return [item for each in effects_in(scene) if not each.radar_keys for item in _items(each, scene, fidelity, costs)]
-
-
-def _items(effect: Effect, scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> Sequence[PlanItem]:
-    return effect.stage().plan(scene, fidelity, costs.get(effect.name))
+def _stages(
+    scene: Scene, fidelity: Fidelity, of_radar: bool, costs: Mapping[str, float] = MappingProxyType({})
+) -> list[PlanItem]:
+    """What effects say of themselves: those with keys of the radar, or all others. costs: by their names [us]."""
+    chosen = [each for each in effects_in(scene) if bool(each.radar_keys) == of_radar]
+    return [item for each in chosen for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
 
 
 def _unspecified(items: Sequence[PlanItem]) -> list[PlanItem]:

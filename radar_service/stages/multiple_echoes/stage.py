@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from radar_service.records.plan_item import PlanItem
 from radar_service.records.truth import FalseEcho
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.multiple_echoes.effect import MultipleEchoes
-from radar_service.stages.stage import Context, Stage
+from radar_service.stages.stage import Stage
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
@@ -91,10 +91,6 @@ class MultipleTruth(EffectTruth):
 
 class MultipleStage(Stage):
     """Multiple echoes are echoes of bodies by further paths: it adds nothing else."""
-
-    @classmethod
-    def of(cls, context: Context) -> Self:
-        return cls()
 
     @classmethod
     def paths(cls, scene: Scene, beam: Beam, echo_sources: Mapping[str, int]) -> list[MultiplePaths]:

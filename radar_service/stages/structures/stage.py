@@ -8,12 +8,13 @@ import numpy as np
 
 from radar_service.echo.beam_paths import Beam
 from radar_service.echo.closest_approach import max_power
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.moving import MovingEchoes
+from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.radar.aperture import Aperture
+from radar_service.radar.aperture import FAINTEST, Aperture
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
@@ -23,8 +24,8 @@ from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage
-from radar_service.stages.structures.indirect import IndirectEchoes, IndirectPaths
-from radar_service.stages.structures.reflection import Reflector, structure_reflectors
+from radar_service.stages.structures.held_passages import HeldPassages
+from radar_service.stages.structures.reflection import IndirectPaths, Reflector, structure_reflectors
 from radar_service.stages.structures.structure import Structure, TakenTable
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.materials import is_land
@@ -34,7 +35,7 @@ STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip 
 # Of the power of indirect echoes, abeam of the structure and farther round (tests/stages/structures/test_reflection.py):
 INDIRECT_DB = 1.0
 MAX_FAINT = -20.0  # dB of the noise, below which false echoes are left out: each changes a mean power by 0.04 dB at most
-FAINTEST = 1e-6  # of a one-way field: levels are -240 dB at least
+SPAN = 0.5  # rad of boresights computed together, at most
 BORESIGHTS = 181  # over the sector that lights a structure, among which the brightest is looked for
 SIDELOBE = 0.1  # one-way field of the direct beam at a target while it lights a structure elsewhere
 
@@ -65,32 +66,42 @@ def _brightest(reflector: Reflector, distance: float, relative: float, heading: 
 
 
 class StructureStage(Stage):
-    """The indirect echoes of a scene; what its structures take from the beam is in all echoes."""
+    """The indirect echoes of a scene: of bodies all round, at the azimuths at which the antenna lights a structure. All echoes
+    have what structures take from the beam.
 
-    def __init__(self, indirect: IndirectEchoes | None) -> None:
-        self.indirect, self.has_echoes = indirect, indirect is not None
+    They come from the range histories of moving echoes, with a beam of gain 1 all round. So bodies by aspect have echoes at the
+    azimuths that light a structure too, where the beam has long passed them: with the aspect of its crossing (`held_passages`),
+    or with nodes as close as on boresight.
+    """
+
+    def __init__(
+        self, scene: Scene, visibility: Visibility, paths: IndirectPaths, seed: int, direct: MovingEchoes | None
+    ) -> None:
+        """direct: echoes whose aspects serve; None: bodies have aspects of their own."""
+        self._scene, self._visibility, self._paths, self._seed = scene, visibility, paths, seed
+        self.is_held, self.has_echoes = direct is not None, len(visibility.scatterers) > 0
+        all_round = BeamTable(np.ones_like, scene.radar.beamwidth, np.pi, SPAN)
+        held = None if direct is None else HeldPassages(scene, visibility, direct.passages)
+        self.indirect = MovingEchoes(scene, visibility, all_round, seed, paths=[paths], passages=held)
 
     @classmethod
     def of(cls, context: Context) -> Self:
-        scene, fidelity = context.scene, context.fidelity
+        scene, fidelity, radar = context.scene, context.fidelity, context.scene.radar
         without = {*context.silent, *faint_bodies(scene, fidelity)}
-        keys = [key for key in _ships(scene) if key not in without]
-        if not keys or not structure_reflectors(scene.radar):
-            return cls(None)
+        keys = [key for key in _ships(scene) if key not in without] if structure_reflectors(radar) else []
         scatterers = build_scatterers([scene.bodies[key] for key in keys], keys, context.scattering)
-        max_range = max_echo_range(scene.radar)
-        visibility = Visibility(scene, scatterers, context.line_of_sight, max_range, fidelity.visibility_step)
-        extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
-        beam = Beam(scene.radar, changed_pattern(scene.radar, extent))
-        paths = IndirectPaths(scene.radar, beam, context.echo_sources["indirect"])
-        direct = context.moving if fidelity.held_false_echoes else None
-        return cls(IndirectEchoes(scene, visibility, paths, context.seed, direct))
+        visibility = Visibility(scene, scatterers, context.line_of_sight, max_echo_range(radar), fidelity.visibility_step)
+        beam = Beam(radar, changed_pattern(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth)))
+        paths = IndirectPaths(radar, beam, context.echo_sources.get("indirect", 0))
+        return cls(scene, visibility, paths, context.seed, context.moving if fidelity.held_false_echoes else None)
 
     def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
-        return type(self)(None if self.indirect is None else self.indirect.of_scene(scene, moving))
+        visibility = self._visibility.of_scene(scene)
+        return type(self)(scene, visibility, self._paths, self._seed, moving if self.is_held else None)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-        assert self.indirect is not None
+        if not self._paths.are_lit(self._scene, azimuths).any():
+            return concatenated([], len(azimuths.time))
         return self.indirect.echoes(azimuths)
 
     @classmethod
@@ -106,8 +117,7 @@ class StructureStage(Stage):
     @classmethod
     def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
         structures, pattern = scene.radar.effects["structures"], changed_pattern(scene.radar)
-        if pattern is None:
-            return []
+        assert pattern is not None  # they change it
         losses = ", ".join(f"{each.name} {pattern.loss_db(each.bearing):.1f} dB" for each in structures)
         how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}"
         indirect = [] if fidelity.engine == "documented" else [_indirect(scene, fidelity, microseconds)]

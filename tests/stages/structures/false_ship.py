@@ -20,7 +20,8 @@ from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.structures.held_passages import HeldPassages
-from radar_service.stages.structures.indirect import SPAN, IndirectPaths
+from radar_service.stages.structures.reflection import IndirectPaths
+from radar_service.stages.structures.stage import SPAN
 from radar_service.stages.structures.structure import Structure
 from radar_service.trace.line_of_sight import OcclusionScene
 

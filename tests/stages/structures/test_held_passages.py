@@ -161,7 +161,7 @@ def test_shadows_of_passing_ships_fall_on_what_rests() -> None:
 def test_reference_has_every_aspect() -> None:
     for name, held in (("fast", True), ("balanced", True), ("reference", False)):
         stage = made([QUAY], PRESETS[name]).stages["structures"]
-        assert isinstance(stage, StructureStage) and stage.indirect is not None and stage.indirect.is_held is held
+        assert isinstance(stage, StructureStage) and stage.is_held is held
 
 
 @pytest.mark.study

@@ -11,8 +11,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
 from radar_service.stages.registry import changed_pattern
-from radar_service.stages.structures.indirect import IndirectPaths
-from radar_service.stages.structures.reflection import structure_reflectors
+from radar_service.stages.structures.reflection import IndirectPaths, structure_reflectors
 from radar_service.stages.structures.stage import StructureStage, faint_bodies
 from tests.scenes import point, radar, scene
 
@@ -26,7 +25,7 @@ def test_bodies_all_round_are_seen_by_a_lit_structure() -> None:
     """At azimuths that point at the mast there are echoes of a point and of metal, both elsewhere; opposite there are none."""
     prepared = prepare(scene([point("p", 0.0, -400.0), BOX], radar=RADAR), PRESETS["balanced"], 1)
     stage = prepared.stages["structures"]
-    assert isinstance(stage, StructureStage) and stage.indirect is not None and len(stage.indirect) == 2
+    assert isinstance(stage, StructureStage) and len(stage.indirect) == 2
     lit = stage.echoes(tile_azimuths(prepared, 0, 64 // prepared.tile * prepared.tile))
     assert len(lit.range) >= 4 and set(lit.body.tolist()) == {2}
     assert lit.range.min() > 360.0 and lit.amplitude.any()
@@ -34,11 +33,11 @@ def test_bodies_all_round_are_seen_by_a_lit_structure() -> None:
     assert len(dark.range) == 0 and dark.amplitude.shape[1] == prepared.tile
 
 
-def indirect(made: rs.Scene, fidelity: rs.Fidelity, silent: tuple[int, ...] = ()) -> int | None:
-    """How many bodies have indirect echoes; None where the stage has none."""
+def indirect(made: rs.Scene, fidelity: rs.Fidelity, silent: tuple[int, ...] = ()) -> int:
+    """How many bodies have indirect echoes."""
     stage = prepare(made, fidelity, 1, silent).stages["structures"]
-    assert isinstance(stage, StructureStage) and stage.has_echoes == (stage.indirect is not None)
-    return None if stage.indirect is None else len(stage.indirect)
+    assert isinstance(stage, StructureStage) and stage.has_echoes == (len(stage.indirect) > 0)
+    return len(stage.indirect)
 
 
 def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
@@ -49,7 +48,7 @@ def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
     faint = faint_bodies(made, fidelity)
     assert set(faint) == {1} and faint[1] < -20.0 and faint_bodies(made, PRESETS["balanced"]) == {}
     assert indirect(made, fidelity) == 1 and indirect(made, PRESETS["balanced"]) == 2
-    assert indirect(made, PRESETS["balanced"], (0, 1)) is None and indirect(made, fidelity, (0,)) is None
+    assert indirect(made, PRESETS["balanced"], (0, 1)) == 0 and indirect(made, fidelity, (0,)) == 0
 
 
 def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
