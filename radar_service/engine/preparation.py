@@ -1,4 +1,4 @@
-"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, stages."""
+"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, stages."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -6,7 +6,6 @@ from typing import cast
 
 import numpy as np
 
-from radar_service.clutter.clutter import Clutter, prepare_clutter
 from radar_service.echo.beam_paths import Beam, BeamPath, DirectPath
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.land import LandPassages
@@ -46,7 +45,7 @@ TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 
 class Prepared:
     """One scene, ready for any azimuth. It can be pickled: caches stay behind, and Embree trees are built again.
 
-    scene, fidelity, seed: what it was prepared from.
+    scene, fidelity: what it was prepared from. seed: of receiver noise.
     tile: azimuths computed together.
     line_of_sight: all that may occlude.
     resting_set, resting: bodies at rest relative to the antenna, and their visible echoes.
@@ -56,8 +55,7 @@ class Prepared:
     shadows: resting echoes that moving bodies occlude.
     shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
-    clutter: of sea and rain; None where the scene has neither.
-    stages: of the other effects, by their names, in the order in which they add.
+    stages: of effects, by their names, in the order in which they add.
     """
 
     scene: Scene
@@ -73,22 +71,15 @@ class Prepared:
     shadows: PassingShadows
     shadowed: MovingEchoes
     compression: Compression
-    clutter: Clutter | None
     stages: Mapping[str, Stage]
 
-    def at_origin(self, origin: Origin, seed: int) -> "Prepared":
-        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
-
-        seed: of the simulator, from which the texture of the sea comes for near pulses too.
-        """
-        scene, clutter = scene_at_origin(self.scene, origin), self.clutter
-        if clutter is not None and clutter.sea is not None:
-            other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
-            clutter = replace(clutter, sea=None if other is None else other.sea)
+    def at_origin(self, origin: Origin) -> "Prepared":
+        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again."""
+        scene = scene_at_origin(self.scene, origin)
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         land = None if self.land is None else self.land.of_scene(scene)
         stages = {name: stage.of_scene(scene, moving) for name, stage in self.stages.items()}
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter, stages=stages)
+        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, stages=stages)
 
 
 @BLAS_LIMIT.held()
@@ -99,10 +90,12 @@ def prepare(
     silent: Collection[int] = (),
     transparent: Collection[int] = (),
     rays: RayCount | None = None,
+    noise_seed: int | None = None,
 ) -> Prepared:
     """All that is computed once for a scene.
 
-    silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast.
+    silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast;
+    noise_seed: of what a near pulse has of its own.
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
@@ -118,10 +111,11 @@ def prepare(
     paths = _paths(scene, Beam(radar, beam_pattern(radar, fidelity)))
     unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     moving = MovingEchoes(scene, visibility, unit, seed, paths=paths)
+    noise_seed = seed if noise_seed is None else noise_seed
     return Prepared(
         scene,
         fidelity,
-        seed,
+        noise_seed,
         int(np.clip(visibility.interval / radar.spoke_period, 1, max_tile)),  # within one visibility step
         line_of_sight,
         resting_set,
@@ -134,13 +128,12 @@ def prepare(
             scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), unit, seed, True, paths
         ),
         compression,
-        prepare_clutter(scene, line_of_sight, compression, seed),
-        _stages(context, scene, line_of_sight, compression, moving, silent),
+        _stages(context, scene, noise_seed, line_of_sight, compression, moving, silent),
     )
 
 
 def _stages(
-    scattering: ScatteringContext, scene: Scene, line_of_sight: OcclusionScene, compression: Compression,
+    scattering: ScatteringContext, scene: Scene, noise_seed: int, line_of_sight: OcclusionScene, compression: Compression,
     moving: MovingEchoes, silent: Collection[int],
 ) -> dict[str, Stage]:  # fmt: skip
     """The stages of the effects of a scene of which the plan models something."""
@@ -148,9 +141,8 @@ def _stages(
     for effect in effects_in(scene):
         kind, of_effect = effect.stage(), (effect.name, scene, fidelity, seed, line_of_sight, compression)
         if any(item.modelled for item in kind.plan(scene, fidelity, None)):
-            stages[effect.name] = kind.of(
-                Context(*of_effect, *numbers_of(scene, effect.name), scattering, moving, frozenset(silent))
-            )
+            made_from = *of_effect, *numbers_of(scene, effect.name), noise_seed, scattering, moving, frozenset(silent)
+            stages[effect.name] = kind.of(Context(*made_from))
     return stages
 
 

@@ -40,7 +40,6 @@ class Costs:
     looks: visibility updates.
     moving: moving echoes and their gridding.
     receiver: Fourier transforms and noise.
-    clutter: sea and rain.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
     effects: of the effects of `stages`, by their names.
@@ -49,7 +48,6 @@ class Costs:
     looks: float
     moving: float
     receiver: float
-    clutter: float
     profiles: float
     aspects: float = 0.0
     effects: Mapping[str, float] = field(default_factory=dict)

@@ -55,8 +55,8 @@ class Effect:
 
     name: of its record in `Scene.effects`, `Radar.effects` or `Body.effects`, its costs, its truth and its random numbers.
     stage_at: where its stage is, "module:class".
-    scene_keys, radar_keys, body_keys: its keys at the top of a scene, of a radar and of a body, each with the type and the Field
-        of pydantic.
+    scene_keys, environment_keys, radar_keys, body_keys: its keys of a scene, of its environment, which has their values
+        in `Environment.effect_keys`, of a radar and of a body, each with the type and the Field of pydantic.
     sources: what labels may name of it.
     crossing_record: makes its record of a crossing from keywords.
     has_paths: whether it gives `Stage.paths` to the echoes of bodies, land apart: none of them rests then.
@@ -65,6 +65,7 @@ class Effect:
     name: str
     stage_at: ClassVar[str]
     scene_keys: Keys = {}
+    environment_keys: Keys = {}
     radar_keys: Keys = {}
     body_keys: Keys = {}
     sources: ClassVar[tuple[Source, ...]] = ()
@@ -119,9 +120,9 @@ class Effect:
 
     def is_in(self, scene: "Scene") -> bool:
         """Whether a scene asks for it."""
-        return any(
-            self.name in effects for effects in (scene.effects, scene.radar.effects, *(b.effects for b in scene.bodies))
-        )
+        given = not self.environment_keys.keys().isdisjoint(scene.environment.effect_keys)
+        tables = (scene.effects, scene.radar.effects, *(body.effects for body in scene.bodies))
+        return given or any(self.name in effects for effects in tables)
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         """Returns the sources that a scene may have."""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 GROUP = "radar_service.effects"
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
+    "radar_service.stages.clutter.effect:ClutterEffect",
     "radar_service.stages.interference.effect:InterferenceEffect",
     "radar_service.stages.beacons.effect:BeaconEffect",
     "radar_service.stages.structures.effect:StructureEffect",
@@ -38,14 +39,14 @@ class RefusedEffect(Effect):
     """Takes the place of an effect that cannot be used: a scene with one of its keys ends in a sentence, which says why."""
 
     def __init__(self, name: str, keys: Iterable[Keys], why: str) -> None:
-        """keys: of scenes, radars and bodies."""
+        """keys: of scenes, environments, radars and bodies."""
 
         def refuse(_: Any) -> None:
             raise ValueError(why)
 
         refused = Annotated[Any, BeforeValidator(refuse)], Field(None, description=why)
         self.name = name
-        self.scene_keys, self.radar_keys, self.body_keys = (dict.fromkeys(each, refused) for each in keys)
+        self.scene_keys, self.environment_keys, self.radar_keys, self.body_keys = (dict.fromkeys(k, refused) for k in keys)
 
 
 @cache
@@ -75,16 +76,17 @@ def _loaded(place: str) -> Any:
 
 
 def _core_keys() -> Iterator[str]:
-    """The keys that scenes, radars and bodies have without effects. Their models import this module, so their names are loaded
-    late."""
+    """The keys that scenes, environments, radars and bodies have without effects. Their models import this module, so their names
+    are loaded late."""
     yield from _loaded("radar_service.scene_file.model.scene:SceneModel").model_fields
+    yield from _loaded("radar_service.scene_file.model.environment:EnvironmentModel").model_fields
     yield from _loaded("radar_service.scene_file.model.platform:NamedRadarModel").model_fields
     for kind in _loaded("radar_service.scene_file.model.body:KINDS").values():
         yield from kind.model_fields
 
 
-def _key_tables(effect: Effect) -> tuple[Keys, Keys, Keys]:
-    return effect.scene_keys, effect.radar_keys, effect.body_keys
+def _key_tables(effect: Effect) -> tuple[Keys, ...]:
+    return effect.scene_keys, effect.environment_keys, effect.radar_keys, effect.body_keys
 
 
 def _claims(effect: Effect) -> set[str]:
@@ -104,7 +106,7 @@ def _foreign(entry: EntryPoint) -> Effect:
     except Exception as error:  # of a package that nobody here has written
         package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]
         why = f"the effect {entry.name} of the package {package} cannot be loaded ({reason}); repair or remove the package"
-        return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 3, why)
+        return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 4, why)
     return effect
 
 
@@ -116,6 +118,17 @@ def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
     why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; remove one of the packages"
     free = [{key: keys[key] for key in keys if HERE not in owners[key]} for keys in _key_tables(effect)]
     return RefusedEffect(effect.name, free, why)
+
+
+def environment_values(table: BaseModel) -> dict[str, Any]:
+    """The values of effects' keys in an environment: all of this package, which every hash has, and of others what is given."""
+    own = [key for effect in own_effects() for key in effect.environment_keys]
+    return {
+        key: getattr(table, key)
+        for each in effects()
+        for key in each.environment_keys
+        if key in own or key in table.model_fields_set
+    }
 
 
 def given_keys(table: BaseModel, keys: Keys) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def context_of(made: rs.Scene, name: str, seed: int = 0) -> Context:
     """What a stage of a scene, in which nothing asks for it, is made from."""
     fidelity = PRESETS["fast"]
     ready = prepare(made, fidelity, seed)
-    parts = (made, fidelity, seed, ready.line_of_sight, ready.compression, {}, {})
+    parts = (made, fidelity, seed, ready.line_of_sight, ready.compression, {}, {}, seed)
     return Context(name, *parts, scattering_context(made, fidelity, seed), ready.moving)
 
 

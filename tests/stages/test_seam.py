@@ -16,7 +16,17 @@ import pytest
 from pydantic import Field
 
 import radar_service as rs
-from radar_service.effects import BeamWeightedEchoes, Context, Effect, EffectTruth, PlanItem, Source, Stage, Tile
+from radar_service.effects import (
+    BeamWeightedEchoes,
+    Context,
+    Effect,
+    EffectTruth,
+    PlanItem,
+    RandomField,
+    Source,
+    Stage,
+    Tile,
+)
 from radar_service.plots.plot_report import kinds_of
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.truth import FalseEcho
@@ -30,6 +40,10 @@ PACKAGE = f"{ROOT / 'radar_service'}{os.sep}"
 OTHERS = [{"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60}]
 MAX_FILES = 3  # outside its folder that run lines for one effect alone
 NEVER = ("engine", "plan", "sources", "truth")
+SHARED = {  # functions of arrays that any effect may use, and that these scenes use for one alone
+    "ResultCache.grow", "GaussianSpectrum.draw", "Kernel.weights", "PulseKernel.weights",
+    "OcclusionScene.resting_shadow_sector",
+}  # fmt: skip
 
 
 class ToyEffect(Effect):
@@ -55,8 +69,15 @@ class ToyTruth(EffectTruth):
         return [FalseEcho("toy", "toy", distance, bearing, None)]
 
 
+class ToyField(RandomField):
+    """A field without power."""
+
+    def powers(self) -> Any:
+        return {128: np.abs(self.field) ** 2}
+
+
 class ToyStage(Stage):
-    """A pane that takes nothing, a path without echoes, echoes near and far, and zeros for the first row of each tile."""
+    """A pane that takes nothing, a path without echoes, echoes near and far, and zeros for the first row and for all."""
 
     has_echoes, extent = True, 0.1
 
@@ -100,6 +121,7 @@ class ToyStage(Stage):
 
     def add(self, tile: Tile) -> None:
         tile.add(self._context.numbers["toy"], 0, np.zeros(tile.field.shape[1]))
+        tile.add_field(ToyField(np.zeros((len(tile.field), 9), dtype=np.complex64), np.zeros(9, dtype=np.float32)))
 
 
 OF_RADAR: dict[str, dict[str, Any]] = {
@@ -116,6 +138,7 @@ def content(without: str = "") -> dict[str, Any]:
     for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
     scene["body"][2]["toy"] = 1.0
+    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if without != "clutter" else {"sea_state": 0}
     return scene | ({"interference": OTHERS} if without != "interference" else {})
 
 
@@ -140,7 +163,7 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
 
     def trace(frame: FrameType, event: str, argument: object) -> Any:
         name = frame.f_code.co_filename
-        if not name.startswith(PACKAGE):
+        if not name.startswith(PACKAGE) or frame.f_code.co_qualname in SHARED:
             return None
         lines.add((name.removeprefix(PACKAGE), frame.f_lineno))
         return trace
@@ -154,7 +177,7 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
     return lines
 
 
-@pytest.mark.parametrize("effect", ["interference", "beacons", *OF_RADAR])
+@pytest.mark.parametrize("effect", ["interference", "beacons", "clutter", *OF_RADAR])
 def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, installed: Installed) -> None:
     """A scene with another effect of the kind, then with this one too: what only the second run executes."""
     without, having = content(effect), content()
@@ -179,7 +202,8 @@ from radar_service.scene_file.describe import json_schema
 schema = json_schema()
 sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
 digest = hashlib.sha256(b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))).hexdigest()
-keys = [*schema["properties"], *(key for name in ("ShapeBodyModel", "RadarModel") for key in schema["$defs"][name]["properties"])]
+kinds = [schema, *(schema["$defs"][name] for name in ("ShapeBodyModel", "EnvironmentModel", "RadarModel"))]
+keys = [key for kind in kinds for key in kind["properties"]]
 print(json.dumps([rs.__file__, keys, digest]))
 """
 
@@ -195,8 +219,13 @@ def run_without(tree: Path) -> Any:
 
 @pytest.mark.parametrize(
     ("effect", "keys"),
-    [("interference", {"interference"}), ("beacons", {"racon", "sart"}), *((each, {*OF_RADAR[each]}) for each in OF_RADAR)],
-)  # fmt: skip
+    [
+        ("interference", {"interference"}),
+        ("beacons", {"racon", "sart"}),
+        ("clutter", {"sea_texture_shape"}),
+        *((each, {*OF_RADAR[each]}) for each in OF_RADAR),
+    ],
+)
 def test_the_tree_without_an_effect_still_works(tmp_path: Path, effect: str, keys: set[str]) -> None:
     """Its folder and its line of the registry are gone: all imports hold, its keys are unknown, other scenes keep their bytes."""
     shutil.copytree(ROOT / "radar_service", tmp_path / "radar_service", ignore=shutil.ignore_patterns("__pycache__"))

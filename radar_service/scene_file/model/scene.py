@@ -90,8 +90,10 @@ def scene_model() -> type[SceneModel]:
     """Returns the model of a scene file with the keys of all effects. It is made at its first use, when these can be imported."""
     bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
     keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
-    radars = (any_radars(), radar_models()[0]())
-    return with_keys(SceneModel, {"radar": radars, "body": bodies, **keys})
+    of_environment = {key: declared for effect in effects() for key, declared in effect.environment_keys.items()}
+    environment, radars = with_keys(EnvironmentModel, of_environment), (any_radars(), radar_models()[0]())
+    tables = {"radar": radars, "environment": (environment, environment()), "body": bodies}
+    return with_keys(SceneModel, {**tables, **keys})
 
 
 @cache
