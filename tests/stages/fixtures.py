@@ -7,11 +7,16 @@ from types import ModuleType
 
 import pytest
 
+import radar_service as rs
 from radar_service import plug_ins
+from radar_service.engine.preparation import prepare, scattering_context
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import body_models
+from radar_service.scene_file.model.platform import radar_models
 from radar_service.scene_file.model.scene import scene_model, scene_schema
 from radar_service.stages.effect import Effect
 from radar_service.stages.registry import effects
+from radar_service.stages.stage import Context
 
 
 class Installed:
@@ -39,8 +44,16 @@ class Installed:
 
 def forget() -> None:
     """Lets effects, and the models of scenes, be made anew."""
-    for cached in (plug_ins.groups, effects, body_models, scene_model, scene_schema):
+    for cached in (plug_ins.groups, effects, body_models, radar_models, scene_model, scene_schema):
         cached.cache_clear()
+
+
+def context_of(made: rs.Scene, name: str, seed: int = 0) -> Context:
+    """What a stage of a scene, in which nothing asks for it, is made from."""
+    fidelity = PRESETS["fast"]
+    ready = prepare(made, fidelity, seed)
+    parts = (made, fidelity, seed, ready.line_of_sight, ready.compression, {}, {}, seed)
+    return Context(name, *parts, scattering_context(made, fidelity, seed), ready.moving)
 
 
 @pytest.fixture

@@ -1,13 +1,15 @@
 """The models of a scene file's radars where it has several: each has an id and a platform that carries its antenna."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import Discriminator, Field, Tag
 
 from radar_service.radar.parameters import FIRST_ID
 from radar_service.scene_file.model.radar import RadarModel
-from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Section
+from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Section, with_keys
+from radar_service.stages.registry import effects
 
 MAX_RADARS = 16  # each of them computes all that it sees
 MAX_NAMED = 6  # names that a message lists
@@ -60,13 +62,24 @@ def _form(value: Any) -> str:
     return "list" if isinstance(value, Sequence) and not isinstance(value, str | bytes) else "table"
 
 
-Radars = Annotated[
-    Annotated[RadarModel, Tag("table")] | Annotated[tuple[NamedRadarModel, ...], Tag("list"), Field(max_length=MAX_RADARS)],
-    Discriminator(_form),
-]
+Radars = RadarModel | tuple[NamedRadarModel, ...]
 
 
-def radar_entries(radars: RadarModel | tuple[NamedRadarModel, ...]) -> tuple[RadarEntry, ...]:
+@cache
+def radar_models() -> tuple[type[RadarModel], type[NamedRadarModel]]:
+    """The models of a single radar and of one of several, with the keys of all effects."""
+    keys = {key: declared for effect in effects() for key, declared in effect.radar_keys.items()}
+    return with_keys(RadarModel, keys), with_keys(NamedRadarModel, keys)
+
+
+def any_radars() -> Any:
+    """Returns the type of a scene's radars, with the keys of all effects."""
+    single, named = radar_models()
+    several = Annotated[tuple[named, ...], Tag("list"), Field(max_length=MAX_RADARS)]  # type: ignore[valid-type]
+    return Annotated[Annotated[single, Tag("table")] | several, Discriminator(_form)]
+
+
+def radar_entries(radars: Radars) -> tuple[RadarEntry, ...]:
     """Returns the radars of a scene file in its order."""
     if isinstance(radars, RadarModel):
         return (RadarEntry(FIRST_ID, "radar", radars, None),)
@@ -79,7 +92,7 @@ def has_sensors(entry: RadarEntry) -> bool:
 
 
 def radar_problems(
-    radars: RadarModel | tuple[NamedRadarModel, ...],
+    radars: Radars,
     own_ship_body: str | None,
     can_carry: Mapping[str, bool],
     has_origin: bool,
@@ -104,7 +117,7 @@ def radar_problems(
 
 
 def error_owner_problems(
-    radars: RadarModel | tuple[NamedRadarModel, ...],
+    radars: Radars,
     own_ship_body: str | None,
     own_ship_errs: bool,
     bodies_with_errors: Mapping[str, int],

@@ -15,7 +15,7 @@ from radar_service.scene_file.model.body import BodyOfAKind, any_body
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection
-from radar_service.scene_file.model.platform import Radars, error_owner_problems, radar_problems
+from radar_service.scene_file.model.platform import Radars, any_radars, error_owner_problems, radar_models, radar_problems
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.stages.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole, with_keys
 from radar_service.stages.registry import effects
@@ -58,7 +58,7 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: Radars = RadarModel()
+    radar: Radars = Field(default_factory=RadarModel)
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyOfAKind, ...] = Field((), max_length=MAX_BODIES)
@@ -89,8 +89,9 @@ def scene_model() -> type[SceneModel]:
     bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
     keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
     of_environment = {key: declared for effect in effects() for key, declared in effect.environment_keys.items()}
-    environment = with_keys(EnvironmentModel, of_environment)
-    return with_keys(SceneModel, {"environment": (environment, environment()), "body": bodies, **keys})
+    environment, radars = with_keys(EnvironmentModel, of_environment), (any_radars(), radar_models()[0]())
+    tables = {"radar": radars, "environment": (environment, environment()), "body": bodies}
+    return with_keys(SceneModel, {**tables, **keys})
 
 
 @cache

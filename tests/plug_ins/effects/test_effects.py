@@ -1,4 +1,4 @@
-"""Effects of another package: birds with echoes and truth, and a jammer, without a line in the product."""
+"""Effects of another package: birds with echoes and truth, a jammer, and a radome, without a line in the product."""
 
 import ast
 import json
@@ -61,11 +61,19 @@ def test_a_bird_is_a_point_that_moves_over_the_sea(package: dict[str, Any]) -> N
     assert package["one_db"] < -70.0
 
 
+def test_a_radome_takes_from_the_beam(package: dict[str, Any]) -> None:
+    """3 dB one way are 6 dB there and back, in echoes at rest and in the truth."""
+    radome = package["radome"]
+    assert radome["weaker_db"] == pytest.approx(6.0, abs=0.05) and radome["truth_db"] == pytest.approx(6.0, abs=1e-6)
+    assert radome["plan"] == "29% of the field one way, in its sector" and radome["hash"]
+
+
 def test_what_is_wrong_with_its_keys_is_said_as_of_all_others(package: dict[str, Any]) -> None:
-    misspelt, few, unknown = package["refusals"]
+    misspelt, few, unknown, narrow = package["refusals"]
     assert misspelt.startswith('flok: this is not a known key; did you mean "flock"?')
     assert few == "flock[0].birds: 0 is not allowed; a whole number from 1 to 2000; raise it"
     assert unknown.startswith('flock[0].bird: this is not a known key; did you mean "birds"?')
+    assert narrow == "radar.radome.width_deg: 1 is less than a beamwidth; widen it"
     assert package["schema"]["properties"]["birds"]["maximum"] == 2000
 
 

@@ -1,37 +1,12 @@
-"""What structures take: edges in closed form, apertures against the patterns that they make."""
+"""What structures take: edges in closed form."""
 
 import numpy as np
 import pytest
 
-from radar_service.radar.antenna import AntennaPattern
-from radar_service.radar.patterns import PATTERNS, Table, Taylor, line_source
-from radar_service.radar.structures import Structure, aperture_of, fresnel_unit, taken
+from radar_service.stages.structures.structure import Structure, fresnel_unit, taken
 
-WAVELENGTH, BEAMWIDTH = 0.0319, np.radians(1.0)
-LINE_SOURCES = [pattern for pattern in (*PATTERNS.values(), Taylor(25.0, 6)) if line_source(pattern) is not None]
+WAVELENGTH = 0.0319
 MIDDLE = np.zeros(1)
-
-
-@pytest.mark.parametrize("pattern", LINE_SOURCES, ids=lambda pattern: pattern.description)
-def test_an_aperture_makes_its_pattern(pattern: AntennaPattern) -> None:
-    """The square of its field is the gain, and so is that of elements with its illumination (to the rounding of 400 of them)."""
-    aperture = aperture_of(pattern, BEAMWIDTH, WAVELENGTH)
-    assert aperture is not None
-    offset = np.linspace(0.0, 4.0, 41) * BEAMWIDTH
-    cycles = aperture.length / WAVELENGTH * offset
-    np.testing.assert_allclose(aperture.pattern(cycles) ** 2, pattern.gain(offset, BEAMWIDTH), rtol=1e-9, atol=1e-12)
-    place = ((np.arange(400) + 0.5) / 400 - 0.5) * aperture.length
-    field = aperture.illumination(place) / 400 @ np.exp(2j * np.pi * np.outer(place / aperture.length, cycles))
-    np.testing.assert_allclose(
-        field, aperture.pattern(cycles), atol=3e-4
-    )  # midpoint rule at 7 cycles: (pi 7 / 400)^2 / 6 of 0.4
-
-
-def test_patterns_without_an_aperture_have_none() -> None:
-    table = Table(((0.0, 1.0), (0.1, 0.01)))
-    assert [aperture_of(each, BEAMWIDTH, WAVELENGTH) for each in (PATTERNS["gaussian"], PATTERNS["printed"], table)] == [
-        None
-    ] * 3
 
 
 def test_half_the_field_is_left_at_the_edge_of_a_shadow() -> None:

@@ -7,20 +7,22 @@ import numpy as np
 
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
-from radar_service.echo.beam_paths import IndirectPaths
+from radar_service.echo.beam_paths import Beam
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.held_passages import HeldPassages
-from radar_service.echo.indirect import SPAN
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.numerics.frames import effective_earth_radius
-from radar_service.radar.structures import Structure
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import build_scatterers
+from radar_service.stages.registry import changed_pattern
+from radar_service.stages.structures.held_passages import HeldPassages
+from radar_service.stages.structures.reflection import IndirectPaths
+from radar_service.stages.structures.stage import SPAN
+from radar_service.stages.structures.structure import Structure
 from radar_service.trace.line_of_sight import OcclusionScene
 
 BALANCED = PRESETS["balanced"]
@@ -43,7 +45,7 @@ class FalseShip:
         self.bearing = math.atan2(offset[0], offset[1]) + 0.5 * math.pi  # of the funnel, as own ship heads north
         funnel = Structure("funnel", math.remainder(self.bearing, 2.0 * math.pi), DISTANCE, WIDTH / 2.0)
         radar, earth_radius = (
-            replace(ship.radar, structures=(funnel,)),
+            replace(ship.radar, effects={"structures": (funnel,)}),
             effective_earth_radius(ship.environment.earth_factor),
         )
         self.scene = scene = replace(ship, radar=radar)
@@ -58,7 +60,8 @@ class FalseShip:
     def power(self, passages: BeamPassages, number: int) -> float:
         """The power at an azimuth: fields in cells of range, squared and summed."""
         radar, azimuth = self.scene.radar, np.array([number])
-        beam, paths = BeamTable(np.ones_like, radar.beamwidth, math.pi, SPAN), [IndirectPaths(radar, self._extent)]
+        beam = BeamTable(np.ones_like, radar.beamwidth, math.pi, SPAN)
+        paths = [IndirectPaths(radar, Beam(radar, changed_pattern(radar, self._extent)), -2)]
         moving = MovingEchoes(self.scene, self._visibility, beam, 0, paths=paths, passages=passages)
         echoes = moving.echoes(AzimuthTimes(azimuth, *radar.schedule(azimuth)))
         cell = ((echoes.range[:, None] + echoes.range_migration) / radar.range_resolution).astype(np.int64).ravel()

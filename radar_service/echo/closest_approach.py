@@ -1,4 +1,4 @@
-"""Lower bounds of the distance between two motions at all times, by which bodies are culled.
+"""Lower bounds of the distance between two motions at all times, and highest powers of echoes, by which bodies are culled.
 
 A motion's path is its segments on the map; the last segment continues to FAR. Paths are compared as lines, without regard to
 time.
@@ -7,11 +7,15 @@ time.
 import numpy as np
 
 from radar_service.numerics.types import Floats
+from radar_service.propagation.radar_equation import received_amplitude
+from radar_service.records.fidelity import Fidelity
+from radar_service.scattering.models import scattering_model
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
 from radar_service.world.scene import Scene
 from radar_service.world.steered_motion import SteeredMotion
 
+MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 FAR = 1e8  # m along the last segment: beyond any range that a radar may have
 MAX_PAIRS = 2_000_000  # of segments; paths with more pairs are compared by their bounding boxes
 
@@ -82,3 +86,11 @@ def max_height(motion: Motion) -> float:
     """The maximum height [m] of a motion at any time; inf where it climbs without end."""
     heave = 0.0 if motion.sway is None else motion.sway.max_heave
     return float("inf") if motion.final_velocity[2] > 0.0 else float(motion.position[:, 2].max()) + heave
+
+
+def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
+    """A power [W] that the echoes of a body hardly ever exceed in any cell, at its closest approach."""
+    nearest, _ = nearest_and_top(body, scene)
+    level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
+    multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
+    return level * scattering_model(body).max_rcs(body, scene.radar, fidelity) * multipath

@@ -1,14 +1,20 @@
-"""The models of own ship's structures near an antenna, and of echoes that she throws back; the check of where they stand."""
+"""The radar key of own ship's structures, the check of where they stand, and what a radar keeps of them."""
 
 import math
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from radar_service.radar.antenna import AntennaPattern
+from radar_service.radar.aperture import Aperture, aperture_of
 from radar_service.radar.patterns import PATTERNS, line_source
-from radar_service.radar.structures import Aperture
+from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Bearing, Number, Section
+from radar_service.stages.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from radar_service.world.scene import Scene
 
 MAX_DISTANCE = 300.0  # m: the longest ships are 400 m
 
@@ -30,15 +36,35 @@ class StructureModel(Section):
     )
 
 
-class MultipleEchoesModel(Section):
-    """Echoes between own ship and ships near by, at two and more times their range."""
+class StructureEffect(Effect):
+    """Own ship's structures near the antenna, which shadow sectors and reflect: indirect echoes are false ones by their way."""
 
-    own_rcs_dbsm: Number = Field(ge=-20, le=80, description="of own ship, towards the other one")
-    range_m: Annotated[float, Field(strict=True, gt=0, le=20_000)] = Field(
-        2000.0, description="ships within it have such echoes"
-    )
-    orders: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
-        2, description="how many: 1 is a second trace at twice the range, 2 a third one too"
+    name = "structures"
+    stage_at = "radar_service.stages.structures.stage:StructureStage"
+    radar_keys = {
+        "structure": (
+            tuple[StructureModel, ...],
+            Field((), max_length=16, description="own ship's masts and funnels, which shadow sectors"),
+        )
+    }
+    sources = (Source("indirect", "clutter", number=7, has_echoes=True),)
+
+    def check_radar(self, given: Mapping[str, Any], pattern: AntennaPattern, beamwidth: float, wavelength: float) -> None:
+        check_structures(given["structure"], aperture_of(pattern, beamwidth, wavelength), pattern.description)
+
+    def radar_record(self, given: Mapping[str, Any]) -> tuple[Structure, ...] | None:
+        return tuple(map(_structure, given["structure"])) or None
+
+    def sources_of(self, scene: "Scene") -> Sequence[Source]:
+        structures: Sequence[Structure] = scene.radar.effects.get(self.name, ())
+        return self.sources if any(each.reflection > 0.0 for each in structures) else ()
+
+
+def _structure(model: StructureModel) -> Structure:
+    """Returns a structure near the antenna in SI units."""
+    top = math.inf if model.top_m is None else model.top_m
+    return Structure(
+        model.name, math.radians(model.bearing_deg), model.distance_m, 0.5 * model.width_m, top, model.reflection
     )
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Complexes, Floats
+from radar_service.radar.aperture import ChangedPattern, aperture_of
 from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.structure_shadow import StructureShadow, structure_shadow
-from radar_service.radar.structures import Structure, aperture_of
+from radar_service.stages.registry import changed_pattern
+from radar_service.stages.structures.structure import Structure, TakenTable
 from tests.reference.cylinder_shadow import elements, past_cylinder, past_strip, received
 from tests.scenes import radar
 
@@ -17,10 +18,12 @@ ASIDES = np.radians([-25.0, -8.9, -3.0, 2.0, 9.0])
 OFFSETS = np.radians([0.0, -1.3, 6.0])
 
 
-def shadow_of(pattern: str, *structures: Structure) -> StructureShadow:
+def shadow_of(pattern: str, *structures: Structure) -> ChangedPattern:
     aperture = aperture_of(PATTERNS[pattern], BEAMWIDTH, WAVELENGTH)
     assert aperture is not None
-    return StructureShadow(aperture, WAVELENGTH, structures, 10.0 * BEAMWIDTH)
+    return ChangedPattern(
+        aperture, WAVELENGTH, [TakenTable(each, aperture, WAVELENGTH, 10.0 * BEAMWIDTH) for each in structures]
+    )
 
 
 def fields(
@@ -96,9 +99,9 @@ def test_clutter_is_the_beam_to_the_fourth_summed() -> None:
 
 
 def test_a_radar_without_structures_has_no_shadow() -> None:
-    assert structure_shadow(radar()) is None
+    assert changed_pattern(radar()) is None
     structure = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
-    assert structure_shadow(radar(structure=structure)) is structure_shadow(radar(structure=structure, tilt_deg=1))
+    assert changed_pattern(radar(structure=structure)) is changed_pattern(radar(structure=structure, tilt_deg=1))
 
 
 def test_what_changes_is_the_difference_to_the_plain_beam() -> None:

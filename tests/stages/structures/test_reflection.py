@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Floats
+from radar_service.radar.aperture import Aperture, aperture_of
 from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.structure_reflection import Reflector, near_field, ray_by, reflectors
-from radar_service.radar.structures import Aperture, Structure, aperture_of
+from radar_service.stages.structures.reflection import Reflector, near_field, ray_by, reflectors
+from radar_service.stages.structures.structure import Structure
 from tests.reference.cylinder_shadow import direction, elements, past_cylinder, received
 
 WAVELENGTH, BEAMWIDTH = 0.03186, np.radians(0.95)

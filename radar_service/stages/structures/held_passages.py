@@ -85,7 +85,7 @@ def in_cells(
     if not len(echoes):
         return replace(observed, echoes=replace(echoes, body=np.full(0, body)))
     polar = polar_from_map(observed.position, antenna, earth_radius)
-    farthest = max(structure.distance for structure in radar.structures)
+    farthest = max(structure.distance for structure in radar.effects["structures"])
     widest = min(radar.beamwidth / CELLS_PER_BEAM, CELL_PHASE * radar.wavelength / (2.0 * np.pi * farthest))
     steps = radar.range_resolution / CELLS_PER_RANGE, widest
     aside, path = wrap_angle(polar.azimuth - polar.azimuth[0]), np.minimum(echoes.path, DIRECT)

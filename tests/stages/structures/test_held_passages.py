@@ -10,7 +10,6 @@ import pytest
 import radar_service as rs
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import BeamWeightedEchoes
-from radar_service.echo.held_passages import HeldPassages, in_cells
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.engine.pipeline import tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
@@ -20,9 +19,11 @@ from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.stages.structures.held_passages import HeldPassages, in_cells
+from radar_service.stages.structures.stage import StructureStage
 from radar_service.trace.line_of_sight import OcclusionScene
-from tests.echo.false_ship import FalseShip
 from tests.scenes import scene
+from tests.stages.structures.false_ship import FalseShip
 
 SCENES = Path(__file__).parents[2] / "scenes"
 BALANCED = PRESETS["balanced"]
@@ -45,10 +46,10 @@ def made(bodies: list[dict[str, Any]], fidelity: rs.Fidelity = BALANCED, **secti
 
 def lit(prepared: Prepared, scan: int) -> list[BeamWeightedEchoes]:
     """Indirect echoes of the azimuths that light the mast in a scan."""
-    assert prepared.indirect is not None
+    stage = prepared.stages["structures"]
     first = 64 // prepared.tile * prepared.tile
     starts = range(first - prepared.tile, first + 2 * prepared.tile, prepared.tile)
-    return [prepared.indirect.echoes(tile_azimuths(prepared, scan, start)) for start in starts]
+    return [stage.echoes(tile_azimuths(prepared, scan, start)) for start in starts]
 
 
 def in_bins(echoes: BeamWeightedEchoes) -> Complexes:
@@ -159,8 +160,8 @@ def test_shadows_of_passing_ships_fall_on_what_rests() -> None:
 
 def test_reference_has_every_aspect() -> None:
     for name, held in (("fast", True), ("balanced", True), ("reference", False)):
-        indirect = made([QUAY], PRESETS[name]).indirect
-        assert indirect is not None and indirect.is_held is held
+        stage = made([QUAY], PRESETS[name]).stages["structures"]
+        assert isinstance(stage, StructureStage) and stage.is_held is held
 
 
 @pytest.mark.study

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.plan.closest_approach import closest_approach, nearest_and_top
+from radar_service.echo.closest_approach import closest_approach, nearest_and_top
 from tests.scenes import point, scene
 
 

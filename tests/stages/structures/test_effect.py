@@ -12,7 +12,9 @@ MAST = {"name": "mast", "bearing_deg": -10, "distance_m": 3.0, "width_m": 0.4}
 
 
 def test_a_structure_in_si_units() -> None:
-    (mast, low) = radar(structure=[MAST, {**MAST, "bearing_deg": 170, "top_m": 0.5, "reflection": 0.3}]).structures
+    (mast, low) = radar(structure=[MAST, {**MAST, "bearing_deg": 170, "top_m": 0.5, "reflection": 0.3}]).effects[
+        "structures"
+    ]
     assert (mast.name, mast.distance, mast.radius, mast.top, mast.reflection) == ("mast", 3.0, 0.2, np.inf, 1.0)
     assert mast.bearing == pytest.approx(np.radians(-10))
     assert (low.top, low.reflection) == (0.5, 0.3)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
-from radar_service.radar.structures import Structure
 from radar_service.stages.interference.stage import Interference
+from radar_service.stages.registry import changed_pattern
+from radar_service.stages.structures.reflection import structure_reflectors
+from radar_service.stages.structures.structure import Structure
 from tests.reference.cylinder_shadow import elements, past_strip, received
 from tests.scenes import point, scene
 
@@ -31,7 +32,7 @@ def simulator(structure: list[dict[str, Any]], bodies: list[dict[str, Any]], **s
 def two_way(sim: rs.Simulator, from_bow: float, offset: float) -> complex:
     """The two-way field past the funnel by elements one by one, over that on boresight without it."""
     radar = sim.scene.radar
-    (structure,) = radar.structures
+    (structure,) = radar.effects["structures"]
     assert isinstance(structure, Structure)
     length = (
         2.0 * 0.720277 * radar.wavelength / radar.beamwidth
@@ -162,7 +163,7 @@ def test_pulses_of_other_radars_pass_a_structure_one_way() -> None:
         kept = np.isin(plain.delay, behind.delay)
         assert len(behind.delay) > 20
         ratios.append(np.abs(behind.amplitude / plain.amplitude[kept]))
-        shadow = structure_shadow(with_funnel.radar)
+        shadow = changed_pattern(with_funnel.radar)
         assert shadow is not None
         expected = abs(shadow.one_way(np.radians([bearing]), np.zeros(1))[0])
         np.testing.assert_allclose(ratios[-1], expected, rtol=1e-6)

@@ -11,9 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.echo.beam_paths import Beam, Sights, false_echoes
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Complexes, Flags, Floats
-from radar_service.radar.structures import Aperture, Structure, fresnel_integral, fresnel_unit, half_plane
+from radar_service.radar.aperture import Aperture, aperture_of
+from radar_service.radar.parameters import Radar
+from radar_service.stages.structures.structure import Structure, fresnel_integral, fresnel_unit, half_plane
+from radar_service.world.scene import Scene
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow
@@ -105,3 +110,43 @@ def reflectors(
 ) -> tuple[Reflector, ...]:
     """The structures that reflect."""
     return tuple(Reflector(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
+
+
+def structure_reflectors(radar: Radar) -> tuple[Reflector, ...]:
+    """The structures of a radar's ship that reflect."""
+    structures = radar.effects.get("structures", ())
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if structures else None
+    return () if aperture is None else reflectors(aperture, radar.wavelength, structures, radar.polarization)
+
+
+class IndirectPaths:
+    """Paths by own ship's structures: there and back by one, and one way by it. Their echoes are false.
+
+    They stand where boresight points at the structure, farther off than the target by the detour or by half of it. A target has
+    the echoes that the antenna receives of it: from a structure some metres off, scatterers add up with other phases.
+    """
+
+    def __init__(self, radar: Radar, beam: Beam, source: int) -> None:
+        """source: as of `false_echoes`."""
+        self._radar, self._beam, self._source, self._reflectors = radar, beam, source, structure_reflectors(radar)
+
+    def are_lit(self, scene: Scene, azimuths: AzimuthTimes) -> Flags:
+        """At which azimuths (K,) any structure may be lit."""
+        boresight = azimuths.boresight - scene.platform.heading(azimuths.time)
+        return np.asarray(np.any([reflector.is_lit(boresight) for reflector in self._reflectors], axis=0))
+
+    def received(self, echoes: BeamWeightedEchoes, sights: Sights) -> BeamWeightedEchoes:
+        """The false echoes of all structures."""
+        direct = self._beam.field(sights)
+        parts = [part for reflector in self._reflectors for part in self._by(reflector, echoes, sights, direct)]
+        return concatenated(parts, len(sights.boresight))
+
+    def _by(
+        self, reflector: Reflector, echoes: BeamWeightedEchoes, sights: Sights, direct: Complexes
+    ) -> list[BeamWeightedEchoes]:
+        """Paths there and back by one structure, and paths one way by it."""
+        field, ray = reflector.field(sights.from_bow, sights.boresight - sights.heading)
+        return [
+            false_echoes(self._radar, echoes, field**2, ray.detour, self._source),
+            false_echoes(self._radar, echoes, 2.0 * direct * field, 0.5 * ray.detour, self._source),
+        ]

@@ -7,7 +7,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.radar_feed import crossing_from_line
-from radar_service.truth.false_echoes import FalseEchoTruth
+from radar_service.stages.structures.stage import StructureTruth
 from tests.scenes import point, scene
 
 RADAR = {
@@ -25,14 +25,11 @@ MULTIPLE = {"own_rcs_dbsm": 40, "range_m": 600, "orders": 3}
 def test_an_echo_of_a_ship_astern_stands_ahead_by_twice_the_way_to_the_funnel() -> None:
     """180 degrees off the funnel: farther by twice 5.5 m, in its bearing; level by the power of the tube, -33 dB two ways."""
     made = scene([point("t", 0, -800)], radar=RADAR | {"structure": [FUNNEL]}, own_ship={"heading_deg": 0})
-    truth = FalseEchoTruth(made)
-    echoes = truth.at(0, 800.0, np.pi, 0.0)
-    assert echoes is not None
-    (echo,) = echoes
+    truth = StructureTruth(made)
+    (echo,) = truth.false_echoes(0, 800.0, np.pi, 0.0)
     assert (echo.kind, echo.by, echo.range) == ("indirect", "funnel", pytest.approx(811.0, abs=0.01))
     assert echo.bearing == pytest.approx(0.0, abs=1e-6) or echo.bearing == pytest.approx(2 * np.pi, abs=1e-6)
-    assert truth.at(0, 800.0, 0.1, 0.0) == ()  # ahead it is behind the funnel
-    assert truth.at(0, 1495.0, np.pi, 0.0) == ()  # beyond the range of the radar
+    assert truth.false_echoes(0, 800.0, 0.1, 0.0) == []  # ahead it is behind the funnel
 
 
 def test_what_the_truth_says_is_received() -> None:
@@ -58,18 +55,6 @@ def test_what_the_truth_says_is_received() -> None:
         assert abs(np.degrees(off)) < 3.0
         assert 10 * np.log10(window.max() / direct) == pytest.approx(echo.level_db, abs=1.0)
     assert crossing_from_line(json.loads(json.dumps(crossing.as_dict()))) == crossing
-
-
-def test_multiple_echoes_by_the_radar_equation() -> None:
-    """A ship of 60 dBsm at 500 m and 40 dBsm of own ship: 10^10 / (4 pi 500^2)^2 is -29.9 dB, once for each order."""
-    made = scene([point("t", 0, 500, rcs_dbsm=60.0)], radar=RADAR | {"multiple_echoes": MULTIPLE})
-    echoes = FalseEchoTruth(made).at(0, 500.0, 0.0, 0.0)
-    assert echoes is not None
-    assert [(echo.range, echo.level_db) for echo in echoes] == [
-        (1000.0, pytest.approx(-29.94, abs=0.01)), (1500.0, pytest.approx(-59.89, abs=0.02)),
-    ]  # fmt: skip
-    assert FalseEchoTruth(made).at(0, 700.0, 0.0, 0.0) == ()
-    assert FalseEchoTruth(scene([point("t", 0, 500)], radar=RADAR)).at(0, 500.0, 0.0, 0.0) is None
 
 
 def test_scenes_without_them_have_no_keys() -> None:
