@@ -25,7 +25,7 @@ from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
 from tests.stages.structures.false_ship import FalseShip
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 BALANCED = PRESETS["balanced"]
 EACH = replace(BALANCED, held_false_echoes=False)
 RADAR: dict[str, Any] = {
