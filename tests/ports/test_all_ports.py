@@ -11,12 +11,12 @@ import pytest
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
+from radar_service.ports.udp.addresses import Address
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings

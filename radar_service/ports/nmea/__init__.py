@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from radar_service.ports.nmea.addresses import address, check_reach, numeric
+from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
@@ -53,7 +53,8 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     tcp, udp = getattr(options, f"{name}_tcp"), getattr(options, f"{name}_udp")
     if tcp is None and udp is None:
         return []
-    from radar_service.ports.nmea.senders import TcpSender, UdpSender
+    from radar_service.ports.nmea.senders import TcpSender
+    from radar_service.ports.udp.sender import UdpSender
 
     allowed, insecure = options.nmea_allow, options.insecure
     with contextlib.ExitStack() as on_failure:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import NamedTuple
 
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.sentences import RADAR, sentence
+from radar_service.ports.udp.addresses import Address
 from radar_service.service.access import is_loopback
 from radar_service.service.logs import log_event
 from radar_service.terminal.arguments import UsageError

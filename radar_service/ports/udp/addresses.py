@@ -1,6 +1,7 @@
-"""Where sentences go: addresses of the command line, and who may be there.
+"""Addresses of the command line, and who may be there.
 
-NMEA has no login. So beyond this machine a socket opens only where `--nmea-allow` names the other side, or with `--insecure`.
+These protocols have no login. So beyond this machine a socket opens only where an option, as `--nmea-allow`, names the other
+side, or with `--insecure`.
 """
 
 import argparse
@@ -79,15 +80,20 @@ def numeric(text: str) -> str:
         raise argparse.ArgumentTypeError(f'"{text}" is not an address; give numbers, as 192.168.0.7') from None
 
 
-def check_reach(option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool) -> None:
-    """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it."""
+def check_reach(
+    option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool, allow: str = "--nmea-allow"
+) -> None:
+    """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it; allow: the option
+    that names those who are allowed."""
     try:
         host = numeric(where.host)
     except argparse.ArgumentTypeError:
         host = ""
     if is_loopback(where.host) or insecure or (listens and allowed) or host in allowed:
         return
-    remedy = f"--nmea-allow {host}" if host else "an address in numbers, here and to --nmea-allow"
+    remedy = f"{allow} {host}" if host else f"an address in numbers, here and to {allow}"
     if listens:
-        remedy = "--nmea-allow ADDRESS of those who may connect"
-    raise UsageError(f"{option}: {where.host} is beyond this machine, and NMEA has no login; give {remedy}, or --insecure")
+        remedy = f"{allow} ADDRESS of those who may connect"
+    raise UsageError(
+        f"{option}: {where.host} is beyond this machine, and nothing asks for a login; give {remedy}, or --insecure"
+    )

@@ -1,0 +1,1 @@
+"""UDP for ports: addresses, who may be there, and datagrams out."""
