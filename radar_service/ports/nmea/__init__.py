@@ -9,8 +9,8 @@ from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
-    from radar_service.ports.nmea.senders import Sender
     from radar_service.ports.port import Port
+    from radar_service.ports.udp.udp_port import Sender
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:

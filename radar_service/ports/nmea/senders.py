@@ -4,7 +4,6 @@ import contextlib
 import socket
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 from typing_extensions import override
 
@@ -14,18 +13,6 @@ from radar_service.ports.udp.addresses import Address
 MAX_WAITING = 64 * 2**10  # bytes that a client has not taken: half a minute of sentences
 MAX_READ = 2**16  # bytes of what a client says, which nobody reads
 STALLED = 30.0  # s in which a client was behind all the time; then another one takes its place
-
-
-class Sender(Protocol):
-    """Takes sentences. lost: of those that could not go out; `send` and `close` belong to one thread."""
-
-    lost: int
-
-    def send(self, sentences: Sequence[bytes]) -> None:
-        """Sends sentences to whoever is there, without waiting; an empty list lets others connect."""
-
-    def close(self) -> None:
-        """Closes its sockets."""
 
 
 class _Client:
