@@ -8,6 +8,7 @@ import argparse
 import errno
 import re
 import socket
+from collections.abc import Callable
 from ipaddress import ip_address
 from typing import NamedTuple
 
@@ -97,3 +98,22 @@ def check_reach(
     raise UsageError(
         f"{option}: {where.host} is beyond this machine, and nothing asks for a login; give {remedy}, or --insecure"
     )
+
+
+def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callable[[socket.socket], None]) -> socket.socket:
+    """Returns a socket of this machine that does not wait.
+
+    option: with which messages begin; prepare: is called once the socket is bound.
+    Raises UsageError where the port is taken, or the address is not this machine's.
+    """
+    result = socket.socket(where.family, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        result.bind(where.for_sockets)
+        prepare(result)
+    except OSError as error:
+        result.close()
+        raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
+    result.setblocking(False)
+    return result
