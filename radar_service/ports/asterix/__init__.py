@@ -38,7 +38,8 @@ def opened(options: argparse.Namespace) -> "Port | None":
     )
     from radar_service.ports.asterix.asterix_port import AsterixPort
     from radar_service.ports.asterix.video_blocks import Form
+    from radar_service.ports.udp.capture import capture_of
     from radar_service.ports.udp.sender import UdpSender
 
     form = Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
-    return AsterixPort([UdpSender("--asterix", options.asterix, joined=0)], form)
+    return AsterixPort([UdpSender("--asterix", options.asterix, joined=0, capture=capture_of(options))], form)

@@ -32,12 +32,13 @@ def opened(options: argparse.Namespace) -> "Port | None":
     from radar_service.ports.garmin_xhd.interfaces import checked_address
     from radar_service.ports.garmin_xhd.xhd_port import XhdPort, xhd_senders
     from radar_service.ports.udp.addresses import Address, bound
+    from radar_service.ports.udp.capture import capture_of
 
     here = checked_address(OPTION, options.garmin_xhd, options.insecure)
     print(f"{OPTION} {options.garmin_xhd} ({here}): {WARNING}", file=sys.stderr)
     with contextlib.ExitStack() as on_failure:
         commands = bound(OPTION, Address(here, 50101), socket.SOCK_DGRAM, lambda _: None)
         on_failure.callback(commands.close)
-        port = XhdPort(xhd_senders(OPTION, here), commands, options.garmin_xhd_of)
+        port = XhdPort(xhd_senders(OPTION, here, capture_of(options)), commands, options.garmin_xhd_of)
         on_failure.pop_all()
     return port

@@ -34,6 +34,7 @@ from radar_service.ports.garmin_xhd.spokes import BowSpokes, Samples
 from radar_service.ports.port import Service
 from radar_service.ports.port_thread import described
 from radar_service.ports.udp.addresses import Address
+from radar_service.ports.udp.capture import Capture
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.ports.udp.udp_port import Sender, UdpPort
 from radar_service.service.logs import Refusals, log_event
@@ -47,6 +48,7 @@ BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few pe
 LOOK = 0.1  # s between two looks at what is due
 MAX_DATAGRAMS = 64  # at once
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
+DESTINATIONS = ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102))  # of heartbeats, reports and spokes
 
 
 class XhdSenders(NamedTuple):
@@ -57,10 +59,13 @@ class XhdSenders(NamedTuple):
     spokes: Sender
 
 
-def xhd_senders(option: str, here: str) -> XhdSenders:
+def xhd_senders(option: str, here: str, capture: Capture | None = None) -> XhdSenders:
     """Returns senders from an address of this machine; each has the port of its destination. Raises UsageError."""
-    to = ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102))
-    return XhdSenders(*(UdpSender(option, Address(*where, here), joined=0, source=Address(here, where[1])) for where in to))
+
+    def sender(group: str, port: int) -> UdpSender:
+        return UdpSender(option, Address(group, port, here), joined=0, source=Address(here, port), capture=capture)
+
+    return XhdSenders(*(sender(*to) for to in DESTINATIONS))
 
 
 class XhdPort(UdpPort):
@@ -120,7 +125,8 @@ class XhdPort(UdpPort):
         self._report(range=metres, range_max=range_max)
 
     def send_spokes(self, spokes: Sequence[bytes]) -> None:
-        """Sends spokes."""
+        """Sends spokes, after the reports that it transmits."""
+        self._become(TRANSMIT)
         self._to.spokes.send(spokes)
         self.count_lost()
 
@@ -132,8 +138,12 @@ class XhdPort(UdpPort):
             has = {**(self._setting.controls or {}), **change.values}
             self._report(controls=has, range=round(has["range_m"]))
         if change.kind == "status":
-            state = TRANSMIT if change.values["state"] in ("running", "behind") else STANDBY
-            if state == TRANSMIT != self._setting.state:
+            self._become(TRANSMIT if change.values["state"] in ("running", "behind") else STANDBY)
+
+    def _become(self, state: int) -> None:
+        """Reports a state of the scanner, which spins up before it transmits."""
+        if state != self._setting.state:
+            if state == TRANSMIT:
                 self._report(state=SPINNING_UP)
             self._report(state=state)
 

@@ -54,6 +54,7 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     if tcp is None and udp is None:
         return []
     from radar_service.ports.nmea.senders import TcpSender
+    from radar_service.ports.udp.capture import capture_of
     from radar_service.ports.udp.sender import UdpSender
 
     allowed, insecure = options.nmea_allow, options.insecure
@@ -65,6 +66,6 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
             on_failure.callback(senders[-1].close)
         if udp is not None:
             check_reach(f"--{name}-udp", udp, allowed, insecure, listens=False)
-            senders.append(UdpSender(f"--{name}-udp", udp))
+            senders.append(UdpSender(f"--{name}-udp", udp, capture=capture_of(options)))
         on_failure.pop_all()
     return senders

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from radar_service.ports.udp.addresses import Address
+from radar_service.ports.udp.capture import Capture
 from radar_service.service.logs import log_event
 from radar_service.terminal.arguments import UsageError
 
@@ -22,13 +23,14 @@ class UdpSender:
 
     def __init__(
         self, option: str, where: Address, clock: Callable[[], float] = time.monotonic, *, joined: int = MAX_DATAGRAM,
-        source: Address | None = None,
+        source: Address | None = None, capture: Capture | None = None,
     ) -> None:  # fmt: skip
         """option: with which messages begin; joined: bytes up to which pieces share a datagram; source: of the datagrams, which
-        others may use too. Raises UsageError where no way leads there."""
+        others may use too; capture: takes what was sent. Raises UsageError where no way leads there."""
         self.lost = 0
         self._option, self._where, self._has_failed, self._was_alone = option, where, False, False
         self._clock, self._opened, self._joined, self._source = clock, clock(), joined, source
+        self._capture = capture
         try:
             self._socket = _prepared(where, source)
         except OSError as error:
@@ -53,6 +55,8 @@ class UdpSender:
                 if self._has_failed:
                     log_event("network back", option=self._option, to=str(self._where), lost=self.lost)
                 self._has_failed = False
+                if self._capture is not None:
+                    self._capture.take(self._socket.getsockname()[:2], self._socket.getpeername()[:2], datagram)
 
     def _send(self, datagram: bytes) -> None:
         """Sends a datagram; a refusal says that nobody was there to take the one before. Raises OSError."""
