@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
+    from radar_service.ports.udp.capture import Capture
+    from radar_service.service.spokes import SpokeSink
 
 OPTION = "--garmin-xhd"
 WARNING = "Never on a ship's live network: displays there take this simulated radar for a real one."
@@ -29,8 +31,9 @@ def opened(options: argparse.Namespace) -> "Port | None":
     """Returns the port, with its sockets open; None without --garmin-xhd. Raises UsageError."""
     if options.garmin_xhd is None:
         return None
+    from radar_service.ports.garmin_xhd.announcements import xhd_senders
     from radar_service.ports.garmin_xhd.interfaces import checked_address
-    from radar_service.ports.garmin_xhd.xhd_port import XhdPort, xhd_senders
+    from radar_service.ports.garmin_xhd.xhd_port import XhdPort
     from radar_service.ports.udp.addresses import Address, bound
     from radar_service.ports.udp.capture import capture_of
 
@@ -42,3 +45,10 @@ def opened(options: argparse.Namespace) -> "Port | None":
         port = XhdPort(xhd_senders(OPTION, here, capture_of(options)), commands, options.garmin_xhd_of)
         on_failure.pop_all()
     return port
+
+
+def exported(number: int, capture: "Capture", options: argparse.Namespace) -> "SpokeSink":
+    """Returns a sink that writes a recorded radar into a capture."""
+    from radar_service.ports.garmin_xhd.announcements import XhdExport
+
+    return XhdExport(capture)

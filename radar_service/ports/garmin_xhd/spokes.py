@@ -24,7 +24,7 @@ class Samples:
 
     def __init__(self, epoch: Epoch) -> None:
         to, range_max = epoch.layout(None), epoch.info.radar.range_max
-        self.metres = round(min(epoch.range or range_max, range_max))
+        self.metres = round(min(epoch.range or range_max, range_max, to.range))
         count = min(MAX_SAMPLES, max(1, math.floor(self.metres / to.step + 1e-9)))
         edges = np.arange(count + 1) * (self.metres / count)
         cells = np.ceil((edges - to.first) / to.step - 1e-9).astype(np.intp)

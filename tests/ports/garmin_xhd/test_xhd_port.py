@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from radar_service.ports.garmin_xhd.xhd_port import XhdPort, XhdSenders
+from radar_service.ports.garmin_xhd.announcements import XhdSenders
+from radar_service.ports.garmin_xhd.xhd_port import XhdPort
 from radar_service.service.settings import Pace, Settings
 from radar_service.terminal.arguments import UsageError
 from tests.ports.asgi import Server
