@@ -64,7 +64,7 @@ def test_captures_hold_what_ports_send(run: Path, tmp_path: Path, capsys: pytest
     assert f"{2 * AZIMUTHS} spokes of radar 0" in capsys.readouterr().out
     video, xhd = Kept(), XhdSenders(Kept(), Kept(), Kept())
     sent_live(run, AsterixSink(UdpPort([video]), Form(5, 16), 1))
-    sent_live(run, XhdSink(Announcements(xhd), lambda: True, lambda lost: None))
+    sent_live(run, XhdSink(Announcements(xhd), lambda: True, lambda: True, lambda lost: None))
     got = list(datagrams(files["asterix"], 8600))
     assert [content for _, content in got if len(content) > 300] == [each for each in video.pieces if len(each) > 300]
     start = read(run).start_utc

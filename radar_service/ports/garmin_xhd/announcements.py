@@ -73,9 +73,10 @@ class Announcements:
                 self.report(state=SPINNING_UP)
             self.report(state=state)
 
-    def spokes(self, spokes: Sequence[bytes]) -> None:
-        """Sends spokes, after the reports that it transmits."""
-        self.become(TRANSMIT)
+    def spokes(self, spokes: Sequence[bytes], transmits: bool = True) -> None:
+        """Sends spokes, after the reports that it transmits. transmits: whether it still does, once these are sent."""
+        if transmits:
+            self.become(TRANSMIT)
         self._to.spokes.send(spokes)
 
     def what_is_due(self, radar: str, at_once: bool = False) -> None:
@@ -93,9 +94,12 @@ class Announcements:
 class XhdSink:
     """The spokes of one radar."""
 
-    def __init__(self, to: Announcements, is_sent: Callable[[], bool], note_lost: Callable[[int], None]) -> None:
-        """is_sent: whether this radar is the one that is sent; note_lost: counts spokes that are left out."""
-        self._to, self._is_sent, self._note_lost = to, is_sent, note_lost
+    def __init__(
+        self, to: Announcements, is_sent: Callable[[], bool], transmits: Callable[[], bool], note_lost: Callable[[int], None]
+    ) -> None:
+        """is_sent: whether this radar is the one that is sent; transmits: whether it is not in standby, where last spokes may
+        still come; note_lost: counts spokes that are left out."""
+        self._to, self._is_sent, self._transmits, self._note_lost = to, is_sent, transmits, note_lost
         self._samples: Samples | None = None
         self._spokes: BowSpokes | None = None
 
@@ -112,7 +116,7 @@ class XhdSink:
         if self._is_sent():
             lost, metres = self._spokes.lost, self._samples.metres
             ended = self._spokes.ended(batch, self._samples.of(batch))
-            self._to.spokes([spoke(number, metres, row.tobytes()) for number, row in ended])
+            self._to.spokes([spoke(number, metres, row.tobytes()) for number, row in ended], self._transmits())
             self._note_lost(self._spokes.lost - lost)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
@@ -128,7 +132,7 @@ class XhdExport(XhdSink):
     def __init__(self, capture: Capture) -> None:
         senders = XhdSenders(*(CaptureSender(capture, (RADAR, to[1]), to) for to in DESTINATIONS))
         self._announced, self._radar = Announcements(senders, lambda: capture.clock()), ""
-        super().__init__(self._announced, lambda: True, lambda count: None)
+        super().__init__(self._announced, lambda: True, lambda: True, lambda count: None)
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch with its controls."""

@@ -19,12 +19,14 @@ from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.radio.state_changes import StateChange
 from radar_service.service.radio.station import Station, Stations
+from radar_service.service.radio.status import state
 from radar_service.service.spokes import SpokeSink
 from radar_service.terminal.arguments import UsageError
 
 BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few per cent of a core
 LOOK = 0.1  # s between two looks at what is due
 MAX_DATAGRAMS = 64  # at once
+TRANSMITS = ("running", "behind")  # states of a radar
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
 
 
@@ -68,7 +70,7 @@ class XhdPort(UdpPort):
 
     @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (XhdSink(self._to, lambda: self._is_of(radar), self._note_lost),)
+        return (XhdSink(self._to, lambda: self._is_of(radar), self._transmits, self._note_lost),)
 
     @override
     def changed(self, change: StateChange) -> None:
@@ -78,12 +80,16 @@ class XhdPort(UdpPort):
             has = {**(self._to.setting.controls or {}), **change.values}
             self._to.report(controls=has, range=round(has["range_m"]))
         if change.kind == "status":
-            self._to.become(TRANSMIT if change.values["state"] in ("running", "behind") else STANDBY)
+            self._to.become(TRANSMIT if change.values["state"] in TRANSMITS else STANDBY)
 
     def _is_of(self, radar: str) -> bool:
         """Whether it is the radar of that id that is sent."""
         station = self._stations.of(self._radar)
         return station is not None and station.identity == radar
+
+    def _transmits(self) -> bool:
+        station = self._stations.of(self._radar)
+        return station is not None and state(station) in TRANSMITS
 
     def _note_lost(self, spokes: int) -> None:
         self.lost += spokes

@@ -41,5 +41,6 @@ def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() ->
     announced.spokes([b"12345678x"])
     announced.become(TRANSMIT)
     announced.become(STANDBY)
+    announced.spokes([b"12345678x"], transmits=False)  # the last ones, after it went to standby
     states = [value for number, value in reports[4 * size :] if number == 0x0992]
-    assert states == [4, 5, 3] and len(spokes) == 1
+    assert states == [4, 5, 3] and len(spokes) == 2
