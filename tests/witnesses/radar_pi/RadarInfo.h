@@ -1,5 +1,5 @@
 // What the receiver and the control of radar_pi for a Garmin xHD take of the rest of the plug-in: it tells what they say, one
-// line each, to standard output. `items.h` has the names of its controls.
+// line each, to standard output. A list made when it is built has the names of its controls.
 #pragma once
 #include "pi_common.h"
 #include "socketutil.h"
