@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.display.video import Controls
 from radar_service.ports.asterix.asterix_port import AsterixSink
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.garmin_xhd.announcements import Announcements, XhdSenders, XhdSink
 from radar_service.ports.udp.udp_port import UdpPort
-from radar_service.recording import read
-from radar_service.recording.replay_station import recorded_settings
+from radar_service.recording import read, replay_station
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.asterix.reading import videos
@@ -45,7 +45,7 @@ def sent_live(path: Path, sink: SpokeSink) -> None:
     recording, source = read(path), simulator()
     epoch = Epoch("e", source, None, start_utc=recording.start_utc)  # type: ignore[arg-type]
     sink.open_epoch(RadarInfo.unnamed(epoch))
-    video, before = recorded_settings(recording, Settings()).video, None
+    video, before = replay_station.recorded_settings(recording, Settings()).video, None
     first = 0
     for block in source.blocks(scans=2, size=7):
         sink.send(SpokeBatch(epoch, first, block, video, before))
@@ -57,7 +57,12 @@ def datagrams(path: Path, port: int) -> Iterator[tuple[float, bytes]]:
     return ((time, frame[42:]) for time, frame in frames(path) if int.from_bytes(frame[36:38], "big") == port)
 
 
-def test_captures_hold_what_ports_send(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_captures_hold_what_ports_send(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With controls that look at the spoke before."""
+    settings = Settings(video=Controls(gain=60.0, gain_auto=False, interference_rejection=True))
+    monkeypatch.setattr(replay_station, "recorded_settings", lambda *_: settings)
     files = {name: tmp_path / f"{name}.pcap" for name in ("asterix", "garmin-xhd")}
     options: list[Any] = [word for name, file in files.items() for word in (f"--{name}", str(file))]
     assert main(["export", str(run), *options, "--asterix-bits", "16", "--asterix-sac", "5"]) == 0

@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -46,6 +48,23 @@ def peak(video: list[np.ndarray], distance: float, step: float) -> list[int]:
     """The highest byte of our video near a range [m], in each batch."""
     cell = int(distance / step)
     return [int(rows[:, cell - 8 : cell + 9].max()) for rows in video]
+
+
+@pytest.mark.parametrize("azimuths", [360, 1000, 1440, 2048, 4096])
+def test_no_spoke_is_lost(azimuths: int) -> None:
+    """Each of ours has a mark in a sample of its own, so that it is found in theirs, however many are joined."""
+    spokes, marks = BowSpokes(azimuths), np.arange(azimuths) % 700
+    rows = np.zeros((azimuths, 700), np.uint8)
+    rows[np.arange(azimuths), marks] = 200
+    angle = 2.0 * math.pi / azimuths * np.arange(azimuths)
+    block = SimpleNamespace(first=0, azimuth=angle, heading=np.zeros(azimuths))
+    image = np.zeros((1440, 700), np.uint8)
+    for number, row in spokes.ended(cast(Any, SimpleNamespace(block=block)), rows):
+        image[number] = row
+    half = 0.5 * max(1440 / azimuths, 1.0)
+    for k in range(azimuths - 4):  # the last ones are not complete
+        numbers = np.nonzero(image[:, marks[k]])[0]
+        assert (abs((numbers - k * 1440 / azimuths + 720) % 1440 - 720) <= half).any(), k
 
 
 def test_spokes_that_come_late_or_again_are_left_out_and_a_break_begins_anew() -> None:
