@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class PortPackage(Protocol):
     """What the package of a port has. `serve` imports it: what takes long is imported by `opened`.
 
-    One that has `replays = True` takes part in `replay`, too.
+    One that has `replays = True` takes part in `replay`, too. One that has `exported(number, capture, options)`, which returns a
+    sink that writes a recorded radar into a capture, has an option of `export`; `add_export_arguments(parser)` may add more.
     """
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:

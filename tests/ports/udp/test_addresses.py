@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from radar_service.ports.nmea.addresses import Address, address, check_reach, numeric
-from radar_service.ports.nmea.senders import UdpSender
 from radar_service.ports.nmea_in.receivers import UdpReceiver
+from radar_service.ports.udp.addresses import Address, address, check_reach, numeric
+from radar_service.ports.udp.sender import UdpSender
 from radar_service.terminal.arguments import UsageError
 
 

@@ -1,12 +1,14 @@
-"""Where sentences go: addresses of the command line, and who may be there.
+"""Addresses of the command line, and who may be there.
 
-NMEA has no login. So beyond this machine a socket opens only where `--nmea-allow` names the other side, or with `--insecure`.
+These protocols have no login. So beyond this machine a socket opens only where an option, as `--nmea-allow`, names the other
+side, or with `--insecure`.
 """
 
 import argparse
 import errno
 import re
 import socket
+from collections.abc import Callable
 from ipaddress import ip_address
 from typing import NamedTuple
 
@@ -79,15 +81,39 @@ def numeric(text: str) -> str:
         raise argparse.ArgumentTypeError(f'"{text}" is not an address; give numbers, as 192.168.0.7') from None
 
 
-def check_reach(option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool) -> None:
-    """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it."""
+def check_reach(
+    option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool, allow: str = "--nmea-allow"
+) -> None:
+    """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it; allow: the option
+    that names those who are allowed."""
     try:
         host = numeric(where.host)
     except argparse.ArgumentTypeError:
         host = ""
     if is_loopback(where.host) or insecure or (listens and allowed) or host in allowed:
         return
-    remedy = f"--nmea-allow {host}" if host else "an address in numbers, here and to --nmea-allow"
+    remedy = f"{allow} {host}" if host else f"an address in numbers, here and to {allow}"
     if listens:
-        remedy = "--nmea-allow ADDRESS of those who may connect"
-    raise UsageError(f"{option}: {where.host} is beyond this machine, and NMEA has no login; give {remedy}, or --insecure")
+        remedy = f"{allow} ADDRESS of those who may connect"
+    raise UsageError(
+        f"{option}: {where.host} is beyond this machine, and nothing asks for a login; give {remedy}, or --insecure"
+    )
+
+
+def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callable[[socket.socket], None]) -> socket.socket:
+    """Returns a socket of this machine that does not wait.
+
+    option: with which messages begin; prepare: is called once the socket is bound.
+    Raises UsageError where the port is taken, or the address is not this machine's.
+    """
+    result = socket.socket(where.family, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        result.bind(where.for_sockets)
+        prepare(result)
+    except OSError as error:
+        result.close()
+        raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
+    result.setblocking(False)
+    return result
