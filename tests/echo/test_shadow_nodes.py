@@ -103,20 +103,20 @@ def test_a_passage_of_two_nodes_keeps_both() -> None:
 
 
 def test_fields_by_range_do_not_depend_on_the_centres_that_share_them() -> None:
-    """A centre 1.3 m off, and shares of it 0.9 and 1.5 m off, all in phase."""
+    """A centre 10.3 range cells off, and shares of it 10.1 and 10.4 off, all in phase."""
     radar = scene([]).radar
 
     def cells(distance: Floats, size: Floats) -> Floats:
         none = np.zeros(len(size), dtype=np.int64)
+        distance = distance * radar.range_resolution
         amplitude = size * np.exp(4j * np.pi / radar.wavelength * distance)
         key, field = by_range(
             BodyEchoes(np.zeros((len(size), 3)), amplitude, none, none, np.zeros(len(size))), distance, radar
         )
         return np.asarray(np.bincount(key - key.min(), np.abs(field)))
 
-    np.testing.assert_allclose(
-        cells(np.array([1001.3]), np.array([3.0])), cells(np.array([1000.9, 1001.5]), np.array([1.0, 2.0])), rtol=1e-9
-    )
+    one, two = cells(np.array([10.3]), np.array([3.0])), cells(np.array([10.1, 10.4]), np.array([1.0, 2.0]))
+    np.testing.assert_allclose(one, two, rtol=1e-9)
 
 
 KNOT = 1852.0 / 3600.0
