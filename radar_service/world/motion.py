@@ -151,8 +151,8 @@ class Motion:
         return SwayState(*np.zeros((2, len(time), 4))) if self.sway is None else self.sway.state(time, self)
 
     def sway_rates(self, time: Floats) -> Floats:
-        """Returns the rates (K or 1, 4) [rad/s, m/s] that swings about each time (K,) [s] reach; 0 without sway."""
-        return np.zeros((1, 4)) if self.sway is None else self.sway.rate_envelope(time, self)
+        """Returns the rates (K or 1, 4) [rad/s, m/s] of swings about each time (K,) [s], as a `SwayLaw`; 0 without sway."""
+        return np.zeros((1, 4)) if self.sway is None else self.sway.rates_about(time, self)
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""

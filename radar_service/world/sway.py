@@ -10,6 +10,7 @@ from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
 
 STEP = 1e-20  # s of the complex step: its square is nothing beside 1, so that the derivative is exact to rounding
+REST = 0.5  # of the rate that a swing reaches: nodes of metal err by up to 0.013 (24 drawn boxes, 25 degrees/s), without by 0.036
 
 
 class SwayState(NamedTuple):
@@ -99,8 +100,9 @@ class SwayLaw(Protocol):
     def state(self, time: Floats, path: Path) -> SwayState:
         """Returns the sway at each time (K,) [s] of a motion along a path."""
 
-    def rate_envelope(self, time: Floats, path: Path) -> Floats:
-        """Returns the rates (K or 1, 4) [rad/s, m/s] that each swing about a time (K,) [s] reaches."""
+    def rates_about(self, time: Floats, path: Path) -> Floats:
+        """Returns rates (K, 4) [rad/s, m/s] about each time (K,) [s]: roots of the squares of the rate and of REST of what the
+        swing reaches."""
 
     def excess(self, time: float) -> tuple[float, float]:
         """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
@@ -183,9 +185,9 @@ class Sway:
             values[:, :2] += self.lean
         return SwayState(values, self.amplitude * frequency * np.cos(angle))
 
-    def rate_envelope(self, time: Floats, path: Path) -> Floats:
-        """Returns the highest rates (1, 4) [rad/s, m/s], which each swing reaches."""
-        return self.max_rates[None]
+    def rates_about(self, time: Floats, path: Path) -> Floats:
+        """Returns rates (K, 4) [rad/s, m/s] about each time (K,) [s], as a `SwayLaw`."""
+        return np.asarray(np.hypot(self.state(time, path).rates, REST * self.max_rates))
 
     def excess(self, time: float) -> tuple[float, float]:
         """Returns 0: sines of her own do not depend on her velocity."""
