@@ -13,10 +13,9 @@ from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackSta
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
-from radar_service.plots.marine import MarineThreshold
+from radar_service.plots.marine import threshold
 from radar_service.plots.plot import Plot
-from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
-from radar_service.radar.parameters import Radar
+from radar_service.plots.thresholds import Threshold
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
@@ -83,12 +82,8 @@ def threshold_of(settings: PlotSettings, scene: Scene) -> Threshold:
     kind = settings.threshold
     if kind == "auto":
         kind = "marine" if in_clutter(scene) else "known"
-    radar, pfa = scene.radar, settings.pfa or DEFAULT_PFA.get(kind, PFA)
-    if kind == "known":
-        return KnownThreshold(radar, pfa)
-    detectors: dict[str, Callable[[Radar, float, float, float], Threshold]]
-    detectors = {"ca": CellAveraging, "os": OrderedStatistic, "marine": MarineThreshold}
-    return detectors[kind](radar, pfa, settings.guard_m, settings.window_m)
+    pfa = settings.pfa or DEFAULT_PFA.get(kind, PFA)
+    return threshold(kind, scene.radar, pfa, settings.guard_m, settings.window_m)
 
 
 def rule_of(settings: PlotSettings) -> ClusterRule:

@@ -6,19 +6,20 @@ import sys
 from collections.abc import Iterable
 from functools import partial
 
-from radar_service.bench.run import extractor_of
-from radar_service.bench.scenario import PlotSettings
 from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
-from radar_service.plots.extractor import in_clutter
+from radar_service.plots.extractor import PlotExtractor, in_clutter
+from radar_service.plots.marine import PFA, threshold
 from radar_service.plots.plot_report import PlotReport, labelled_plots
+from radar_service.plots.thresholds import Threshold
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
 from radar_service.terminal.progress import progress
+from radar_service.trace.land_mask import LandMask
 from radar_service.world.scene import Scene
 
 NEVER = "-"
@@ -65,7 +66,11 @@ def _plots(options: argparse.Namespace) -> int:
     make = simulator_options(options, options.threads, labels=True)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     tell = partial(print, file=sys.stderr, flush=True)
-    extractor = extractor_of(_settings(options, simulator.scene), simulator.scene, tell)
+    scene = simulator.scene
+    extractor = PlotExtractor(
+        scene.radar, _threshold(options, scene), max_plots=options.max_plots, nearest=options.nearest_m, tell=tell,
+        land=LandMask.of(scene.bodies),
+    )  # fmt: skip
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:
@@ -75,12 +80,10 @@ def _plots(options: argparse.Namespace) -> int:
     return 0
 
 
-def _settings(options: argparse.Namespace, scene: Scene) -> PlotSettings:
-    threshold = options.threshold or ("marine" if in_clutter(scene) else "ca")
-    return PlotSettings(
-        threshold=threshold, pfa=options.pfa or (None if threshold == "marine" else 1e-4), guard_m=options.guard_m,
-        window_m=options.window_m, max_plots=options.max_plots, nearest_m=options.nearest_m,
-    )  # fmt: skip
+def _threshold(options: argparse.Namespace, scene: Scene) -> Threshold:
+    kind = options.threshold or ("marine" if in_clutter(scene) else "ca")
+    pfa = options.pfa or (PFA if kind == "marine" else 1e-4)
+    return threshold(kind, scene.radar, pfa, options.guard_m, options.window_m)
 
 
 def _progress(simulator: Simulator, scans: Iterable[Scan], count: int) -> Iterable[Scan]:

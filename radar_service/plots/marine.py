@@ -4,6 +4,7 @@ multiplier follows the local shape of the clutter.
 Each scan is judged by its own cells alone. Correlation from scan to scan is a tag of plots, and never a gate.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.plots.false_alarms import CLUTTER_TO_NOISE, SPREAD, effective_looks, spread_and_factor
-from radar_service.plots.thresholds import MIN_CELLS, check_pfa
+from radar_service.plots.thresholds import MIN_CELLS, CellAveraging, KnownThreshold, OrderedStatistic, Threshold, check_pfa
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
@@ -131,6 +132,15 @@ class MarineThreshold:
         row = int(np.abs(np.log(CLUTTER_TO_NOISE / ratio)).argmin())
         wider = NOISE_SPREAD / (1.0 + ratio)
         return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
+
+
+def threshold(kind: str, radar: Radar, pfa: float, guard: float, window: float) -> Threshold:
+    """Returns a threshold by name: known, ca, os or marine. guard, window: lengths [m] as of the last three."""
+    if kind == "known":
+        return KnownThreshold(radar, pfa)
+    makers: dict[str, Callable[[Radar, float, float, float], Threshold]]
+    makers = {"ca": CellAveraging, "os": OrderedStatistic, "marine": MarineThreshold}
+    return makers[kind](radar, pfa, guard, window)
 
 
 class LandCells:
