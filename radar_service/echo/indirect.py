@@ -26,16 +26,10 @@ class IndirectEchoes:
     ) -> None:
         """extent: offset from boresight up to which structures change the beam [rad]; direct: echoes whose aspects serve; None:
         bodies have aspects of their own."""
-        self._scene, self._visibility, self._extent, self._seed = scene, visibility, extent, seed
-        self._paths, self.is_held = IndirectPaths(scene.radar, extent), direct is not None
+        self._scene, self._paths, self.is_held = scene, IndirectPaths(scene.radar, extent), direct is not None
         all_round = BeamTable(np.ones_like, scene.radar.beamwidth, np.pi, SPAN)
         held = None if direct is None else HeldPassages(scene, visibility, direct.passages)
         self._moving = MovingEchoes(scene, visibility, all_round, seed, paths=[self._paths], passages=held)
-
-    def of_scene(self, scene: Scene, direct: MovingEchoes) -> "IndirectEchoes":
-        """Returns the same echoes in a scene whose rotation has another origin; direct: those of that scene."""
-        visibility = self._visibility.of_scene(scene)
-        return IndirectEchoes(scene, visibility, self._extent, self._seed, direct if self.is_held else None)
 
     def __len__(self) -> int:
         """How many bodies have such echoes."""

@@ -1,7 +1,7 @@
 """What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, stages."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -21,7 +21,7 @@ from radar_service.numerics.frames import effective_earth_radius, wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
-from radar_service.radar.parameters import Origin, Radar
+from radar_service.radar.parameters import Radar
 from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
@@ -36,7 +36,7 @@ from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene, scene_at_origin
+from radar_service.world.scene import Scene
 
 MAX_TILE = 32  # azimuths
 ECHOES_PER_PART = 8192  # resting echoes behind structures that are computed together
@@ -78,20 +78,6 @@ class Prepared:
     clutter: Clutter | None
     stages: Mapping[str, Stage]
     indirect: IndirectEchoes | None = None
-
-    def at_origin(self, origin: Origin, seed: int) -> "Prepared":
-        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
-
-        seed: of the simulator, from which the texture of the sea comes for near pulses too.
-        """
-        scene, clutter = scene_at_origin(self.scene, origin), self.clutter
-        if clutter is not None and clutter.sea is not None:
-            other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
-            clutter = replace(clutter, sea=None if other is None else other.sea)
-        moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
-        land = None if self.land is None else self.land.of_scene(scene)
-        indirect = None if self.indirect is None else self.indirect.of_scene(scene, moving)
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter, indirect=indirect)
 
 
 @BLAS_LIMIT.held()

@@ -13,6 +13,7 @@ from typing import Any
 from radar_service.recording.error import RecordingError
 
 HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # as files name them, of the classes that are made again
+LEFT_OUT = ("type", "origin")  # of a record; earlier versions had an origin of the rotation, which spokes tell themselves
 MOVED = {"radar_service.fidelity": "radar_service.records.fidelity"}  # where a module is that files name as it was
 
 
@@ -36,7 +37,7 @@ def restored(value: Any) -> Any:
         return tuple(restored(item) for item in value)
     if not isinstance(value, Mapping):
         return value
-    content = {key: restored(item) for key, item in value.items() if key != "type"}
+    content = {key: restored(item) for key, item in value.items() if key not in LEFT_OUT}
     if value.get("type") == "float":
         return float(content["value"])
     try:

@@ -15,7 +15,6 @@ import pytest
 from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.processes.call import UNFOLLOWED, NoProgress
 from radar_service.processes.fork_server import ForkServer
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
@@ -301,25 +300,6 @@ def test_it_may_begin_with_any_scan_and_another_rate(maker: SceneProcessMaker) -
     source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
     source.skip_to(3)
     assert source.info.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
-    source.close()
-
-
-def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(maker: SceneProcessMaker) -> None:
-    origin, source = Origin(7.5, 3), maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
-    source.begin_at(origin)
-    ours = Simulator(load_scene(SCENE), "fast")
-    ours.skip_to(3)
-    (expected,) = ours.at_rpm(48).blocks(scans=1, size=60)
-    assert source.scene_request.goes_on and source.info.radar.origin == origin
-    for _ in range(2):
-        blocks = taken(source, 60)
-        assert (blocks[0].first, blocks[0].time[0]) == (180, 7.5)
-        np.testing.assert_array_equal(np.concatenate([block.power for block in blocks])[:60], expected.power)
-        os.kill(source.process, signal.SIGKILL)
-        failed, spare = source, source.spare()
-        assert spare is not None and spare.info.radar.origin == origin
-        failed.close()
-        source = spare
     source.close()
 
 
