@@ -18,10 +18,10 @@ import pytest
 import radar_service as rs
 from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
-from radar_service.simulation.tile_processes import CAN_FORK, Order
+from radar_service.simulation.tile_processes import Order
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")

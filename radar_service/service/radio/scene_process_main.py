@@ -18,14 +18,14 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
 from radar_service.radar.parameters import Radar
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
-from radar_service.service.radio.plan_child import CAN_FORK, MeasuredPlan, PlanChild
+from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
 from radar_service.service.radio.spare import Spares, TakeOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
@@ -69,7 +69,7 @@ def run_scene(
             set_up = partial(_prepared, control, scene_request, make_simulator)
             simulator, info = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
-            control.send(("refused", _portable(error, memory)))
+            control.send(("refused", _refusal(error, memory)))
             return
         simulators.append(simulator)
         control.send(("ready", info))
@@ -107,15 +107,13 @@ def _comes_later(scene_request: SceneRequest) -> bool:
     return CAN_FORK and scene_request.measured_later and not scene_request.plan
 
 
-def _portable(error: Exception, memory: int) -> Exception:
-    """Returns an exception that the service can read."""
-    if isinstance(error, SceneError | MachineBusyError):
-        return error
+def _refusal(error: Exception, memory: int) -> Exception:
+    """Returns why a scene was not prepared, as the service can read it."""
     if isinstance(error, MemoryError):
         return SceneError(
             f"scene: it needs more than the {memory / 2**20:.0f} MiB of memory that a scene may use; simplify it"
         )
-    return RuntimeError(f"{type(error).__name__}: {error}")
+    return portable(error, (SceneError, MachineBusyError))
 
 
 def _compute(

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource, Spared
 from radar_service.service.spokes import new_epoch_name
@@ -172,7 +172,7 @@ class WorkerSupervisor:
     def _remade(self, failed: SceneSpokeSource) -> SceneSpokeSource:
         """Returns another spoke source of the same scene, with its plan. Raises SpokeSourceFault where its file has another
         radar now."""
-        spoke_source = self._make_spoke_source(replace(failed.scene_request, plan=failed.info.plan), UNFOLLOWED)
+        spoke_source = self._make_spoke_source(replace(failed.scene_request, plan=failed.info.plan), Progress())
         if spoke_source.info.radar != failed.info.radar:
             spoke_source.close()
             raise SpokeSourceFault("the radar in the scene's file has changed; give the radar the scene again")
