@@ -255,19 +255,20 @@ STEERED: dict[str, Any] = {
 
 
 def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
-    """One comes before the origin is agreed, two while the first spokes are computed."""
-    ready, asked, agreed = threading.Event(), threading.Event(), threading.Event()
-    sink, commands = RecordingSink(), list[Command]()
+    """One comes before the first scan is chosen, two while the first spokes are computed."""
+    ready, asked, begun = threading.Event(), threading.Event(), threading.Event()
+    sink, commands, made = RecordingSink(), list[Command](), list[InProcess]()
 
     class Slow(InProcess):
         def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-            agreed.set()
+            begun.set()
             assert ready.wait(60)
             return super().blocks(scans, size)
 
     def make(order: SceneRequest, progress: Progress) -> InProcess:
         asked.set()
-        return Slow(order, "fast")
+        made.append(Slow(order, "fast"))
+        return made[0]
 
     async def body() -> None:
         station = Station("0", InProcess(SceneRequest(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
@@ -276,7 +277,8 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
         station.transmitter.pacer.step(128)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
         change = asyncio.create_task(station.change({"rpm": 60.0}))
-        await asyncio.to_thread(agreed.wait, 10)
+        await asyncio.to_thread(begun.wait, 10)
+        assert len(made[0].commands) == 1  # its first spokes follow it: none is computed again
         commands.append(await station.commands.command(None, lambda time: {"speed_kn": 30}))
         commands.append(await station.commands.command("buoy", lambda time: {"position_m": [100, 60]}))
         ready.set()
