@@ -25,12 +25,12 @@ if TYPE_CHECKING:
         Whole,
     )
     from radar_service.stages.point_echoes import point_echoes
-    from radar_service.stages.stage import Context, Stage, Tile
+    from radar_service.stages.stage import Context, RandomField, Stage, Tile
     from radar_service.world.error import SceneError
 
 __all__ = [
     "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect", "EffectTruth", "Flag",
-    "Height", "Number", "PlanItem", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
+    "Height", "Number", "PlanItem", "RandomField", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
     "effective_earth_radius", "point_echoes", "polar_from_map", "wrap_angle",
 ]  # fmt: skip
 
@@ -43,7 +43,7 @@ MODULES = {
         "Bearing", "EastNorth", "EastNorthUp", "Flag", "Height", "Number", "Section", "Size", "Speed", "Whole",
     ),
     "stages.point_echoes": ("point_echoes",),
-    "stages.stage": ("Context", "Stage", "Tile"),
+    "stages.stage": ("Context", "RandomField", "Stage", "Tile"),
     "world.error": ("SceneError",),
 }  # fmt: skip
 

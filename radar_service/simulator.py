@@ -159,7 +159,8 @@ class Simulator:
         """The next scan. Azimuths outside the sector are NaN."""
         from radar_service.scans.scan import scan_of  # here: its pictures would slow every start of the service
 
-        return scan_of(self.blocks(scans=1), self.scene.radar.azimuths)
+        azimuths = self.scene.radar.azimuths
+        return scan_of(self.blocks(scans=1, size=azimuths), azimuths)
 
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` scans one by one, in order; None: without end."""

@@ -7,7 +7,6 @@ from collections.abc import Collection
 from dataclasses import replace
 from functools import cache, cached_property
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,10 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import BODY, FAINT, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, NOISE, SECOND_TIME_AROUND, source_numbers
+from radar_service.stages.clutter.clutter import Clutter
+from radar_service.stages.clutter.effect import RAIN, SEA
+from radar_service.stages.clutter.stage import ClutterStage
 from tests.scenes import point, scene
 
 Fields = NDArray[np.complexfloating[Any, Any]]
@@ -73,11 +75,14 @@ class Alone:
         """All sources but bodies and noise. Echoes of earlier pulses are the difference that they make to each body alone."""
         fields = {SECOND_TIME_AROUND: sum((self._earlier(k, scan) for k in self._far(scan)), self.bodies([], scan))}
         full, nothing = self._full, self._prepared(frozenset(), False)
-        if full.clutter is not None:
-            sea, rain = replace(full.clutter, rain=np.zeros(0, dtype=np.float32)), replace(full.clutter, sea=None)
-            fields[SEA] = field_of(Engine(replace(nothing, clutter=sea)), scan)
-            fields[RAIN] = field_of(Engine(replace(nothing, clutter=rain)), scan)
-        fields[3] = field_of(Engine(replace(nothing, stages=full.stages)), scan)
+        stages, clutter = dict(full.stages), clutter_of(full)
+        stage = stages.pop("clutter", None)
+        if isinstance(stage, ClutterStage) and clutter is not None:
+            sea, rain = replace(clutter, rain=np.zeros(0, dtype=np.float32)), replace(clutter, sea=None)
+            for number, part in ((SEA, sea), (RAIN, rain)):
+                alone = {"clutter": ClutterStage(stage.context, part)}
+                fields[number] = field_of(Engine(replace(nothing, stages=alone)), scan)
+        fields[3] = field_of(Engine(replace(nothing, stages=stages)), scan)
         return fields
 
     def powers(self, scan: int) -> Powers:
@@ -112,8 +117,13 @@ class Alone:
         """The engine without noise, clutter, interference and the echoes of other bodies."""
         made = self._made.with_world(environment=replace(self._made.environment, noise=False))
         made = replace(made, radar=replace(made.radar, second_time_around=earlier))
-        with patch("radar_service.engine.preparation.prepare_clutter", return_value=None):
-            return replace(prepare(made, PRESETS["balanced"], self._seed, self._every - bodies), stages={})
+        return replace(prepare(made, PRESETS["balanced"], self._seed, self._every - bodies), stages={})
+
+
+def clutter_of(prepared: Prepared) -> Clutter | None:
+    """The clutter of a prepared scene; None without any."""
+    stage = prepared.stages.get("clutter")
+    return stage.clutter if isinstance(stage, ClutterStage) else None
 
 
 @cache

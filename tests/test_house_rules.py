@@ -30,6 +30,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/records": "plan_item",
     "radar_service/service": "blind settings token_bucket",
     "radar_service/stages": "fields",
+    "radar_service/stages/clutter": "effect",
     "radar_service/terminal": "extras html_pages",
     "radar_service/world": "environment error",
 }

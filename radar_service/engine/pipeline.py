@@ -1,4 +1,4 @@
-"""The engine, stage by stage: scatterers, line of sight, range histories, grid, beam, compression, noise and clutter.
+"""The engine, stage by stage: scatterers, line of sight, range histories, grid, beam, compression, noise and effects.
 
 `prepare` does all that a scene needs once. `profiles` computes a few azimuths of any scan from it. What rests relative to the
 antenna is spread on the grid once for the full circle, and kept as finished profiles. What moves, what fluctuates, and what a
@@ -14,7 +14,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from radar_service.clutter.clutter import ClutterRows
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.resting import OccludedEchoes
@@ -26,7 +25,7 @@ from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
-from radar_service.stages.stage import Tile
+from radar_service.stages.stage import Added, Tile
 
 
 @dataclass
@@ -36,15 +35,13 @@ class Contributions:
     transmitting: (K,) which azimuths are not blind.
     echoes: of the blocks of the tile: first azimuth, end, and the echoes that are not those of bodies at rest.
     rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
-    clutter: of sea and rain, where there is any.
-    added: by stages: profiles (bins,) [sqrt(W)] by source number and row.
+    added: by stages.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     echoes: list[tuple[int, int, BeamWeightedEchoes]] = dataclasses.field(default_factory=list)
     rows: Profiles | None = None
-    clutter: ClutterRows | None = None
-    added: dict[int, dict[int, Complexes]] = dataclasses.field(default_factory=dict)
+    added: Added = dataclasses.field(default_factory=Added)
 
 
 @BLAS_LIMIT.held()
@@ -61,7 +58,6 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     if record is not None:
         record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
-    add_clutter(prepared, field, azimuths, blind, record)
     add_stages(prepared, Tile(azimuths, ~blind, field, None if record is None else record.added))
     return field
 
@@ -73,7 +69,6 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     record = Contributions(~blind)
     record.rows = with_silence(echo_rows(prepared, azimuths, record), blind)
     unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
-    add_clutter(prepared, unused, azimuths, blind, record)
     add_stages(prepared, Tile(azimuths, ~blind, unused, record.added))
     return record
 
@@ -220,19 +215,6 @@ def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, bli
         start = int(azimuths.number[0]) % prepared.scene.radar.azimuths
         resting = prepared.resting_profiles[start : start + len(field)]
         field += np.where(~blind[:, None], resting, 0) if blind.any() else resting
-
-
-def add_clutter(
-    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
-) -> None:
-    """Adds sea and rain clutter."""
-    rows = None if prepared.clutter is None else prepared.clutter.rows(azimuths.number, ~blind[:, None])
-    if rows is not None and (shadow := structure_shadow(prepared.scene.radar)) is not None:
-        rows = rows.behind(shadow.clutter_power(azimuths.boresight - prepared.scene.platform.heading(azimuths.time)))
-    if rows is not None:
-        rows.add_to(field)
-    if record is not None:
-        record.clutter = rows
 
 
 def add_stages(prepared: Prepared, tile: Tile, after: Callable[[str], None] = lambda name: None) -> None:

@@ -1,4 +1,4 @@
-"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, stages."""
+"""What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, stages."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -6,7 +6,6 @@ from typing import cast
 
 import numpy as np
 
-from radar_service.clutter.clutter import Clutter, prepare_clutter
 from radar_service.echo.beam_paths import BeamPath, DirectPath, MultiplePaths
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.indirect import IndirectEchoes
@@ -47,7 +46,7 @@ TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 
 class Prepared:
     """One scene, ready for any azimuth. It can be pickled: caches stay behind, and Embree trees are built again.
 
-    scene, fidelity, seed: what it was prepared from.
+    scene, fidelity: what it was prepared from. seed: of receiver noise.
     tile: azimuths computed together.
     line_of_sight: all that may occlude.
     resting_set, resting: bodies at rest relative to the antenna, and their visible echoes.
@@ -57,8 +56,7 @@ class Prepared:
     shadows: resting echoes that moving bodies occlude.
     shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
-    clutter: of sea and rain; None where the scene has neither.
-    stages: of the other effects, by their names, in the order in which they add.
+    stages: of effects, by their names, in the order in which they add.
     indirect: false echoes by own ship's structures; None without any.
     """
 
@@ -75,23 +73,17 @@ class Prepared:
     shadows: PassingShadows
     shadowed: MovingEchoes
     compression: Compression
-    clutter: Clutter | None
     stages: Mapping[str, Stage]
     indirect: IndirectEchoes | None = None
 
-    def at_origin(self, origin: Origin, seed: int) -> "Prepared":
-        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
-
-        seed: of the simulator, from which the texture of the sea comes for near pulses too.
-        """
-        scene, clutter = scene_at_origin(self.scene, origin), self.clutter
-        if clutter is not None and clutter.sea is not None:
-            other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
-            clutter = replace(clutter, sea=None if other is None else other.sea)
+    def at_origin(self, origin: Origin) -> "Prepared":
+        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again."""
+        scene = scene_at_origin(self.scene, origin)
+        stages = {name: stage.of_scene(scene) for name, stage in self.stages.items()}
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         land = None if self.land is None else self.land.of_scene(scene)
         indirect = None if self.indirect is None else self.indirect.of_scene(scene, moving)
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, clutter=clutter, indirect=indirect)
+        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, stages=stages, indirect=indirect)
 
 
 @BLAS_LIMIT.held()
@@ -103,11 +95,12 @@ def prepare(
     transparent: Collection[int] = (),
     rays: RayCount | None = None,
     faint: Collection[int] = (),
+    noise_seed: int | None = None,
 ) -> Prepared:
     """All that is computed once for a scene.
 
     silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast;
-    faint: indices of bodies without indirect echoes.
+    faint: indices of bodies without indirect echoes; noise_seed: of what a near pulse has of its own.
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
@@ -123,10 +116,11 @@ def prepare(
     paths = _paths(scene, beam.extent)
     unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     moving = MovingEchoes(scene, visibility, unit, seed, paths=paths)
+    noise_seed = seed if noise_seed is None else noise_seed
     return Prepared(
         scene,
         fidelity,
-        seed,
+        noise_seed,
         int(np.clip(visibility.interval / radar.spoke_period, 1, max_tile)),  # within one visibility step
         line_of_sight,
         resting_set,
@@ -139,14 +133,13 @@ def prepare(
             scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), unit, seed, True, paths
         ),
         compression,
-        prepare_clutter(scene, line_of_sight, compression, seed),
-        _stages(scene, fidelity, seed, line_of_sight, compression),
+        _stages(scene, fidelity, seed, noise_seed, line_of_sight, compression),
         _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight, moving),
     )
 
 
 def _stages(
-    scene: Scene, fidelity: Fidelity, seed: int, line_of_sight: OcclusionScene, compression: Compression
+    scene: Scene, fidelity: Fidelity, seed: int, noise_seed: int, line_of_sight: OcclusionScene, compression: Compression
 ) -> dict[str, Stage]:
     """The stages of the effects of a scene of which the plan models something."""
     stages, sources, echoes = dict[str, Stage](), numbered_sources(scene), echo_numbers(scene)
@@ -155,8 +148,8 @@ def _stages(
         if any(item.modelled for item in kind.plan(scene, fidelity, None)):
             numbers = {source.name: number for number, (name, source) in sources.items() if name == effect.name}
             bodies = {name: len(scene.bodies) + echoes.index(number) for name, number in numbers.items() if number in echoes}
-            context = Context(effect.name, scene, fidelity, seed, line_of_sight, compression, numbers, bodies)
-            stages[effect.name] = kind.of(context)
+            made_from = effect.name, scene, fidelity, seed, line_of_sight, compression, numbers, bodies, noise_seed
+            stages[effect.name] = kind.of(Context(*made_from))
     return stages
 
 

@@ -11,11 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.clutter.azimuth_rows import AzimuthRowCache
-from radar_service.clutter.resolution_cell import pulse_power
-from radar_service.clutter.texture import SpeckleRows
 from radar_service.engine.pipeline import Engine
-from radar_service.engine.preparation import Prepared
 from radar_service.numerics.random import NEAR_PULSE, generator
 from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 from radar_service.radar.parameters import Radar
@@ -32,6 +28,11 @@ def pulse_scenes(scene: Scene) -> list[Scene]:
     return [replace(scene, radar=radar) for radar in scene.radar.of_each_pulse[:-1]]
 
 
+def near_seed(seed: int, index: int) -> int:
+    """The seed of what near pulse `index` has of its own, as receiver noise."""
+    return int(generator(seed, NEAR_PULSE, index).integers(2**63))
+
+
 def pulse_gain(near: Radar, last: Radar) -> float:
     """Factor of the amplitudes of a near pulse, so that its receiver noise has the level of the last pulse."""
     return float(np.sqrt(receiver_noise_power(last) / receiver_noise_power(near)))
@@ -41,7 +42,7 @@ class StitchedEngine:
     """Computes scans of a radar with several pulses, from an engine for each."""
 
     def __init__(self, engines: Sequence[Engine]) -> None:
-        """engines: of the scene prepared for each pulse, by rising range; near ones with `own_noise`."""
+        """engines: of the scene prepared for each pulse, by rising range; near ones with a `near_seed`."""
         self._engines, last = engines, engines[-1].prepared
         self._ends = [len(engine.range) for engine in engines]
         self._gains = [pulse_gain(engine.prepared.scene.radar, last.scene.radar) for engine in engines]
@@ -91,13 +92,3 @@ class _Rows:
             for each in labels:
                 self.labels[start : self._done] = each[:, self.columns]
         return self._field
-
-
-def own_noise(prepared: Prepared, index: int) -> Prepared:
-    """Gives near pulse `index` receiver noise and speckle of its own. Scatterers, texture of the sea and other radars stay."""
-    seed = int(generator(prepared.seed, NEAR_PULSE, index).integers(2**63))
-    clutter = prepared.clutter
-    if clutter is not None:
-        speckle = SpeckleRows(pulse_power(prepared.compression), clutter.columns, seed, prepared.scene.random_key)
-        clutter = replace(clutter, speckle=AzimuthRowCache(clutter.speckle.rows_per_scan, speckle.make))
-    return replace(prepared, seed=seed, clutter=clutter)

@@ -16,7 +16,6 @@ import numpy as np
 
 from radar_service.echo.visibility import Visibility
 from radar_service.engine.pipeline import (
-    add_clutter,
     add_resting,
     add_stages,
     blocks,
@@ -121,7 +120,7 @@ class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
     stages: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "profiles", "aspects", "false_echoes"), 0.0)
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "profiles", "aspects", "false_echoes"), 0.0)
     )
     effects: dict[str, float] = field(default_factory=dict)
     azimuths: int = 0
@@ -220,8 +219,6 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     watch.add("receiver")
     add_resting(prepared, profiles, azimuths, blind)
     watch.add("profiles")
-    add_clutter(prepared, profiles, azimuths, blind)
-    watch.add("clutter")
     add_stages(prepared, Tile(azimuths, ~blind, profiles), after=watch.add_effect)
     square_law(profiles)
     radar.schedule(azimuths.number)

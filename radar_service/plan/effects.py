@@ -5,9 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from radar_service.clutter.rain import RAIN_HEIGHT
-from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
-from radar_service.clutter.sea import MAX_SEA_STATE
 from radar_service.echo.land import PIECE
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
@@ -62,7 +59,7 @@ def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
         *_undocumented_structures(scene.radar),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
-        *_documented_clutter(scene, fidelity),
+        *(PlanItem(item.what, False, NOT_SPECIFIED) for item in _stages(scene, fidelity, {})),
     ]
 
 
@@ -101,7 +98,6 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_plating(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
-        *_clutter(scene, None if costs is None else costs.clutter),
         *_stages(scene, fidelity, {} if costs is None else costs.effects),
     ]
 
@@ -259,16 +255,6 @@ def missed_area(scene: Scene) -> str:
     return f"beyond {distance:.0f} m, one azimuth in twenty or more misses a square metre"
 
 
-def _documented_clutter(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
-    environment = scene.environment
-    requested = {
-        "sea clutter": environment.sea_state,
-        "rain clutter": environment.rain_mm_h,
-        **{item.what: True for item in _stages(scene, fidelity, {})},
-    }
-    return [PlanItem(what, False, NOT_SPECIFIED) for what, value in requested.items() if value]
-
-
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
     """How roll, pitch, yaw and heave are modelled, where own ship has them."""
     sway = scene.own_ship.sway
@@ -301,26 +287,6 @@ def _plating(scene: Scene) -> list[PlanItem]:
         f"{PLATED_SHARE:.0%} of the field off; metal takes up to 3 times as long abeam"
     )
     return [PlanItem("dented plating", True, how)] if dents else []
-
-
-def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:
-    environment = scene.environment
-    sea, rain = environment.sea_state, environment.rain_mm_h
-    fit = "" if sea <= MAX_SEA_STATE else f" (as {MAX_SEA_STATE}, the highest measured)"
-    shape = environment.sea_texture_shape
-    texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
-    sea_text = (
-        f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; shadows of resting bodies"
-    )
-    rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
-    floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
-    error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
-    return [
-        PlanItem("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0",
-               error if sea else None, microseconds=microseconds if sea else None),
-        PlanItem("rain clutter", rain > 0, rain_text + floor if rain else "no rain",
-               error if rain else None, microseconds=microseconds if rain and not sea else None),
-    ]  # fmt: skip
 
 
 def _stages(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:

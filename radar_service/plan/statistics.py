@@ -40,7 +40,6 @@ class Costs:
     looks: visibility updates.
     moving: moving echoes and their gridding.
     receiver: Fourier transforms and noise.
-    clutter: sea and rain.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
     false_echoes: indirect ones, by own ship's structures.
@@ -50,7 +49,6 @@ class Costs:
     looks: float
     moving: float
     receiver: float
-    clutter: float
     profiles: float
     aspects: float = 0.0
     false_echoes: float = 0.0

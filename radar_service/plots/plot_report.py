@@ -25,8 +25,6 @@ from radar_service.sources.numbers import (
     FALSE,
     LAND,
     NOISE,
-    RAIN,
-    SEA,
     SECOND_TIME_AROUND,
 )
 from radar_service.stages.effect import Kind
@@ -36,8 +34,7 @@ from radar_service.world.scene import Scene
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does
-    NOISE: "noise", SEA: "clutter", RAIN: "clutter", SECOND_TIME_AROUND: "clutter",
-    FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
+    NOISE: "noise", SECOND_TIME_AROUND: "clutter", FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
 }  # fmt: skip
 SCHEMA = 1
 Progress = Callable[[Iterable[Scan], int], Iterable[Scan]]

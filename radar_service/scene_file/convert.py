@@ -14,6 +14,7 @@ from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
+from radar_service.stages.registry import environment_values
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
@@ -92,7 +93,7 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
         rain_mm_h=model.rain_mm_h,
         sea_state=model.sea_state,
-        sea_texture_shape=model.sea_texture_shape,
+        effect_keys=environment_values(model),
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
         diffraction=model.diffraction,

@@ -8,7 +8,7 @@ import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import own_noise, pulse_scenes
+from radar_service.engine.stitched import near_seed, pulse_scenes
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Profiles, Singles
@@ -94,7 +94,7 @@ def set_up_at_origin(
     """Returns the engine of the same scene whose rotation has another origin; arguments as `engine_set_up`."""
     if earlier.set_up is None:
         return engine_set_up(scene, fidelity, requested, seed)
-    pulses = tuple(prepared.at_origin(scene.radar.origin, seed) for prepared in earlier.pulses)
+    pulses = tuple(prepared.at_origin(scene.radar.origin) for prepared in earlier.pulses)
     return _of_pulses(replace(earlier.set_up, prepared=pulses[-1]), pulses)
 
 
@@ -106,8 +106,8 @@ def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...]) -> EngineSetUp:
 
 def prepared_pulses(scene: Scene, last: Prepared, requested: str | Fidelity, seed: int) -> tuple[Prepared, ...]:
     """Returns a scene prepared for each pulse of its radar, by rising range; last: for the last one."""
-    near = [pipeline_set_up(each, chosen_fidelity(each, requested), seed).prepared for each in pulse_scenes(scene)]
-    return (*(own_noise(prepared, k) for k, prepared in enumerate(near)), last)
+    near = [(each, chosen_fidelity(each, requested), seed, near_seed(seed, k)) for k, each in enumerate(pulse_scenes(scene))]
+    return (*(pipeline_set_up(*made_from).prepared for made_from in near), last)
 
 
 def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
@@ -118,11 +118,14 @@ def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
 
 
 @BLAS_LIMIT.held()
-def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:
-    """Culls what the scene does not need, prepares the pipeline and runs the first visibility update."""
+def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int, noise_seed: int | None = None) -> SetUp:
+    """Culls what the scene does not need, prepares the pipeline and runs the first visibility update.
+
+    noise_seed: of what a near pulse has of its own.
+    """
     rays = RayCount()
     culling: Culling = cull(scene, fidelity)
-    prepared = prepare(scene, fidelity, seed, culling.silent, culling.transparent, rays, culling.faint)
+    prepared = prepare(scene, fidelity, seed, culling.silent, culling.transparent, rays, culling.faint, noise_seed)
     set_up_rays = rays.rays
     first_visibility_update(prepared)
     return SetUp(prepared, culling, set_up_rays, rays.rays - set_up_rays)

@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.clutter.clutter import ClutterRows
 from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
 from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared
@@ -22,7 +21,7 @@ from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
-from radar_service.sources.numbers import BODY, FAINT, RAIN, SEA, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.resting import RestingField, resting_fields, resting_numbers
 from radar_service.sources.rows import Windows, source_rows
 
@@ -75,15 +74,6 @@ class Strongest:
         else:
             self.cells[rows, columns] = np.maximum(self.cells[rows, columns], offered)
 
-    def offer_clutter(self, clutter: ClutterRows) -> None:
-        """The sea and the rain of the same azimuths."""
-        power = square_law(clutter.field)
-        if len(clutter.rain):
-            share = clutter.rain_share
-            self.offer(RAIN, power * share)
-            power *= np.float32(1.0) - share
-        self.offer(SEA, power)
-
     def _marked(self, number: int, power: Singles) -> Cells:
         """Powers with the number of their source in their last bits, in place."""
         cells, floor = power.view(np.int32), np.float32(self.floor if number >= BODY else 0.0)
@@ -130,7 +120,7 @@ class Labeller:
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
         transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths
-        if record.rows is None and record.clutter is None and not record.added:
+        if record.rows is None and not record.added:
             return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
         rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
         strongest = self._resting_part(start, transmitting, rows.full_rows)
@@ -140,9 +130,10 @@ class Labeller:
             gridded = rows.full_rows[number]
             strong = np.flatnonzero(self._exceeds(gridded, self._noise))
             strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
-        if record.clutter is not None:
-            strongest.offer_clutter(record.clutter)
-        for number, added in record.added.items():
+        for field in record.added.fields:
+            for number, power in field.powers().items():
+                strongest.offer(number, power)
+        for number, added in record.added.profiles.items():
             for row, received in added.items():
                 strongest.offer(number, square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
         return strongest.labels

@@ -14,13 +14,13 @@ from radar_service.world.body import Body
 from radar_service.world.materials import MATERIALS, is_land
 from radar_service.world.scene import Scene
 
-NOISE, SEA, RAIN, SECOND_TIME_AROUND = 0, 1, 2, 4  # and those of effects
+NOISE, SECOND_TIME_AROUND = 0, 4  # and those of effects
 FALSE = {INDIRECT: 7, MULTIPLE: 8}  # numbers of false echoes, by what stands in place of a body's index
 FALSE_NAMES = {INDIRECT: "indirect", MULTIPLE: "multiple"}
 FAINT = 9  # range sidelobes and faint parts of bodies: more than `labels_within_db` below the peak of the body
 LAND = 16  # of the first material of MATERIALS; the others follow in their order
 BODY = 256  # of the first body of the scene; the others follow in their order
-COMMON = {NOISE: "noise", SEA: "sea", RAIN: "rain", SECOND_TIME_AROUND: "second time around"}
+COMMON = {NOISE: "noise", SECOND_TIME_AROUND: "second time around"}
 
 
 def source_numbers(scene: Scene) -> Indices:

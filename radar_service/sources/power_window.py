@@ -20,14 +20,14 @@ from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
-from radar_service.sources.numbers import NOISE, RAIN, SEA
+from radar_service.sources.numbers import NOISE
 from radar_service.sources.resting import RestingField, resting_field, resting_numbers
 from radar_service.sources.rows import source_rows
 
 RESTING_BYTES = 2**29  # of fields at rest, and of their powers, that are kept
 TILE_BYTES = 2**28  # of tiles that are kept, since neighbouring crossings share them
 
-CLUTTER_ARRAYS = 5  # beside those of bodies: of noise, sea, rain, their mean, and an effect
+OTHER_ARRAYS = 5  # beside those of bodies: of noise, and some of effects
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class TilePowers:
     """The sources of one tile of azimuths (K,).
 
     power: (K, bins) [W] by source number; a number without power is left out.
-    clutter: mean power of sea and rain over speckle, with texture (K, bins) [W].
+    background: mean power of random fields over speckle (K, bins) [W].
     transmitting: (K,) which azimuths are not blind.
     """
 
     power: dict[int, Singles]
-    clutter: Singles
+    background: Singles
     transmitting: Flags
 
 
@@ -55,7 +55,7 @@ class SourcePowers:
         self._at_rest = {number: np.flatnonzero(at_rest == number) for number in np.unique(at_rest).tolist()}
         cells = prepared.scene.radar.azimuths * prepared.scene.radar.bins
         self._fields: ResultCache[int, tuple[RestingField, Singles]] = ResultCache(max(2, RESTING_BYTES // (12 * cells)))
-        tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + CLUTTER_ARRAYS)
+        tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + OTHER_ARRAYS)
         per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
         self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(
             int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
@@ -83,15 +83,14 @@ class SourcePowers:
         power: dict[int, Singles] = {}
         if self.prepared.scene.environment.noise:
             power[NOISE] = np.full(shape, receiver_noise_power(self.prepared.scene.radar), dtype=np.float32)
-        clutter = np.zeros(shape, dtype=np.float32)
-        if record.clutter is not None:
-            columns, share = record.clutter.field.shape[1], record.clutter.rain_share
-            drawn = square_law(record.clutter.field)
-            clutter[:, :columns] = np.square(record.clutter.amplitude) * record.transmitting[:, None]
-            power[SEA], power[RAIN] = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-            power[RAIN][:, :columns] = drawn * share
-            power[SEA][:, :columns] = drawn * (np.float32(1.0) - share)
-        for number, added in record.added.items():
+        background = np.zeros(shape, dtype=np.float32)
+        for field in record.added.fields:
+            columns = field.field.shape[1]
+            background[:, :columns] += np.square(field.amplitude) * record.transmitting[:, None]
+            for number, drawn in field.powers().items():
+                power[number] = np.zeros(shape, dtype=np.float32)
+                power[number][:, :columns] = drawn
+        for number, added in record.added.profiles.items():
             power[number] = np.zeros(shape, dtype=np.float32)
             for row, received in added.items():
                 power[number][row] = np.abs(received) ** 2
@@ -107,7 +106,7 @@ class SourcePowers:
                     alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
         power |= {number: each for number, each in alone.items() if each.any()}
         power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
-        return TilePowers(power, clutter, record.transmitting)
+        return TilePowers(power, background, record.transmitting)
 
     def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
         """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""
@@ -214,9 +213,9 @@ class PowerWindow:
         return np.concatenate([tile.transmitting[rows] for tile, rows in tiles])
 
     @cached_property
-    def clutter(self) -> Singles:
-        """Mean power of sea and rain (K, bins) [W]."""
-        return self._joined(lambda tile: tile.clutter)
+    def background(self) -> Singles:
+        """Mean power of random fields over speckle (K, bins) [W]."""
+        return self._joined(lambda tile: tile.background)
 
     def power(self, source: int) -> Singles:
         """The power (K, bins) [W] of a source."""

@@ -52,7 +52,7 @@ class RadiometricTruth:
         number = int(window.number[0]) + float(power.sum(axis=1) @ np.arange(len(power))) / total
         distance = float(power.sum(axis=0) @ (np.arange(power.shape[1]) + 0.5)) / total * self._radar.range_step
         along, across = self._in_body_frame(body, number, distance)
-        clutter, drawn = float(window.clutter[peak]), self._drawn_rcs(body, spoke)
+        background, drawn = float(window.background[peak]), self._drawn_rcs(body, spoke)
         unit = self._unit_energy(body, window, along, across)
         every = sum(float(window.power(source)[gate].sum(dtype=np.float64)) for source in window.sources)
         return Radiometry(
@@ -63,7 +63,7 @@ class RadiometricTruth:
             rcs_dbsm=None if unit == 0.0 else _db(total / unit),
             rcs_drawn_dbsm=None if drawn is None else _db(drawn),
             snr_db=None if self._noise is None else _db(float(power[peak]) / self._noise),
-            scr_db=None if clutter == 0.0 else _db(float(power[peak]) / clutter),
+            scr_db=None if background == 0.0 else _db(float(power[peak]) / background),
             extent=self._extent(window, gate),
             extent_13db=None if self._noise is None else self._extent(window, power >= DETECTABLE * self._noise),
             foreign_share=1.0 - total / every,

@@ -44,7 +44,8 @@ class Effect:
 
     name: of its record in `Scene.effects` or `Body.effects`, its costs, its truth and its random numbers.
     stage_at: where its stage is, "module:class".
-    scene_keys, body_keys: its keys at the top of a scene and in a body, each with the type and the Field of pydantic.
+    scene_keys, environment_keys, body_keys: its keys at the top of a scene, in its environment (which has their values in
+        `Environment.effect_keys`) and in a body, each with the type and the Field of pydantic.
     sources: what labels may name of it.
     crossing_record: makes its record of a crossing from keywords.
     """
@@ -52,6 +53,7 @@ class Effect:
     name: str
     stage_at: ClassVar[str]
     scene_keys: Keys = {}
+    environment_keys: Keys = {}
     body_keys: Keys = {}
     sources: ClassVar[tuple[Source, ...]] = ()
     crossing_record: ClassVar[Callable[..., Any]] = dict
@@ -94,7 +96,8 @@ class Effect:
 
     def is_in(self, scene: "Scene") -> bool:
         """Whether a scene asks for it."""
-        return self.name in scene.effects or any(self.name in body.effects for body in scene.bodies)
+        given = not self.environment_keys.keys().isdisjoint(scene.environment.effect_keys)
+        return given or self.name in scene.effects or any(self.name in body.effects for body in scene.bodies)
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         """Returns the sources that a scene may have."""

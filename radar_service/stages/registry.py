@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 GROUP = "radar_service.effects"
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
+    "radar_service.stages.clutter.effect:ClutterEffect",
     "radar_service.stages.interference.effect:InterferenceEffect",
     "radar_service.stages.beacons.effect:BeaconEffect",
 )
@@ -33,13 +34,15 @@ FIRST_FOREIGN = 128  # number of the first source whose effect gives none: above
 class RefusedEffect(Effect):
     """Takes the place of an effect that cannot be used: a scene with one of its keys ends in a sentence, which says why."""
 
-    def __init__(self, name: str, scene_keys: Keys, body_keys: Keys, why: str) -> None:
+    def __init__(self, name: str, keys: Iterable[Keys], why: str) -> None:
+        """keys: of scenes, environments and bodies."""
+
         def refuse(_: Any) -> None:
             raise ValueError(why)
 
         refused = Annotated[Any, BeforeValidator(refuse)], Field(None, description=why)
         self.name = name
-        self.scene_keys, self.body_keys = dict.fromkeys(scene_keys, refused), dict.fromkeys(body_keys, refused)
+        self.scene_keys, self.environment_keys, self.body_keys = (dict.fromkeys(each, refused) for each in keys)
 
 
 @cache
@@ -69,21 +72,27 @@ def _loaded(place: str) -> Any:
 
 
 def _core_keys() -> Iterator[str]:
-    """The keys that scenes and bodies have without effects. Their models import this module, so their names are loaded late."""
+    """The keys that scenes, environments and bodies have without effects. Their models import this module, so their names are
+    loaded late."""
     yield from _loaded("radar_service.scene_file.model.scene:SceneModel").model_fields
+    yield from _loaded("radar_service.scene_file.model.environment:EnvironmentModel").model_fields
     for kind in _loaded("radar_service.scene_file.model.body:KINDS").values():
         yield from kind.model_fields
 
 
+def _key_tables(effect: Effect) -> tuple[Keys, Keys, Keys]:
+    return effect.scene_keys, effect.environment_keys, effect.body_keys
+
+
 def _claims(effect: Effect) -> set[str]:
-    return {effect.name, *effect.scene_keys, *effect.body_keys}
+    return {effect.name, *(key for keys in _key_tables(effect) for key in keys)}
 
 
 def _foreign(entry: EntryPoint) -> Effect:
     """The effect of another package; what cannot be loaded is refused by the name of its entry point."""
     try:
         effect = entry.load()()
-        with_keys(Section, {**effect.scene_keys, **effect.body_keys}).model_json_schema()
+        with_keys(Section, {key: keys[key] for keys in _key_tables(effect) for key in keys}).model_json_schema()
         assert isinstance(effect, Effect) and effect.name, "it is no Effect with a name"
         assert effect.name not in {field.name for kind in (Crossing, Snapshot) for field in fields(kind)}, (
             "the truth has its name"
@@ -92,8 +101,7 @@ def _foreign(entry: EntryPoint) -> Effect:
     except Exception as error:  # of a package that nobody here has written
         package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]
         why = f"the effect {entry.name} of the package {package} cannot be loaded ({reason}); repair or remove the package"
-        keys = {entry.name: (Any, None)}
-        return RefusedEffect(entry.name, keys, keys, why)
+        return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 3, why)
     return effect
 
 
@@ -103,10 +111,19 @@ def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
     if not shared:
         return effect
     why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; remove one of the packages"
-    scene_keys, body_keys = (
-        {key: keys[key] for key in keys if HERE not in owners[key]} for keys in (effect.scene_keys, effect.body_keys)
-    )
-    return RefusedEffect(effect.name, scene_keys, body_keys, why)
+    free = [{key: keys[key] for key in keys if HERE not in owners[key]} for keys in _key_tables(effect)]
+    return RefusedEffect(effect.name, free, why)
+
+
+def environment_values(table: BaseModel) -> dict[str, Any]:
+    """The values of effects' keys in an environment: all of this package, which every hash has, and of others what is given."""
+    own = [key for effect in own_effects() for key in effect.environment_keys]
+    return {
+        key: getattr(table, key)
+        for each in effects()
+        for key in each.environment_keys
+        if key in own or key in table.model_fields_set
+    }
 
 
 def given_keys(table: BaseModel, keys: Keys) -> dict[str, Any]:

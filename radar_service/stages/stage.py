@@ -1,14 +1,14 @@
 """The stage of an effect: made once for a scene, it adds to tile after tile."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.numerics.random import STAGE, generator, name_key
-from radar_service.numerics.types import Complexes, Flags, Profiles
+from radar_service.numerics.types import Complexes, Flags, Profiles, Singles
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
@@ -23,6 +23,7 @@ class Context(NamedTuple):
     effect: its name. scene, fidelity, seed: of the simulator. line_of_sight: all that may occlude.
     compression: matched filter, window and noise of the receiver.
     numbers: of its sources, by name. echo_sources: what `BeamWeightedEchoes.body` has for echoes of its sources, by name.
+    noise_seed: of what each pulse of a radar has of its own, as its noise.
     """
 
     effect: str
@@ -33,6 +34,7 @@ class Context(NamedTuple):
     compression: Compression
     numbers: Mapping[str, int]
     echo_sources: Mapping[str, int]
+    noise_seed: int
 
     @property
     def noise_power(self) -> float:
@@ -44,25 +46,58 @@ class Context(NamedTuple):
         return generator(self.seed, STAGE, name_key(self.effect), *self.scene.random_key, *key)
 
 
+@dataclass(frozen=True)
+class RandomField:
+    """A random field in the first bins of all azimuths (K,) of a tile, as clutter is.
+
+    field: (K, columns) as drawn [sqrt(W)].
+    amplitude: root of its mean power over speckle, (K, columns) or (columns,) [sqrt(W)], wherever the radar transmits.
+    """
+
+    field: Profiles
+    amplitude: Singles
+
+    def powers(self) -> dict[int, Singles]:
+        """The power of the field (K, columns) [W] by the number of its source; new arrays."""
+        raise NotImplementedError
+
+
+@dataclass
+class Added:
+    """What stages added to a tile. profiles: (bins,) [sqrt(W)] by source number and row. fields: of all azimuths."""
+
+    profiles: dict[int, dict[int, Complexes]] = field(default_factory=dict)
+    fields: list[RandomField] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.profiles or self.fields)
+
+
 @dataclass
 class Tile:
     """Azimuths (K,) that are computed together.
 
     transmitting: (K,) which are not blind. field: (K, bins) [sqrt(W)], to which stages add.
-    added: what they added, by source number and row: profiles (bins,) [sqrt(W)]; None where nobody asks for sources.
+    added: what they added; None where nobody asks for sources.
     """
 
     azimuths: AzimuthTimes
     transmitting: Flags
     field: Profiles
-    added: dict[int, dict[int, Complexes]] | None = None
+    added: Added | None = None
 
     def add(self, source: int, row: int, received: Complexes) -> None:
         """Adds a profile (bins,) [sqrt(W)] of a source, by its number, to the azimuth of a row."""
         self.field[row] += received
         if self.added is not None:
-            rows = self.added.setdefault(source, {})
+            rows = self.added.profiles.setdefault(source, {})
             rows[row] = rows.get(row, 0.0) + received
+
+    def add_field(self, received: RandomField) -> None:
+        """Adds a random field."""
+        self.field[:, : received.field.shape[1]] += received.field
+        if self.added is not None:
+            self.added.fields.append(received)
 
 
 class Stage:
@@ -84,6 +119,10 @@ class Stage:
     def truth(cls, scene: Scene, line_of_sight: OcclusionScene) -> EffectTruth | None:
         """What it tells of the scene; None for nothing."""
         return None
+
+    def of_scene(self, scene: Scene) -> Self:
+        """Returns the stage of the same scene whose rotation has another origin."""
+        return self
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """Echoes (E,) before the receiver's filter at consecutive azimuths (K,); also of earlier instants, where those of earlier

@@ -1,6 +1,8 @@
 """The environment record: the earth, the air, and the sea."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from radar_service.world.seaway import Seaway
 from radar_service.world.stream import NO_STREAM, Stream
@@ -16,7 +18,7 @@ class Environment:
     gas_db_per_km: float  # one way; a number also where the scene has "itu"
     rain_mm_h: float
     sea_state: int
-    sea_texture_shape: float | None  # nu of the gamma texture; None: by grazing angle and cell
+    effect_keys: Mapping[str, Any] = field(hash=False)  # values of effects' keys, by key
     wind_from: float
     ground_plane: bool
     diffraction: bool = field(default=False, metadata={"added": True})

@@ -363,7 +363,7 @@ def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
 
 def test_another_rpm_has_the_same_land(tmp_path: Path) -> None:
     prepared = on_grid(coast(tmp_path))
-    other = prepared.at_origin(Origin(3, 8.0), 1)
+    other = prepared.at_origin(Origin(3, 8.0))
     assert prepared.land is not None and other.land is not None
     assert other.land.passages.points is prepared.land.passages.points
     azimuths = AzimuthTimes(number := np.arange(4096, 4128), *other.scene.radar.schedule(number))

@@ -9,11 +9,12 @@ import pytest
 import radar_service as rs
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import StitchedEngine, own_noise, pulse_gain, pulse_scenes
+from radar_service.engine.stitched import StitchedEngine, near_seed, pulse_gain, pulse_scenes
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from radar_service.world.materials import MATERIALS
+from tests.alone import clutter_of
 from tests.scenes import point, scene
 
 SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}
@@ -139,10 +140,11 @@ def test_parts_in_tiles_of_other_azimuths_are_joined_by_azimuth() -> None:
     """Tiles of 5 and of 16 azimuths, all of them and those of a sector that begins and ends within tiles."""
     made = stitched({"noise": True})
 
-    def prepared(scene: rs.Scene, tile: int = 5) -> Prepared:
-        return replace(prepare(scene, PRESETS["balanced"], 0), tile=tile)
+    def prepared(scene: rs.Scene, noise_seed: int, tile: int = 5) -> Prepared:
+        return replace(prepare(scene, PRESETS["balanced"], 0, noise_seed=noise_seed), tile=tile)
 
-    pulses = [*(own_noise(prepared(near), k) for k, near in enumerate(pulse_scenes(made))), prepared(made, 16)]
+    near_ones = (prepared(near, near_seed(0, k)) for k, near in enumerate(pulse_scenes(made)))
+    pulses = [*near_ones, prepared(made, 0, 16)]
     engine = StitchedEngine([Engine(pulse) for pulse in pulses])
     whole = np.concatenate([field for _, field, _ in engine.tiles(0)])
     assert whole.shape == (64, 301)
@@ -188,11 +190,11 @@ def test_labels_and_powers_of_each_part_are_those_of_a_radar_with_this_pulse_alo
 
 def test_speckle_of_a_near_pulse_is_its_own_and_the_sea_is_shared() -> None:
     made = stitched({"noise": True, "sea_state": 4})
-    near = pulse_scenes(made)
+    near, number = pulse_scenes(made), np.arange(8)
     assert [one.radar.bins for one in near] == [49, 129] and all(one.radar.near_pulses == () for one in near)
-    prepared = prepare(near[0], PRESETS["balanced"], 3)
-    own = [own_noise(prepared, k) for k in (0, 1)]
-    rows = [each.clutter.speckle.span(0, 8) for each in (prepared, *own) if each.clutter is not None]
-    assert len(rows) == 3 and not any(np.allclose(rows[a], rows[b]) for a, b in ((0, 1), (0, 2), (1, 2)))
-    assert own[0].clutter is not None and prepared.clutter is not None
-    assert replace(own[0].clutter, speckle=prepared.clutter.speckle) == prepared.clutter
+    seeds = 3, near_seed(3, 0), near_seed(3, 1)
+    own = [clutter_of(prepare(near[0], PRESETS["balanced"], 3, noise_seed=seed)) for seed in seeds]
+    speckle = [each.speckle.span(0, 8) for each in own if each is not None]
+    assert len(speckle) == 3 and not any(np.allclose(speckle[a], speckle[b]) for a, b in ((0, 1), (0, 2), (1, 2)))
+    sea = [each.sea.amplitude(number, each.sea.level(number), 40) for each in own if each is not None and each.sea]
+    np.testing.assert_array_equal(sea[1:], [sea[0]] * 2)

@@ -20,11 +20,11 @@ import pytest
 import scipy.fft
 
 import radar_service as rs
-from radar_service.clutter import clutter, sea_clutter, texture, texture_rows
-from radar_service.clutter.azimuth_rows import weight_rows
 from radar_service.numerics.random import normals
 from radar_service.receive import compression, noise
 from radar_service.receive.gridding import spread_moving
+from radar_service.stages.clutter import clutter, sea_clutter, texture, texture_rows
+from radar_service.stages.clutter.azimuth_rows import weight_rows
 from radar_service.trace.embree import TriangleScene
 
 CACHED = 2**14  # grid cells, 128 KiB

@@ -11,7 +11,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene
 
-COSTS = Costs(1.0, 60.0, 4.0, 8.0, 32.0)
+COSTS = Costs(1.0, 60.0, 4.0, 32.0)
 BOX = {"name": "box", "shape": "box", "length_m": 40, "width_m": 12, "height_m": 9, "position_m": [300, 700, 0],
        "material": "concrete", "scattering": "diffuse"}  # fmt: skip
 

@@ -13,7 +13,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene
 
-COSTS = Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0})
+COSTS = Costs(1.0, 2.0, 4.0, 32.0, effects={"clutter": 8.0, "interference": 16.0})
 
 
 def items(made: rs.Scene, name: str = "balanced", statistics: EngineStatistics | None = None) -> dict[str, PlanItem]:

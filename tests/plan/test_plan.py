@@ -19,7 +19,7 @@ COUNTS = Counts(
     resting_echoes=7, moving_echoes=5, shadowed_echoes=3, scatterers=40, set_up_rays=90, look_rays=11,
     looks_per_scan=3.6, transform_samples=8064,
 )  # fmt: skip
-COSTS = Costs(looks=1.0, moving=9.96, receiver=24.2, clutter=0.25, profiles=2.84)
+COSTS = Costs(looks=1.0, moving=9.96, receiver=24.2, profiles=2.84, effects={"clutter": 0.25})
 
 
 def moving_scene(**environment: object) -> object:

@@ -8,7 +8,7 @@ from radar_service.plan.culling import Culling
 from radar_service.plan.statistics import Costs, EngineStatistics, realtime_factor
 from tests.scenes import scene
 
-COSTS = Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0})
+COSTS = Costs(1.0, 2.0, 4.0, 32.0, effects={"clutter": 8.0, "interference": 16.0})
 
 
 def test_the_total_has_every_stage_once() -> None:

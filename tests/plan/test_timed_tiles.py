@@ -30,7 +30,7 @@ class Clock:
     def __init__(self, patch: pytest.MonkeyPatch, **seconds: float) -> None:
         self.now, self.tiles = 0.0, list[int]()
         patch.setattr(time, "thread_time", lambda: self.now)
-        for stage in ("moving_rows", "receive", "add_clutter", "add_stages", "add_resting"):
+        for stage in ("moving_rows", "receive", "add_stages", "add_resting"):
             patch.setattr(cost_model, stage, self._slow(stage, seconds.get(stage, 0.0)))
 
     def _slow(self, stage: str, seconds: float) -> Any:
@@ -48,10 +48,10 @@ class Clock:
 def test_each_stage_has_its_own_cost(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scan of 30 tiles that takes less than a second is timed tile by tile, in order, after the end of the first scan."""
     prepared = prepared_from(MOVING, environment={"noise": True, "sea_state": 3}, interference=[OTHER])
-    stages = {"moving_rows": 0.002, "receive": 0.003, "add_clutter": 0.004, "add_stages": 0.005, "add_resting": 0.006}
+    stages = {"moving_rows": 0.002, "receive": 0.003, "add_stages": 0.005, "add_resting": 0.006}
     clock = Clock(monkeypatch, **stages)
     costs, each = timed_costs(prepared), 1e6 / prepared.tile
-    assert (costs.moving, costs.receiver, costs.clutter, costs.effects["interference"], costs.profiles) == pytest.approx(
+    assert (costs.moving, costs.receiver, costs.effects["clutter"], costs.profiles) == pytest.approx(
         [seconds * each for seconds in stages.values()]
     )
     tiles = 960 // prepared.tile
@@ -115,7 +115,7 @@ def test_a_scan_of_one_or_two_tiles_is_timed_too(azimuths: int, monkeypatch: pyt
 
 def test_stages_that_a_scene_lacks_cost_next_to_nothing() -> None:
     costs = timed_costs(prepared_from(point("t", 0, 500)))
-    assert costs.clutter + sum(costs.effects.values()) < 0.2 * costs.total
+    assert sum(costs.effects.values()) < 0.2 * costs.total
     assert costs.profiles > 0.0
 
 

@@ -9,12 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.clutter.clutter import ClutterRows
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, unlabelled
-from radar_service.sources.numbers import BODY, FAINT, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from radar_service.sources.numbers import BODY, FAINT, NOISE, SECOND_TIME_AROUND, source_numbers
+from radar_service.stages.clutter.clutter import ClutterRows
+from radar_service.stages.clutter.effect import RAIN, SEA
 from tests.alone import Alone, Powers, agreement, crowded, crowded_alone
 from tests.scenes import everything, scene
 
@@ -229,7 +230,8 @@ def test_clutter_is_divided_by_the_local_means_of_sea_and_rain() -> None:
     clutter = ClutterRows(field, np.sqrt(mean), np.array([1, 4], dtype=np.float32))
     np.testing.assert_allclose(clutter.rain_share, [[0.25, 0.8, 0.0]], rtol=1e-6)
     strongest = unlabelled(1, 4, 1.0, HIGHEST)
-    strongest.offer_clutter(clutter)
+    for number, power in clutter.powers().items():
+        strongest.offer(number, power)
     assert strongest.labels.tolist() == [[SEA, RAIN, 0, 0]]
     strongest.offer(9, powers([5.99, 7.99, 0, 0]))
     assert strongest.labels.tolist() == [[SEA, RAIN, 0, 0]]  # the sea has 6 W, the rain 8

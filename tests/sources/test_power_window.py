@@ -6,8 +6,9 @@ import pytest
 import radar_service as rs
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
-from radar_service.sources.numbers import NOISE, RAIN, SEA, source_numbers
+from radar_service.sources.numbers import NOISE, source_numbers
 from radar_service.sources.power_window import PowerWindow, SourcePowers, pulse_powers, scan_powers
+from radar_service.stages.clutter.effect import RAIN, SEA
 from tests.alone import crowded, crowded_alone
 from tests.scenes import point, scene
 
@@ -26,7 +27,7 @@ def test_a_window_has_the_azimuths_of_its_scans(first: int, stop: int) -> None:
         np.testing.assert_array_equal(window.power(number), expected)
         assert number in window.sources or not expected.any()
     assert not window.power(999).any() and window.power(999).shape == (stop - first, made.radar.bins)
-    assert window.transmitting.shape == (stop - first,) and window.clutter.shape == (stop - first, made.radar.bins)
+    assert window.transmitting.shape == (stop - first,) and window.background.shape == (stop - first, made.radar.bins)
 
 
 @pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
@@ -51,7 +52,7 @@ def test_clutter_is_its_mean_over_speckle_and_tiles_are_kept() -> None:
     for scan in range(60):
         tile = powers.tile(scan, 0)
         assert powers.tile(scan, 0) is tile
-        mean, drawn = tile.clutter[:, 40:60], (tile.power[SEA] + tile.power[RAIN])[:, 40:60]
+        mean, drawn = tile.background[:, 40:60], (tile.power[SEA] + tile.power[RAIN])[:, 40:60]
         ratios.append(float((drawn / mean).mean()))
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
 
@@ -63,7 +64,7 @@ def test_nothing_but_noise_and_interference_is_received_where_the_radar_is_blind
     part = powers.tile(0, 35 // tile * tile)  # azimuth 35 of 72 looks along 175 degrees
     row = 35 % tile
     assert not part.transmitting[row] and part.transmitting[0]
-    assert not part.clutter[row].any()
+    assert not part.background[row].any()
     assert [number for number, power in part.power.items() if power[row].any() and number != 3] == [NOISE]
 
 

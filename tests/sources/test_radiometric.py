@@ -13,7 +13,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.truth import Crossing, Radiometry
-from tests.alone import Alone, Fields, crowded, crowded_alone, power_of
+from tests.alone import Alone, Fields, clutter_of, crowded, crowded_alone, power_of
 from tests.scenes import point, scene
 
 Power = NDArray[np.float64]
@@ -144,7 +144,7 @@ def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> No
     made, scan = crowded(moves), 1
     separate, prepared, compared = crowded_alone(moves), prepare(made, PRESETS["balanced"], 0), 0
     sources, noise = every_source(made, separate, scan), receiver_noise_power(made.radar)
-    assert prepared.clutter is not None
+    assert (clutter := clutter_of(prepared)) is not None
     for crossing in rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True):
         alone, middle = measured(made, separate, scan, crossing), slice(made.radar.azimuths, 2 * made.radar.azimuths)
         gate = alone["gate"][middle]
@@ -155,7 +155,7 @@ def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> No
         peak = alone["where"][0] - made.radar.azimuths, alone["where"][1]
         first = peak[0] // prepared.tile * prepared.tile
         number = scan * made.radar.azimuths + np.arange(first, min(first + prepared.tile, made.radar.azimuths))
-        rows = prepared.clutter.rows(number, np.ones((len(number), 1), dtype=bool))
+        rows = clutter.rows(number, np.ones((len(number), 1), dtype=bool))
         assert rows is not None
         if peak[1] >= rows.field.shape[1]:  # beyond the clutter that is above the floor
             assert crossing.scr_db is None

@@ -19,7 +19,7 @@ def test_points_out_of_range_out_of_sight_and_behind_a_wall_have_no_echoes() -> 
     made = scene([WALL], radar={"range_max_m": 5000})
     line_of_sight = OcclusionScene(made.bodies, 8.5e6)
     context = Context(
-        "hail", made, PRESETS["fast"], 0, line_of_sight, compression_for(made.radar, 6), {"hail": 128}, {"hail": 1}
+        "hail", made, PRESETS["fast"], 0, line_of_sight, compression_for(made.radar, 6), {"hail": 128}, {"hail": 1}, 0
     )
     azimuths = AzimuthTimes(np.arange(3), np.zeros(3), np.arange(3) * 0.1)
     start = np.array([[0.0, 500, 15], [0, 1500, 15], [0, 4000, 0], [0, 90_000, 15], [0, 600, 15]])

@@ -41,6 +41,12 @@ class Berg(Effect):
         return Ice(given["berg"])
 
 
+class Fog(Effect):
+    """Of the environment."""
+
+    name, environment_keys, sources = "fog", {"fog_m": (float, Field(0.0, ge=0))}, (Source("fog"),)
+
+
 class AlsoFloes(Drift):
     """Claims the key of another package."""
 
@@ -51,6 +57,7 @@ class Thief(Drift):
     """Claims keys of this package."""
 
     name, scene_keys = "thief", {"radar": (int, Field(0)), "interference": (int, Field(0)), "loot": (int, Field(0))}
+    environment_keys = {"sea_texture_shape": (int, Field(0)), "swell": (int, Field(0))}
 
 
 class Careless(Drift):
@@ -72,12 +79,17 @@ def refusal(**keys: Any) -> str:
 
 
 def test_keys_of_other_packages_are_keys_of_scenes(installed: Installed) -> None:
-    installed.package("ice-effects", Drift, Berg)
+    plain = scene_hash(scene())
+    installed.package("ice-effects", Drift, Berg, Fog)
     made = scene([point("p", 0, 500, berg=3.0)], floes=2.0)
     assert made.effects == {"floes": Ice(2.0)} and made.bodies[0].effects == {"berg": Ice(3.0)}
     assert json_schema()["properties"]["floes"]["maximum"] == 9
     assert refusal(floes=10.0) == "floes: 10 is not allowed; a finite number from 0 to 9; lower it"
     assert 'did you mean "floes"' in refusal(floe=1.0)
+    foggy = scene(environment={"fog_m": 300.0})
+    assert foggy.environment.effect_keys["fog_m"] == 300.0 and "fog" in source_names(foggy).values()
+    assert "fog" not in source_names(scene()).values() and scene_hash(scene()) == plain != scene_hash(foggy)
+    assert refusal(environment={"fog_m": -1.0}).startswith("environment.fog_m: -1 is not allowed")
 
 
 def test_numbers_and_hashes_depend_on_the_scene_alone(installed: Installed) -> None:
@@ -107,6 +119,8 @@ def test_keys_of_this_package_stay_its_own(installed: Installed) -> None:
     assert refusal(loot=1).endswith(
         "radar-service and thief of thieves both have the key interference; remove one of the packages"
     )
+    assert refusal(environment={"swell": 1}).startswith("environment.swell: radar-service and thief of thieves both have")
+    assert scene(environment={"sea_texture_shape": 2.0}).environment.effect_keys == {"sea_texture_shape": 2.0}
     assert scene(interference=[{"bearing_deg": 1}]).effects.keys() == {"interference"} and scene().radar is not None
 
 

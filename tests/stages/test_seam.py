@@ -16,7 +16,7 @@ import pytest
 from pydantic import Field
 
 import radar_service as rs
-from radar_service.effects import Context, Effect, EffectTruth, PlanItem, Source, Stage, Tile
+from radar_service.effects import Context, Effect, EffectTruth, PlanItem, RandomField, Source, Stage, Tile
 from radar_service.plots.plot_report import kinds_of
 from radar_service.radar_feed import crossing_from_line
 from radar_service.scene_file.describe import describe
@@ -29,6 +29,10 @@ PACKAGE = f"{ROOT / 'radar_service'}{os.sep}"
 OTHERS = [{"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60}]
 MAX_FILES = 3  # outside its folder that run lines for one effect alone
 NEVER = ("engine", "plan", "sources", "truth")
+SHARED = {  # functions of arrays that any effect may use, and that these scenes use for one alone
+    "ResultCache.grow", "GaussianSpectrum.draw", "Kernel.weights", "PulseKernel.weights",
+    "OcclusionScene.resting_shadow_sector",
+}  # fmt: skip
 
 
 class ToyEffect(Effect):
@@ -48,8 +52,15 @@ class ToyTruth(EffectTruth):
         return {"body": body}
 
 
+class ToyField(RandomField):
+    """A field without power."""
+
+    def powers(self) -> Any:
+        return {128: np.abs(self.field) ** 2}
+
+
 class ToyStage(Stage):
-    """Adds nothing to the first row of each tile."""
+    """Adds nothing to the first row of each tile, and a field of nothing to all."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -68,15 +79,17 @@ class ToyStage(Stage):
 
     def add(self, tile: Tile) -> None:
         tile.add(self._context.numbers["toy"], 0, np.zeros(tile.field.shape[1]))
+        tile.add_field(ToyField(np.zeros((len(tile.field), 9), dtype=np.complex64), np.zeros(9, dtype=np.float32)))
 
 
-def content(beacons: bool, interference: bool) -> dict[str, Any]:
-    """A small scene with or without two effects."""
+def content(beacons: bool = True, interference: bool = True, clutter: bool = True) -> dict[str, Any]:
+    """A small scene with or without effects."""
     scene = copy.deepcopy(dict(scene_content(scene_path("aids"))))
     scene["radar"] |= {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 6000}
     for body in scene["body"] if not beacons else ():
         body.pop("racon", None), body.pop("sart", None)
     scene["body"][2]["toy"] = 1.0
+    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if clutter else {"sea_state": 0}
     return scene | ({"interference": OTHERS} if interference else {})
 
 
@@ -101,7 +114,7 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
 
     def trace(frame: FrameType, event: str, argument: object) -> Any:
         name = frame.f_code.co_filename
-        if not name.startswith(PACKAGE):
+        if not name.startswith(PACKAGE) or frame.f_code.co_qualname in SHARED:
             return None
         lines.add((name.removeprefix(PACKAGE), frame.f_lineno))
         return trace
@@ -116,11 +129,16 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
 
 
 @pytest.mark.parametrize(
-    ("effect", "without"), [("interference", content(True, False)), ("beacons", content(False, True))]
-)  # fmt: skip
+    ("effect", "without"),
+    [
+        ("interference", content(interference=False)),
+        ("beacons", content(beacons=False)),
+        ("clutter", content(clutter=False)),
+    ],
+)
 def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, without: dict[str, Any], installed: Installed) -> None:
     """A scene with another effect of the kind, then with this one too: what only the second run executes."""
-    having = content(True, True)
+    having = content()
     installed.package("toys", ToyEffect)
     for scene_input in (without, having):
         play(scene_input)  # imports and caches do not count
@@ -142,7 +160,8 @@ from radar_service.scene_file.describe import json_schema
 schema = json_schema()
 sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
 digest = hashlib.sha256(b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))).hexdigest()
-keys = [*schema["properties"], *schema["$defs"]["ShapeBodyModel"]["properties"]]
+kinds = [schema, schema["$defs"]["ShapeBodyModel"], schema["$defs"]["EnvironmentModel"]]
+keys = [key for kind in kinds for key in kind["properties"]]
 print(json.dumps([rs.__file__, keys, digest]))
 """
 
@@ -156,7 +175,10 @@ def run_without(tree: Path) -> Any:
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize(("effect", "keys"), [("interference", {"interference"}), ("beacons", {"racon", "sart"})])
+@pytest.mark.parametrize(
+    ("effect", "keys"),
+    [("interference", {"interference"}), ("beacons", {"racon", "sart"}), ("clutter", {"sea_texture_shape"})],
+)
 def test_the_tree_without_an_effect_still_works(tmp_path: Path, effect: str, keys: set[str]) -> None:
     """Its folder and its line of the registry are gone: all imports hold, its keys are unknown, other scenes keep their bytes."""
     shutil.copytree(ROOT / "radar_service", tmp_path / "radar_service", ignore=shutil.ignore_patterns("__pycache__"))

@@ -29,9 +29,6 @@ class EnvironmentModel(Section):
     gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
     rain_mm_h: Number = Field(0.0, ge=0, le=300)
     sea_state: Whole = Field(0, ge=0, le=9, description="Douglas scale")
-    sea_texture_shape: Number | None = Field(
-        None, ge=0.05, le=1000, description="K distribution: small is spiky; default by grazing angle and cell"
-    )
     wind_from_deg: Bearing = 0.0
     current_kn: Number = Field(0.0, ge=0, le=20, description="of the tidal stream, everywhere")
     current_to_deg: Bearing | None = Field(None, description="where the stream flows to; needs `current_kn`")

@@ -90,7 +90,9 @@ def scene_model() -> type[SceneModel]:
     """Returns the model of a scene file with the keys of all effects. It is made at its first use, when these can be imported."""
     bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
     keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
-    return with_keys(SceneModel, {"body": bodies, **keys})
+    of_environment = {key: declared for effect in effects() for key, declared in effect.environment_keys.items()}
+    environment = with_keys(EnvironmentModel, of_environment)
+    return with_keys(SceneModel, {"environment": (environment, environment()), "body": bodies, **keys})
 
 
 @cache

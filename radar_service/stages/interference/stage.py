@@ -14,7 +14,7 @@ import scipy.fft
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.random import generator
-from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
+from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.radar.structure_shadow import structure_shadow
@@ -58,13 +58,8 @@ class Interference:
         self._frequency = fs * (scipy.fft.fftfreq(self._size) + folds[:, None])
         self._spectrum = fs * unmatched_spectrum(self._frequency, radar, self.other)
 
-    def add(self, profiles: Profiles, boresight: Floats, time: Floats) -> None:
-        """Adds the received pulses to profiles (K, bins) [sqrt(W)] at boresights [rad] and times [s] (K,)."""
-        for row, received in self.rows(boresight, time):
-            profiles[row] += received
-
     def rows(self, boresight: Floats, time: Floats) -> Iterator[tuple[int, Complexes]]:
-        """The received pulses of each azimuth that has any: its row and the profile (bins,) [sqrt(W)]; arguments as `add`."""
+        """Row and profile (bins,) [sqrt(W)] of each azimuth that receives pulses, at boresights [rad] and times [s] (K,)."""
         arrivals = self.arrivals(boresight, time)
         for row in np.unique(arrivals.row):
             in_row = arrivals.row == row

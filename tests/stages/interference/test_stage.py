@@ -93,7 +93,8 @@ def test_shape_is_the_correlation_with_the_chirp() -> None:
     result = other.arrivals(boresight, time)
     only = [w for w in range(len(result.row)) if np.sum(result.row == result.row[w]) == 1 and 5e-6 < result.delay[w] < 14e-6]
     profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
-    other.add(profiles, boresight, time)
+    for row, pulses in other.rows(boresight, time):
+        profiles[row] += pulses
     which = only[0]
     fine = 1e-9
     t = np.arange(-2e-6 + fine / 2, 2e-6, fine)
@@ -118,7 +119,8 @@ def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
     other = one(of)
     result = other.arrivals(boresight, time)
     profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
-    other.add(profiles, boresight, time)
+    for row, pulses in other.rows(boresight, time):
+        profiles[row] += pulses
     inside = [
         w for w in range(len(result.row)) if 1e-6 < result.delay[w] < 18e-6 and np.sum(result.row == result.row[w]) == 1
     ]

@@ -7,8 +7,8 @@ import pytest
 import scipy.stats
 from numpy.typing import NDArray
 
-from radar_service.clutter.texture_law import TextureLaw
-from radar_service.clutter.texture_rows import (
+from radar_service.stages.clutter.texture_law import TextureLaw
+from radar_service.stages.clutter.texture_rows import (
     CHUNK,
     IndependentRows,
     Lines,

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from radar_service.clutter.resolution_cell import ResolutionCell, unit_power
 from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import horizon
+from radar_service.stages.clutter.resolution_cell import ResolutionCell, unit_power
 from radar_service.world.scene import Scene
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)

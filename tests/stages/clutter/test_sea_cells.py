@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from radar_service.clutter import sea_cells
-from radar_service.clutter.sea_cells import SeaCells, sea_point
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map
+from radar_service.stages.clutter import sea_cells
+from radar_service.stages.clutter.sea_cells import SeaCells, sea_point
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.clutter.azimuth_rows import weight_rows
-from radar_service.clutter.clutter import prepare_clutter
-from radar_service.clutter.resolution_cell import resolution_cell
-from radar_service.clutter.sea_clutter import Sea
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.receive.compression import compression_for
+from radar_service.stages.clutter.azimuth_rows import weight_rows
+from radar_service.stages.clutter.clutter import prepare_clutter
+from radar_service.stages.clutter.resolution_cell import resolution_cell
+from radar_service.stages.clutter.sea_clutter import Sea
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import scene
@@ -26,7 +26,7 @@ def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
     """Gaussian texture (count revolutions of a second, rows of the turn, bins)."""
     made = scene([], radar=RADAR, environment=SEA, own_ship=own_ship)
     line_of_sight = OcclusionScene((), effective_earth_radius(4 / 3))
-    clutter = prepare_clutter(made, line_of_sight, compression_for(made.radar, 6), seed)
+    clutter = prepare_clutter(made, line_of_sight, compression_for(made.radar, 6), seed, seed)
     assert clutter is not None and clutter.sea is not None
     per_scan = clutter.sea.texture.rows_per_scan
     taken = [np.array(clutter.sea.texture.span(scan * per_scan, (scan + 1) * per_scan)) for scan in range(count)]
@@ -87,7 +87,7 @@ def test_texture_falls_to_one_over_e_on_the_ellipse(
     radar = FINE | {"bandwidth_hz": bandwidth_hz, "range_max_m": 1.15 * distance + 250}
     made = scene([], radar=radar, environment={"sea_state": state, "wind_from_deg": 0, "sea_texture_shape": shape})
     compression = compression_for(made.radar, 6)
-    clutter = prepare_clutter(made, OcclusionScene((), effective_earth_radius(4 / 3)), compression, 1)
+    clutter = prepare_clutter(made, OcclusionScene((), effective_earth_radius(4 / 3)), compression, 1, 1)
     assert clutter is not None and clutter.sea is not None
     step, azimuth_step = made.radar.range_step * clutter.sea.column_bins, 2 * np.pi / FINE["azimuths"]
     pulse_length = resolution_cell(made.radar.azimuth_gain, compression, made.radar.range_step).length

@@ -5,16 +5,17 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
-from radar_service.clutter.resolution_cell import ResolutionCell, unit_power
-from radar_service.clutter.sea import mean_sigma0, peak_wave_period, peak_wave_speed, texture_length, texture_shape
-from radar_service.clutter.sea_cells import SeaCells, sea_point
-from radar_service.clutter.texture import TextureTable, gaussian_correlation
-from radar_service.clutter.texture_law import TextureLaw
-from radar_service.clutter.texture_rows import TextureGrid, TextureRows
 from radar_service.numerics.types import Floats, Gain, Indices, Singles
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import Radar
+from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
+from radar_service.stages.clutter.effect import TEXTURE_SHAPE
+from radar_service.stages.clutter.resolution_cell import ResolutionCell, unit_power
+from radar_service.stages.clutter.sea import mean_sigma0, peak_wave_period, peak_wave_speed, texture_length, texture_shape
+from radar_service.stages.clutter.sea_cells import SeaCells, sea_point
+from radar_service.stages.clutter.texture import TextureTable, gaussian_correlation
+from radar_service.stages.clutter.texture_law import TextureLaw
+from radar_service.stages.clutter.texture_rows import TextureGrid, TextureRows
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
 
@@ -130,7 +131,7 @@ def prepare_sea(
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:
     """Shape nu of the texture (N,): the scene's, or the published one for grazing angle and cell."""
-    requested = scene.environment.sea_texture_shape
+    requested = scene.environment.effect_keys[TEXTURE_SHAPE]
     if requested is not None:
         return np.full(len(distance), requested)
     grazing = sea_point(distance, scene.radar.height, earth_radius).grazing

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import radar_service as rs
-from radar_service.clutter.resolution_cell import resolution_cell
-from radar_service.clutter.sea import mean_sigma0, texture_shape, wind_factor
-from radar_service.clutter.sea_clutter import sea_power
 from radar_service.receive.compression import compression_for
+from radar_service.stages.clutter.resolution_cell import resolution_cell
+from radar_service.stages.clutter.sea import mean_sigma0, texture_shape, wind_factor
+from radar_service.stages.clutter.sea_clutter import sea_power
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import point, scene
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
-from radar_service.clutter.sea import wind_factor
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.stages.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
+from radar_service.stages.clutter.sea import wind_factor
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.shadow_sectors import ShadowSectors
 from radar_service.world.scene import Scene

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.clutter.resolution_cell import (
+from radar_service.receive.compression import compression_for
+from radar_service.stages.clutter.resolution_cell import (
     ResolutionCell,
     pulse_power,
     received_share,
     resolution_cell,
     unit_power,
 )  # fmt: skip
-from radar_service.receive.compression import compression_for
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import radar, scene
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from radar_service.clutter.texture import SpeckleRows, TextureTable, gamma_from_gaussian, gaussian_correlation
+from radar_service.stages.clutter.texture import SpeckleRows, TextureTable, gamma_from_gaussian, gaussian_correlation
 
 LEVEL = 1e-4  # of each statistical test; seeds are fixed, so a test either always passes or never
 

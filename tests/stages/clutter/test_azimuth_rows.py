@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from radar_service.clutter.azimuth_rows import BLOCK, CHUNK, AzimuthRowCache, StaticAzimuthRows, beam_weights
 from radar_service.numerics.result_cache import Revision
+from radar_service.stages.clutter.azimuth_rows import BLOCK, CHUNK, AzimuthRowCache, StaticAzimuthRows, beam_weights
 
 
 def numbered(turn: int) -> AzimuthRowCache:

@@ -9,14 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, weight_rows
-from radar_service.clutter.rain import rain_power
-from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, pulse_power, received_share, resolution_cell
-from radar_service.clutter.sea import wind_factor
-from radar_service.clutter.sea_clutter import Sea, prepare_sea, sea_power
-from radar_service.clutter.texture import SpeckleRows
-from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.receive.compression import Compression, receiver_noise_power
+from radar_service.receive.detection import square_law
+from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, weight_rows
+from radar_service.stages.clutter.effect import RAIN, SEA
+from radar_service.stages.clutter.rain import rain_power
+from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, pulse_power, received_share, resolution_cell
+from radar_service.stages.clutter.sea import wind_factor
+from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
+from radar_service.stages.clutter.texture import SpeckleRows
+from radar_service.stages.stage import RandomField
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
 
@@ -26,21 +29,20 @@ NEARLY_ALL = 1.0 - 1e-6  # share of the rain above which the rest is rounding of
 
 
 @dataclass(frozen=True)
-class ClutterRows:
-    """Clutter of some azimuths (K,) in the first bins (columns,).
+class ClutterRows(RandomField):
+    """Clutter of some azimuths (K,).
 
-    field: (K, columns) [sqrt(W)].
-    amplitude: root of the local mean power, (K, columns) or (columns,) [sqrt(W)], wherever the radar transmits.
     rain: mean power of the rain alone in the first bins (n,), or (K, n) behind structures [W], 0 beyond.
     """
 
-    field: Profiles
-    amplitude: Singles
     rain: Singles
 
-    def add_to(self, profiles: Profiles) -> None:
-        """Adds the clutter to profiles (K, bins) [sqrt(W)]."""
-        profiles[:, : self.field.shape[1]] += self.field
+    def powers(self) -> dict[int, Singles]:
+        power = square_law(self.field)
+        if not len(self.rain):
+            return {SEA: power}
+        share = self.rain_share
+        return {RAIN: power * share, SEA: power * (np.float32(1.0) - share)}
 
     def behind(self, power: Floats) -> "ClutterRows":
         """The clutter behind structures that leave a share (K,) of its power."""
@@ -79,12 +81,6 @@ class Clutter:
     speckle: AzimuthRowCache
     sea: Sea | None
 
-    def add(self, profiles: Profiles, number: Indices, transmitting: Flags) -> None:
-        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan; arguments as `rows`."""
-        rows = self.rows(number, transmitting)
-        if rows is not None:
-            rows.add_to(profiles)
-
     def rows(self, number: Indices, transmitting: Flags) -> "ClutterRows | None":
         """The clutter of consecutive azimuths (K,) of a scan; None where it is nowhere above the floor.
 
@@ -114,8 +110,10 @@ class Clutter:
         return amplitude
 
 
-def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Compression, seed: int) -> Clutter | None:
-    """Returns the clutter of a scene; None where neither sea nor rain is strong enough."""
+def prepare_clutter(
+    scene: Scene, line_of_sight: OcclusionScene, compression: Compression, seed: int, speckle_seed: int
+) -> Clutter | None:
+    """Returns the clutter of a scene; None where neither sea nor rain is strong enough. seed: of the sea's texture."""
     radar, environment = scene.radar, scene.environment
     distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
     cell = resolution_cell(radar.azimuth_gain, compression, radar.range_step)
@@ -139,7 +137,7 @@ def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Co
         floor,
         columns,
         BeamWeights(radar.azimuths, rows_per_scan, radar.azimuth_gain, extent, order=2),
-        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, seed, scene.random_key).make),
+        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, speckle_seed, scene.random_key).make),
         prepare_sea(scene, line_of_sight, sea, cell, columns, rows_per_scan, extent, seed) if len(sea) else None,
     )
 

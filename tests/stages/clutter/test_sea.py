@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.clutter.sea import (
+from radar_service.stages.clutter.sea import (
     SHAPE_LIMITS,
     mean_sigma0,
     peak_wave_period,

@@ -11,14 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.clutter.resolution_cell import resolution_cell
-from radar_service.clutter.sea_clutter import sea_power
 from radar_service.engine.preparation import prepare
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.radar.waveform import window_coefficients
 from radar_service.receive.compression import compression_for, receiver_noise_power
 from radar_service.records.fidelity import PRESETS
+from radar_service.stages.clutter.resolution_cell import resolution_cell
+from radar_service.stages.clutter.sea_clutter import sea_power
 from radar_service.world.scene import Scene
+from tests.alone import clutter_of
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import scene
 
@@ -106,7 +107,7 @@ def test_a_shadow_on_the_sea_is_empty_that_sidelobes_would_fill() -> None:
     }  # fmt: skip
     made = chirp(3)
     walled = scene([wall], radar={"range_max_m": 6000}, environment={"noise": True, "sea_state": 3})
-    clutter = prepare(walled, PRESETS["balanced"], 0).clutter
+    clutter = clutter_of(prepare(walled, PRESETS["balanced"], 0))
     assert clutter is not None
     rows = clutter.rows(np.arange(1), np.ones((1, 1), dtype=np.bool_))
     assert rows is not None

@@ -1,0 +1,31 @@
+"""Sea and rain clutter in a scene."""
+
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from radar_service.stages.effect import Effect, Source
+from radar_service.stages.fields import Number
+
+if TYPE_CHECKING:
+    from radar_service.world.scene import Scene
+
+SEA, RAIN = 1, 2  # numbers of its sources
+TEXTURE_SHAPE = "sea_texture_shape"  # nu of the gamma texture
+
+
+class ClutterEffect(Effect):
+    """Echoes of the sea and of rain. Sea state, wind and rain are of the environment, as they act on other echoes too."""
+
+    name = "clutter"
+    stage_at = "radar_service.stages.clutter.stage:ClutterStage"
+    environment_keys = {
+        TEXTURE_SHAPE: (
+            Number | None,
+            Field(None, ge=0.05, le=1000, description="K distribution: small is spiky; default by grazing angle and cell"),
+        )
+    }
+    sources = (Source("sea", "clutter", SEA), Source("rain", "clutter", RAIN))
+
+    def is_in(self, scene: "Scene") -> bool:
+        return True  # the plan of every scene says whether it has any

@@ -1,0 +1,62 @@
+"""Sea and rain clutter as a stage."""
+
+import math
+from collections.abc import Sequence
+from typing import Self
+
+from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.plan_item import PlanItem
+from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
+from radar_service.stages.clutter.effect import TEXTURE_SHAPE
+from radar_service.stages.clutter.rain import RAIN_HEIGHT
+from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
+from radar_service.stages.clutter.sea import MAX_SEA_STATE
+from radar_service.stages.stage import Context, Stage, Tile
+from radar_service.world.scene import Scene
+
+
+class ClutterStage(Stage):
+    """The clutter of a scene; None where neither sea nor rain is strong enough."""
+
+    def __init__(self, context: Context, clutter: Clutter | None) -> None:
+        self.context, self.clutter = context, clutter
+
+    @classmethod
+    def of(cls, context: Context) -> Self:
+        of, seeds = (context.scene, context.line_of_sight, context.compression), (context.seed, context.noise_seed)
+        return cls(context, prepare_clutter(*of, *seeds))
+
+    def of_scene(self, scene: Scene) -> Self:
+        return self.of(self.context._replace(scene=scene))
+
+    @classmethod
+    def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
+        environment = scene.environment
+        sea, rain = environment.sea_state, environment.rain_mm_h
+        fit = "" if sea <= MAX_SEA_STATE else f" (as {MAX_SEA_STATE}, the highest measured)"
+        shape = environment.effect_keys[TEXTURE_SHAPE]
+        texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
+        sea_text = (
+            f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; shadows of resting bodies"
+        )
+        rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
+        floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
+        error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
+        items = [
+            PlanItem("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0",
+                   error if sea else None, microseconds=microseconds if sea else None),
+            PlanItem("rain clutter", rain > 0, rain_text + floor if rain else "no rain",
+                   error if rain else None, microseconds=microseconds if rain and not sea else None),
+        ]  # fmt: skip
+        return [item for item in items if item.modelled or fidelity.engine != "documented"]
+
+    def add(self, tile: Tile) -> None:
+        azimuths = tile.azimuths
+        rows = None if self.clutter is None else self.clutter.rows(azimuths.number, tile.transmitting[:, None])
+        if rows is None:
+            return
+        scene = self.context.scene
+        if (shadow := structure_shadow(scene.radar)) is not None:
+            rows = rows.behind(shadow.clutter_power(azimuths.boresight - scene.platform.heading(azimuths.time)))
+        tile.add_field(rows)
