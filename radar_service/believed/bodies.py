@@ -33,7 +33,7 @@ def pattern(run: Run, parts: Sequence[Table], heel: float, frequency: float = 9.
     Copies of it stand round the antenna, each with another heading; their echoes are compared with points of 1 m2.
     """
     radar = BARE | {"frequency_hz": frequency, "height_m": 10, "range_max_m": 2200, "bandwidth_hz": 10e6}
-    found = np.zeros((ASPECTS, TURNS))
+    sections_m2 = np.zeros((ASPECTS, TURNS))
     for turn in range(TURNS):
         bearings = ring(ASPECTS)
         aspect = np.rad2deg(bearings) + turn * 180.0 / ASPECTS
@@ -47,8 +47,8 @@ def pattern(run: Run, parts: Sequence[Table], heel: float, frequency: float = 9.
         powers = [each.scan().power for each in scans]
         for k, bearing in enumerate(bearings.tolist()):
             echo, unit = (float(around(p, s, bearing, NM, 1, 0.0).max()) for p, s in zip(powers, scans, strict=True))
-            found[k, turn] = echo / unit
-    return found.ravel()
+            sections_m2[k, turn] = echo / unit
+    return sections_m2.ravel()
 
 
 def _set_up(part: Table, heel: float, bow: float, bearing: float) -> Table:
@@ -236,9 +236,9 @@ def land(rows: Sequence[tuple[float, float, float, float]], run: Run) -> list[Fi
     """Mean and spread by depression angle. rows: depression [degrees], rise of the land, published mean [dB] and aw."""
     figures = []
     for depression, rise, mean, spread in rows:
-        ours, aw = land_sigma0(run, depression, rise)
+        computed, aw = land_sigma0(run, depression, rise)
         name = f"{depression:g} degrees"
-        figures += [Figure.within(f"{name}: mean", ours, mean, 5.0, "dB"), Figure.within(f"{name}: aw", aw, spread, 0.5)]
+        figures += [Figure.within(f"{name}: mean", computed, mean, 5.0, "dB"), Figure.within(f"{name}: aw", aw, spread, 0.5)]
     return figures
 
 

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-TABLE = Path(__file__).with_name("published.md")
+TABLE = Path(__file__).with_name("published.txt")
 COLUMNS = ("id", "quantity", "condition", "published", "source", "tolerance", "kind", "seen")
 KINDS = {"measured", "standard", "manual", "model"}
 NOT_COUNTED = {  # rows that are shown but not counted, beside those of a model, those not checked and those without a number

@@ -16,7 +16,7 @@ from radar_service.simulator import Simulator
 Table = dict[str, Any]  # of a scene file
 Measurement = Callable[["Run"], list["Figure"]]
 NM = 1852.0  # m
-# Ships' sets. X: 25 kW, 1 degree (Sperry Bridgemaster of 2.4 m, as ifaoe.de has it). S: 30 kW, 12 ft, 1.9 degrees. Receiver and
+# Ships' sets. X: 25 kW, 1 degree (Sperry Bridgemaster of 2.4 m, as the IfAOe has it). S: 30 kW, 12 ft, 1.9 degrees. Receiver and
 # losses are those of the scenario msc192-table2. Pulses by scale as of the Simrad Argus (row E03): 0.07 us to 3 NM, 0.25 us at 6
 # and 12 NM, 0.8 us beyond.
 X: Table = {
@@ -30,53 +30,53 @@ BARE: Table = {"azimuths": 720, "height_m": 15, "pattern": "gaussian", "pattern_
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of a row. what: of what; ours: computed; low, high: limits, infinite where there is none; unit."""
+    """One number of a row. what: of what; computed: ours; low, high: limits, infinite where there is none; unit."""
 
     what: str
-    ours: float
+    computed: float
     low: float
     high: float
     unit: str = ""
 
     @classmethod
-    def near(cls, what: str, ours: float, published: float, share: float, unit: str = "") -> "Figure":
+    def near(cls, what: str, computed: float, published: float, share: float, unit: str = "") -> "Figure":
         """Returns a figure that may differ by a share of what was published."""
         half = abs(published) * share
-        return cls(what, ours, published - half, published + half, unit)
+        return cls(what, computed, published - half, published + half, unit)
 
     @classmethod
-    def within(cls, what: str, ours: float, published: float, half: float, unit: str = "") -> "Figure":
+    def within(cls, what: str, computed: float, published: float, half: float, unit: str = "") -> "Figure":
         """Returns a figure that may differ by `half` of its unit."""
-        return cls(what, ours, published - half, published + half, unit)
+        return cls(what, computed, published - half, published + half, unit)
 
     @classmethod
-    def by_factor(cls, what: str, ours: float, low: float, high: float, factor: float, unit: str = "") -> "Figure":
+    def by_factor(cls, what: str, computed: float, low: float, high: float, factor: float, unit: str = "") -> "Figure":
         """Returns a figure that may lie by a factor beside a band."""
-        return cls(what, ours, low / factor, high * factor, unit)
+        return cls(what, computed, low / factor, high * factor, unit)
 
     @classmethod
-    def least(cls, what: str, ours: float, low: float, unit: str = "") -> "Figure":
+    def least(cls, what: str, computed: float, low: float, unit: str = "") -> "Figure":
         """Returns a figure with a floor."""
-        return cls(what, ours, low, math.inf, unit)
+        return cls(what, computed, low, math.inf, unit)
 
     @classmethod
-    def most(cls, what: str, ours: float, high: float, unit: str = "") -> "Figure":
+    def most(cls, what: str, computed: float, high: float, unit: str = "") -> "Figure":
         """Returns a figure with a ceiling."""
-        return cls(what, ours, -math.inf, high, unit)
+        return cls(what, computed, -math.inf, high, unit)
 
     @property
     def inside(self) -> bool:
         """Whether it lies within its limits."""
-        return self.low <= self.ours <= self.high
+        return self.low <= self.computed <= self.high
 
     @property
     def deviation(self) -> float:
         """Returns -1 at the lower limit and 1 at the upper one, more beyond them; of a single limit by halves of it."""
         if math.isinf(self.low):
-            return max(1.0 + (self.ours - self.high) / max(0.5 * abs(self.high), 1e-9), -1.0)
+            return max(1.0 + (self.computed - self.high) / max(0.5 * abs(self.high), 1e-9), -1.0)
         if math.isinf(self.high):
-            return min((self.ours - self.low) / max(0.5 * abs(self.low), 1e-9) - 1.0, 1.0)
-        return (2.0 * self.ours - self.low - self.high) / max(self.high - self.low, 1e-12)
+            return min((self.computed - self.low) / max(0.5 * abs(self.low), 1e-9) - 1.0, 1.0)
+        return (2.0 * self.computed - self.low - self.high) / max(self.high - self.low, 1e-12)
 
 
 class NotExpressed(Exception):
@@ -137,8 +137,8 @@ def db(ratio: float) -> float:
 def sections(run: Run, radar: Table, environment: Table, bodies: Sequence[Table], own_ship: Table | None = None) -> Floats:
     """Returns the effective cross-sections (B,) [dBsm] of bodies as the beam crosses them in the first scan, -100 for none."""
     simulator = run.simulator(radar, environment, bodies, own_ship)
-    found = np.full(len(bodies), -100.0)
+    dbsm = np.full(len(bodies), -100.0)
     for crossing in simulator.crossings(0, radiometric=True):
         if crossing.rcs_dbsm is not None:
-            found[int(crossing.body.split()[-1])] = crossing.rcs_dbsm
-    return found
+            dbsm[int(crossing.body.split()[-1])] = crossing.rcs_dbsm
+    return dbsm

@@ -59,7 +59,7 @@ def nathanson(row: str, run: Run) -> list[Figure]:
         for state, level in zip(STATES, levels, strict=True)
         if level is not None
     ]
-    mean = float(np.mean([figure.ours - 0.5 * (figure.low + figure.high) for figure in figures]))
+    mean = float(np.mean([figure.computed - 0.5 * (figure.low + figure.high) for figure in figures]))
     return [*figures, Figure.within("mean difference", mean, 0.0, MEAN_DB, "dB")]
 
 
@@ -84,10 +84,10 @@ def wave_heights(run: Run, states: tuple[int, ...] = (1, 2, 3, 4, 5, 6)) -> list
 
 def sea_states(run: Run) -> list[Figure]:
     """Wave heights of JRC's six sea states as states of the engine's scale, between whose heights they are interpolated."""
-    ours = wave_heights(run)
+    computed = wave_heights(run)
     return [
         Figure.within(
-            f"our state of {wave:g} m", float(np.interp(np.log(wave), np.log(ours), np.arange(1.0, 7.0))), state, 1.0
+            f"our state of {wave:g} m", float(np.interp(np.log(wave), np.log(computed), np.arange(1.0, 7.0))), state, 1.0
         )
         for state, wave in enumerate(JRC_WAVES, 1)
     ]
@@ -107,8 +107,8 @@ CLUTTER_POINTS, CLUTTER_SCANS, CALIBRATION_SCANS = 24, 10, 5
 def detection_in_clutter(row: str, run: Run) -> list[Figure]:
     """The share of scans that detect a point in clutter, at the engine's state nearest to the height of a column."""
     radar, section, nautical, classes = IN_CLUTTER[row]
-    ours = wave_heights(run)
-    nearest = [1 + int(np.argmin(np.abs(np.log(np.array(ours) / np.sqrt(low * high))))) for low, high in COLUMNS]
+    computed = wave_heights(run)
+    nearest = [1 + int(np.argmin(np.abs(np.log(np.array(computed) / np.sqrt(low * high))))) for low, high in COLUMNS]
     share = {state: seen_in_clutter(run, radar, section, nautical * NM, state) for state in sorted({*nearest})}
     figures = []
     for column, name in enumerate(classes):

@@ -55,13 +55,15 @@ def second_trace(run: Run) -> list[Figure]:
 
 def minimum_range(run: Run) -> list[Figure]:
     """The nearest range at which a pulse of 1 us is received whole, of a set with one antenna, for each us of it."""
-    whole = []
+    received = []
     for distance in np.arange(100.0, 200.0, 1.0):
         body = POINT | {"position_m": [0, float(distance), 15]}
         pulse = {"modulation": "none", "pulse_s": 1e-6, "sample_rate_hz": 20e6, "range_max_m": 600}
-        full, cut = (np.nanmax(north(run, pulse | {"eclipsing": one}, [body])[1].power) for one in (False, True))
-        whole.append(cut > (1.0 - 1e-4) * full)
-    return [Figure.near("nearest", float(np.arange(100.0, 200.0)[np.array(whole)].min()), 150.0, 0.02, "m")]
+        full, cut = (
+            np.nanmax(north(run, pulse | {"eclipsing": is_eclipsing}, [body])[1].power) for is_eclipsing in (False, True)
+        )
+        received.append(cut > (1.0 - 1e-4) * full)
+    return [Figure.near("nearest", float(np.arange(100.0, 200.0)[np.array(received)].min()), 150.0, 0.02, "m")]
 
 
 def one_way_db(run: Run, antenna: Table, angles: Floats, vertical: bool = False) -> Floats:
@@ -107,11 +109,11 @@ def slotted_guides(run: Run) -> list[Figure]:
         levels = [
             north(run, X | {**antenna, "gain_dbi": g}, [POINT | {"position_m": [0, 2000, 15]}])[1].power for g in (gain, 0.0)
         ]
-        ours = 0.5 * db(float(np.nanmax(levels[0])) / float(np.nanmax(levels[1])))
+        computed = 0.5 * db(float(np.nanmax(levels[0])) / float(np.nanmax(levels[1])))
         figures += [
             Figure.most(f"{beam:g}: lobes within 10 deg", float(lobes[angles <= 10].max()), -22.0, "dB"),
             Figure.most(f"{beam:g}: beyond", float(lobes[angles > 10].max()), -29.0, "dB"),
-            Figure.within(f"{beam:g}: gain over an isotropic antenna", ours, gain, 1.0, "dB"),
+            Figure.within(f"{beam:g}: gain over an isotropic antenna", computed, gain, 1.0, "dB"),
         ]
     return figures
 
@@ -227,7 +229,7 @@ def spokes_and_samples(run: Run) -> list[Figure]:
             "range_max_m": samples * SPEED_OF_LIGHT / 50e6 - 1,
         }
         scan = run.simulator(radar, {}, [POINT | {"position_m": [0, 500, 15]}], fidelity="fast").scan()
-        figures += [Figure(f"{name}: {what}", found, wanted, wanted) for what, found, wanted in
+        figures += [Figure(f"{name}: {what}", size, expected, expected) for what, size, expected in
                     (("spokes", scan.power.shape[0], spokes), ("samples", scan.power.shape[1], samples))]  # fmt: skip
     return figures
 

@@ -227,10 +227,10 @@ def raymarine(run: Run) -> list[Figure]:
 
 def furuno(run: Run) -> list[Figure]:
     """A horizon, and the radar's over the optical one: of an earth of 7/6, the refraction of light."""
-    ours, light = horizon(run, 9.0, 16.0), horizon(run, 9.0, 16.0, 7 / 6)
+    computed, light = horizon(run, 9.0, 16.0), horizon(run, 9.0, 16.0, 7 / 6)
     return [
-        Figure.near("radar horizon", ours, 15.4, 0.02, "NM"),
-        Figure.near("over the optical one", ours / light, 1.06, 0.02),
+        Figure.near("radar horizon", computed, 15.4, 0.02, "NM"),
+        Figure.near("over the optical one", computed / light, 1.06, 0.02),
     ]
 
 

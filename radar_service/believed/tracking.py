@@ -28,10 +28,10 @@ def verdicts(run: Run, name: str) -> Mapping[str, Mapping[str, float]]:
 
 def fading(run: Run) -> list[Figure]:
     """A target that is seen in 5 of 10 scans: the share of the time that it is held, and its speed after a minute of 20 scans."""
-    found = verdicts(run, "fading")
+    results = verdicts(run, "fading")
     return [
-        Figure.least("held", found["held"]["value_95"], 0.95),
-        Figure.most("speed after 1 min", found["velocity_kn_1min"]["value_95"], 1.5, "kn"),
+        Figure.least("held", results["held"]["value_95"], 0.95),
+        Figure.most("speed after 1 min", results["velocity_kn_1min"]["value_95"], 1.5, "kn"),
     ]
 
 
@@ -41,10 +41,12 @@ TABLE_3 = ("relative_course_deg_1min", "relative_speed_kn_1min", "cpa_nm_1min", 
 
 def accuracy(run: Run) -> list[Figure]:
     """Table 3 in the four geometries of A.823(19), with the sensors that carriage rules ask for; the worst of the four."""
-    found = [verdicts(run, f"msc192-table3-{number}") for number in (1, 2, 3, 4)]
+    results = [verdicts(run, f"msc192-table3-{number}") for number in (1, 2, 3, 4)]
     figures = []
     for metric in TABLE_3:
-        worst = max((each[metric] for each in found if metric in each), key=lambda each: each["value_95"] / each["maximum"])
+        worst = max(
+            (each[metric] for each in results if metric in each), key=lambda each: each["value_95"] / each["maximum"]
+        )
         figures.append(Figure.most(metric.replace("_", " "), worst["value_95"], worst["maximum"]))
     return figures
 
@@ -74,13 +76,13 @@ def plots_of_boats(run: Run, boats: dict[str, Table] = BOATS, scans: int = 30) -
         simulator.scene.radar, threshold_of(settings, simulator.scene.radar), max_plots=40, nearest=10.0
     )
     report = labelled_plots(simulator, extractor, scans)
-    found = {}
+    results = {}
     for body in report.bodies:
         plots = [each.plot for each in report.plots if each.source == body.name]
         (states,) = simulator.ship_states([plot.time for plot in plots], [body.name])
         true = np.hypot(states.position[:, 0], states.position[:, 1])
-        found[body.name] = (float(body.pd or 0.0), np.array([plot.range for plot in plots]) - true)
-    return found
+        results[body.name] = (float(body.pd or 0.0), np.array([plot.range for plot in plots]) - true)
+    return results
 
 
 def detections(run: Run) -> list[Figure]:

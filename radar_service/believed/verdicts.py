@@ -42,13 +42,13 @@ class Verdict:
         return "inside" if self.figures and all(figure.inside for figure in self.figures) else "outside"
 
     @property
-    def ours(self) -> str:
+    def computed(self) -> str:
         """Returns the figures as text; those outside are bold."""
         return "; ".join(_text(figure) for figure in self.figures) or "none"
 
 
 def _text(figure: Figure) -> str:
-    text = f"{figure.what} {figure.ours:.4g}{' ' * bool(figure.unit)}{figure.unit} ({_limits(figure)})"
+    text = f"{figure.what} {figure.computed:.4g}{' ' * bool(figure.unit)}{figure.unit} ({_limits(figure)})"
     return text if figure.inside else f"**{text}**"
 
 
@@ -86,14 +86,15 @@ def measured(rows: Iterable[Row], folder: Path) -> Iterator[Verdict]:
         yield Verdict(row, figures, reason, process_time() - begin)
 
 
-def told(verdict: Verdict, folder: Path) -> str:
+def row_text(verdict: Verdict, folder: Path) -> str:
     """Returns a row as lines of text: its number, its source, ours, and where its scenes lie."""
-    row, ours = verdict.row, verdict.ours.replace("**", "")
+    row, computed = verdict.row, verdict.computed.replace("**", "")
     lines = [f"{row.id}, {verdict.word}. {row.quantity}: {row.condition}", f"published: {row.published}; {row.tolerance}"]
-    lines += [f"source: {row.source}", f"ours: {ours}", f"scenes: {folder / row.id}"]
+    lines += [f"source: {row.source}", f"ours: {computed}", f"scenes: {folder / row.id}"]
     return "\n".join([*lines, *([f"why: {verdict.reason}"] if verdict.reason else []), ""])
 
 
+PAGE = Path("docs/believed.md").name
 ORDER = ("outside", "inside", "shown")
 HEAD = """# Believed
 
@@ -126,7 +127,7 @@ def page(verdicts: Sequence[Verdict]) -> str:
 def _table(verdicts: Sequence[Verdict]) -> list[str]:
     last = "why" if verdicts[0].word != "inside" else "kind"
     rows = [
-        (each.row.id, f"{each.row.quantity}: {each.row.condition}", each.row.published, each.ours, each.row.tolerance,
+        (each.row.id, f"{each.row.quantity}: {each.row.condition}", each.row.published, each.computed, each.row.tolerance,
          each.row.source, each.reason if last == "why" else each.row.kind)
         for each in verdicts
     ]  # fmt: skip

@@ -11,7 +11,7 @@ from radar_service.terminal.progress import progress
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments."""
     parser.add_argument("rows", nargs="*", metavar="ROW", help="rows of the table, as N01 (default all, in some 15 minutes)")
-    out = "folder for believed.md, believed.png, and the scenes of each row (default believed)"
+    out = "folder for the page, its picture, and the scenes of each row (default believed)"
     parser.add_argument("-o", "--out", type=Path, default=Path("believed"), help=out)
 
 
@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     Raises UsageError, MissingExtra, SceneError and OSError.
     """
     from radar_service.believed.published import TableError
-    from radar_service.believed.verdicts import chosen_rows, measured, page, told, write_picture
+    from radar_service.believed.verdicts import PAGE, chosen_rows, measured, page, row_text, write_picture
 
     try:
         rows = chosen_rows(options.rows)
@@ -33,9 +33,9 @@ def run(options: argparse.Namespace) -> int:
             measured(rows, options.out), len(rows), "rows", lambda each: f"{each.row.id} {each.word}, {each.seconds:.0f} s"
         )
     )
-    write_file(options.out / "believed.md", page(verdicts))
+    write_file(options.out / PAGE, page(verdicts))
     write_picture(verdicts, options.out / "believed.png")
-    print("".join(told(each, options.out) for each in verdicts if options.rows), end="")
+    print("".join(row_text(each, options.out) for each in verdicts if options.rows), end="")
     counted = [each for each in verdicts if each.word != "shown"]
-    print(f"{sum(each.word == 'inside' for each in counted)} of {len(counted)} rows inside: {options.out / 'believed.md'}")
+    print(f"{sum(each.word == 'inside' for each in counted)} of {len(counted)} rows inside: {options.out / PAGE}")
     return int(bool(options.rows) and any(each.word == "outside" for each in counted))

@@ -16,10 +16,10 @@ BUOY = {"shape": "point", "rcs_dbsm": 10.0}
 def test_first_detection_is_where_the_radar_equation_has_it(tmp_path: Path) -> None:
     """Within 0.3 NM: steps are 0.15, and cells lose up to 1 dB."""
     radar = X | {"azimuths": 360, "beamwidth_deg": 2.0, "range_max_m": 14000}
-    ours = first_detection(Run(tmp_path), radar, BUOY, 3.5, np.linspace(4.0, 7.0, 21))
+    computed = first_detection(Run(tmp_path), radar, BUOY, 3.5, np.linspace(4.0, 7.0, 21))
     scene = load_scene({"radar": radar, "environment": {"noise": True, "multipath": True}})
     distance, pd = predicted_curve(scene.radar, scene.environment, Target("buoy", 3.5, 10.0, 0, None))
-    assert ours == pytest.approx(distance[pd >= 0.8].max() / NM, abs=0.3)
+    assert computed == pytest.approx(distance[pd >= 0.8].max() / NM, abs=0.3)
 
 
 def test_a_threshold_by_the_cells_beside_keeps_false_alarms_few(tmp_path: Path) -> None:

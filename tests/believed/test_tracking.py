@@ -22,7 +22,7 @@ def test_accuracy_is_the_worst_of_four_geometries(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setattr(tracking, "bench", fake_bench)
     figures = tracking.accuracy(Run(tmp_path))
-    assert [figure.ours for figure in figures] == [0.9] * 7 and len([*tmp_path.glob("msc192-table3-*.toml")]) == 4
+    assert [figure.computed for figure in figures] == [0.9] * 7 and len([*tmp_path.glob("msc192-table3-*.toml")]) == 4
 
 
 def test_a_track_that_is_lost_is_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import pytest
 from radar_service.believed import verdicts
 from radar_service.believed.published import TABLE, TableError, published_rows
 from radar_service.believed.run import Figure, NotExpressed, Run
-from radar_service.believed.verdicts import MEASUREMENTS, REASONS, chosen_rows, measured, page, told, write_picture
+from radar_service.believed.verdicts import MEASUREMENTS, REASONS, chosen_rows, measured, page, row_text, write_picture
 
 INSIDE, OUTSIDE = Figure.within("a", 1.0, 1.0, 0.5, "dB"), Figure.least("b", 2.0, 3.0, "NM")
 
@@ -36,7 +36,7 @@ def test_misses_come_first_and_each_says_why(tmp_path: Path) -> None:
         text.index(part) for part in ("## Outside", "| P04 |", "| W02 |", "## Inside", "| P06 |", "## Shown", "| N12 |")
     ]
     assert places == sorted(places)
-    assert "source: JRC JMA-9922" in told(found[1], tmp_path) and "why: it is so" in told(found[1], tmp_path)
+    assert "source: JRC JMA-9922" in row_text(found[1], tmp_path) and "why: it is so" in row_text(found[1], tmp_path)
     write_picture(found, tmp_path / "believed.png")
     assert (tmp_path / "believed.png").read_bytes().startswith(b"\x89PNG")
 
@@ -49,4 +49,4 @@ def test_an_unknown_row_is_named() -> None:
 def test_every_row_that_counts_has_a_measurement() -> None:
     rows = published_rows(TABLE.read_text(encoding="utf-8"))
     assert {row.id for row in rows if not row.uncounted} <= {*MEASUREMENTS} <= {row.id for row in rows}
-    assert {*REASONS} <= {*MEASUREMENTS} and not math.isnan(INSIDE.ours)
+    assert {*REASONS} <= {*MEASUREMENTS} and not math.isnan(INSIDE.computed)

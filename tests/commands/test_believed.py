@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
+from radar_service.believed.verdicts import PAGE
 
 
 def test_one_row_gives_its_source_its_scene_and_its_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -12,7 +13,7 @@ def test_one_row_gives_its_source_its_scene_and_its_number(tmp_path: Path, capsy
     assert main(["believed", "P04", "-o", str(out)]) == 0
     printed = capsys.readouterr().out
     assert "source: JRC JMA-9922 manual" in printed and "ours: offset 42.6 NM (42.14 to 43.86)" in printed
-    assert "| P04 |" in (out / "believed.md").read_text() and (out / "believed.png").exists()
+    assert "| P04 |" in (out / PAGE).read_text() and (out / "believed.png").exists()
     assert main(["scan", str(out / "P04" / "scene-1.json"), "-o", str(tmp_path / "scan.npz")]) == 0
 
 
