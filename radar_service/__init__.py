@@ -29,18 +29,7 @@ __all__ = [
     "load_scan", "load_scene",
 ]  # fmt: skip
 
-MODULES = {
-    "records.fidelity": ("Fidelity",),
-    "records.spokes": ("Spoke", "SpokeBlock"),
-    "records.truth": ("BodyTruth", "Crossing", "Snapshot", "Truth"),
-    "scans.scan": ("Scan", "load_scan"),
-    "scene_file.load": ("load_scene",),
-    "simulator": ("Simulator",),
-    "world.error": ("SceneError",),
-    "world.scene": ("Scene",),
-}
-
-_public, _names = lazily(__name__, MODULES)
+_public, _names = lazily(__name__)
 
 
 def __getattr__(name: str) -> Any:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         Size,
         Speed,
         Whole,
+        record_of,
     )
     from radar_service.stages.point_echoes import point_echoes
     from radar_service.stages.stage import Context, RandomField, Stage, Tile
@@ -31,20 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect", "EffectTruth", "Flag",
     "Height", "Number", "PlanItem", "RandomField", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
-    "effective_earth_radius", "point_echoes", "polar_from_map", "wrap_angle",
+    "effective_earth_radius", "point_echoes", "polar_from_map", "record_of", "wrap_angle",
 ]  # fmt: skip
 
-MODULES = {
-    "echo.echoes": ("AzimuthTimes", "BeamWeightedEchoes"),
-    "numerics.frames": ("effective_earth_radius", "polar_from_map", "wrap_angle"),
-    "records.plan_item": ("PlanItem",),
-    "stages.effect": ("Effect", "EffectTruth", "Source"),
-    "stages.fields": (
-        "Bearing", "EastNorth", "EastNorthUp", "Flag", "Height", "Number", "Section", "Size", "Speed", "Whole",
-    ),
-    "stages.point_echoes": ("point_echoes",),
-    "stages.stage": ("Context", "RandomField", "Stage", "Tile"),
-    "world.error": ("SceneError",),
-}  # fmt: skip
-
-__getattr__, __dir__ = lazily(__name__, MODULES, below="radar_service")
+__getattr__, __dir__ = lazily(__name__)

@@ -1,10 +1,11 @@
-"""Parts that join by entry points, ours and those of other packages alike: ports, readers, scattering models, commands, trackers.
+"""Parts that join by entry points, ours and those of others alike: ports, readers, effects, scattering, commands, trackers.
 
 A part is a line of a `pyproject.toml`, below `[project.entry-points."radar_service.GROUP"]`. It is imported where it is needed.
 """
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from typing import Any
@@ -26,7 +27,7 @@ def groups() -> Mapping[str, Mapping[str, Sequence[metadata.EntryPoint]]]:
     for package in metadata.distributions():
         for each in package.entry_points if "[radar_service." in (package.read_text("entry_points.txt") or "") else ():
             result.setdefault(each.group, {}).setdefault(each.name, {}).setdefault(each.value, each)
-    if "radar_service.commands" not in result:
+    if "radar_service.rasters" not in result:  # the latest group
         raise PlugInError("radar-service: this installation is older than its source; install it again: pip install -e .")
     return {group: {name: [*parts[name].values()] for name in sorted(parts)} for group, parts in result.items()}
 
@@ -36,11 +37,16 @@ def names(group: str) -> list[str]:
     return list(groups().get(f"radar_service.{group}", ()))
 
 
+def entries(group: str) -> list[metadata.EntryPoint]:
+    """Returns all entry points of a group, by name."""
+    return [each for parts in groups().get(f"radar_service.{group}", {}).values() for each in parts]
+
+
 def entry(group: str, name: str) -> metadata.EntryPoint:
     """Returns an entry point by one of the names. Raises PlugInError where two packages claim it."""
     first, *others = groups()[f"radar_service.{group}"][name]
     if others:
-        packages = " and ".join(map(_package, (first, *others)))
+        packages = " and ".join(map(package_of, (first, *others)))
         raise PlugInError(f"radar_service.{group}: the packages {packages} both have {name}; uninstall one of them")
     return first
 
@@ -56,7 +62,7 @@ def part_or_error(group: str, name: str) -> Any:
         is_deleted = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("radar_service.")
         if is_own(entry(group, name)) and not is_deleted:
             raise
-        return broken(group, name, error)
+        return broken(entry(group, name), error)
 
 
 def load(group: str, name: str) -> Any:
@@ -77,11 +83,22 @@ def working(group: str) -> Mapping[str, Any]:
     return {name: part for name, part in parts.items() if not isinstance(part, PlugInError)}
 
 
-def broken(group: str, name: str, error: BaseException) -> PlugInError:
+def broken(entry: metadata.EntryPoint, error: BaseException) -> PlugInError:
     """Returns the error for a part that has raised `error`."""
     text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-    package = _package(groups()[f"radar_service.{group}"][name][0])
-    return PlugInError(f"{name} of radar_service.{group}: the package {package} is broken ({text}); update or uninstall it")
+    package = package_of(entry)
+    return PlugInError(f"{entry.name} of {entry.group}: the package {package} is broken ({text}); update or uninstall it")
+
+
+@contextmanager
+def guarded(entry: metadata.EntryPoint | None, *expected: type[Exception]) -> Iterator[None]:
+    """Raises PlugInError for what a stranger's part raises in the `with` block, unless it is `expected`. None: a part of ours."""
+    try:
+        yield
+    except Exception as error:
+        if entry is None or is_own(entry) or isinstance(error, (PlugInError, *expected)):
+            raise
+        raise broken(entry, error) from error
 
 
 def is_own(entry: metadata.EntryPoint) -> bool:
@@ -89,6 +106,6 @@ def is_own(entry: metadata.EntryPoint) -> bool:
     return entry.module.startswith("radar_service.")
 
 
-def _package(entry: metadata.EntryPoint) -> str:
-    """The name and version of the package of an entry point."""
+def package_of(entry: metadata.EntryPoint) -> str:
+    """Returns the name and version of the package of an entry point."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.module

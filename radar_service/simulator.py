@@ -129,8 +129,8 @@ class Simulator:
     @property
     def unmeasured_info(self) -> SpokeSourceInfo:
         """`info` with a plan without counts and costs, which take a second to measure."""
-        culling = NOTHING_KNOWN.culling if self._made.set_up is None else self._made.set_up.culling
-        return self.described(plan_for(self.scene, self.fidelity, EngineStatistics(culling)).as_dict())
+        culled = NOTHING_KNOWN.culled if self._made.set_up is None else self._made.set_up.culled
+        return self.described(plan_for(self.scene, self.fidelity, EngineStatistics(culled)).as_dict())
 
     def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan as plain data, which is not made then."""

@@ -13,7 +13,10 @@ from tests.same_bytes import compares_bytes
 from tests.samples import beyond_samples
 from tests.scenes import ONE_TARGET
 
-pytest_plugins = ("tests.recording.fixtures", "tests.scene_file.fixtures", "tests.service.fixtures", "tests.stages.fixtures")
+pytest_plugins = (
+    "tests.plug_ins.fixtures", "tests.recording.fixtures", "tests.scene_file.fixtures", "tests.service.fixtures",
+    "tests.stages.fixtures",
+)  # fmt: skip
 SUITE = "not bench and not study"
 SAME_BYTES = f"same_bytes and {SUITE}"  # what tests.arithmetics runs
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew,

@@ -36,6 +36,19 @@ def test_two_packages_with_one_name_are_named(monkeypatch: pytest.MonkeyPatch) -
     assert "feed" in plug_ins.working("ports")
 
 
+def test_what_parts_of_strangers_raise_later_names_them_and_what_ours_raise_stays() -> None:
+    with pytest.raises(
+        plug_ins.PlugInError, match=r"^x of g: the package one is broken \(KeyError: 1\); update or uninstall it$"
+    ):
+        with plug_ins.guarded(EntryPoint("x", "one", "g")):
+            raise KeyError(1)
+    for own in (None, EntryPoint("x", "radar_service.ports.rest", "g")):
+        with pytest.raises(KeyError), plug_ins.guarded(own):
+            raise KeyError(1)
+    with pytest.raises(OSError), plug_ins.guarded(EntryPoint("x", "one", "g"), OSError):
+        raise OSError
+
+
 def test_an_installation_without_entry_points_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plug_ins.metadata, "distributions", lambda: [])
     with pytest.raises(plug_ins.PlugInError, match="install it again: pip install -e"):

@@ -14,31 +14,8 @@ if TYPE_CHECKING:
     from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 
 __all__ = [
-    "Bias",
-    "PlotReader",
-    "Scenario",
-    "ScenarioError",
-    "TrackState",
-    "Tracker",
-    "TrackerInput",
-    "TruthReader",
-    "Tuning",
-    "bias_cause",
-    "load_scenario",
-    "missed_limits",
-    "reference_tracks",
-    "scenarios",
-]
+    "Bias", "PlotReader", "Scenario", "ScenarioError", "TrackState", "Tracker", "TrackerInput", "TruthReader", "Tuning",
+    "bias_cause", "load_scenario", "missed_limits", "reference_tracks", "scenarios",
+]  # fmt: skip
 
-__getattr__, __dir__ = lazily(
-    __name__,
-    {
-        "scenario": ("Scenario", "ScenarioError", "load_scenario", "scenarios"),
-        "scores.bias": ("Bias", "bias_cause"),
-        "single_run": ("missed_limits",),
-        "trackers.stone_soup": ("reference_tracks",),
-        "trackers.stone_soup_readers": ("PlotReader", "TruthReader"),
-        "trackers.tracker": ("TrackState", "Tracker", "TrackerInput"),
-        "trackers.gating": ("Tuning",),
-    },
-)
+__getattr__, __dir__ = lazily(__name__)

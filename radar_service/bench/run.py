@@ -14,7 +14,7 @@ from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackSta
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.plot import Plot
-from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
+from radar_service.plots.thresholds import Threshold, threshold
 from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
 from radar_service.scans.scan import Scan
@@ -79,10 +79,7 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
 
 def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
     """Returns the threshold that a scenario asks for."""
-    if settings.threshold == "known":
-        return KnownThreshold(radar, settings.pfa)
-    detector = CellAveraging if settings.threshold == "ca" else OrderedStatistic
-    return detector(radar, settings.pfa, settings.guard_m, settings.window_m)
+    return threshold(settings.threshold, radar, settings.pfa, settings.guard_m, settings.window_m)
 
 
 def rule_of(settings: PlotSettings) -> ClusterRule:

@@ -36,7 +36,8 @@ def parser(command: str | None = None) -> argparse.ArgumentParser:
     for name in plug_ins.names("commands"):
         of_command = commands.add_parser(name, help=_summary(name))
         if command in (None, name):
-            module_of(name).add_arguments(of_command)
+            with plug_ins.guarded(plug_ins.entry("commands", name)):
+                module_of(name).add_arguments(of_command)
     return top
 
 

@@ -6,13 +6,12 @@ import sys
 from collections.abc import Iterable
 from functools import partial
 
-from radar_service.bench.run import threshold_of
-from radar_service.bench.scenario import PlotSettings
 from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.plot_report import PlotReport, labelled_plots
+from radar_service.plots.thresholds import threshold
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
@@ -64,10 +63,8 @@ def _plots(options: argparse.Namespace) -> int:
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     radar = simulator.scene.radar
     tell = partial(print, file=sys.stderr, flush=True)
-    settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
-    extractor = PlotExtractor(
-        radar, threshold_of(settings, radar), max_plots=options.max_plots, nearest=options.nearest_m, tell=tell
-    )
+    chosen = threshold(options.threshold, radar, options.pfa, options.guard_m, options.window_m)
+    extractor = PlotExtractor(radar, chosen, max_plots=options.max_plots, nearest=options.nearest_m, tell=tell)
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:

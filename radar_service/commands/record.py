@@ -25,6 +25,7 @@ from radar_service.world.commands import CommandLog
 
 if TYPE_CHECKING:
     from radar_service.recording.radar_recording import RadarRecording
+    from radar_service.recording.ros2_bag import Ros2Bag
 
 
 RADAR = "0"
@@ -39,15 +40,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overwrite(parser)
     add_whole_number(parser, "--scans", 1, 1, 1_000_000, help="revolutions (default 1)")
     parser.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
+    parser.add_argument("--ros2", action="store_true", help="write a ROS 2 bag in place of a recording (docs/recordings.md)")
     add_sources(parser, "record", " too")
 
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; returns the exit status. Raises SceneError, UsageError, MissingExtra and OSError."""
     from radar_service.recording.radar_recording import RadarRecording  # here: they need an extra, and `--help` does not
-    from radar_service.recording.recording_file import RecordingFile
+    from radar_service.recording.recording_file import PROFILE, RecordingFile
+    from radar_service.recording.ros2_bag import PROFILE as ROS2_PROFILE
+    from radar_service.recording.ros2_bag import Ros2Bag
 
     check_sources(options, "labels", "powers")
+    if options.ros2 and (options.truth or options.labels or options.powers):
+        raise UsageError("--ros2: a bag has neither truth nor labels nor powers; leave these out, or record without --ros2")
     prepare([options.out], options.overwrite)
     simulator = simulator_options(options, options.threads)(load_scene(options.scene))
     request = SourceRequest(options.labels, options.powers)
@@ -55,8 +61,8 @@ def run(options: argparse.Namespace) -> int:
         simulator.request_sources(request.labels, request.powers)
     except ValueError as error:
         raise UsageError(f"--{error}") from None
-    with RecordingFile(options.out) as file:
-        recording = RadarRecording(file, RADAR, options.truth, request)
+    with RecordingFile(options.out, profile=ROS2_PROFILE if options.ros2 else PROFILE) as file:
+        recording = Ros2Bag(file) if options.ros2 else RadarRecording(file, RADAR, options.truth, request)
         record_scans(recording, simulator, options.scene, options.scans, options.truth)
     azimuths = simulator.scene.radar.azimuths
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
@@ -64,7 +70,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def record_scans(
-    recording: "RadarRecording", simulator: Simulator, scene: str | Path | Mapping[str, Any], scans: int, with_truth: bool
+    recording: "RadarRecording | Ros2Bag",
+    simulator: Simulator,
+    scene: str | Path | Mapping[str, Any],
+    scans: int,
+    with_truth: bool,
 ) -> None:
     """Records the next scans of a simulator as one epoch. scene: its scene, as SceneRequest names it. Raises OSError."""
     settings = Settings(pace=Pace("run", math.inf))

@@ -46,6 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if recordings and recordings[0].epochs > 1:
         print(f"epoch {options.epoch} of {recordings[0].epochs}; --epoch selects another", flush=True)
     options.exit_when_failed = True
+    options.start_utc = options.start_utc or (recordings[0].start_utc if recordings else None)
     fork_server = ForkServer(("radar_service.display.last_scan",), ())
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()

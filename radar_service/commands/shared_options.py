@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from radar_service.plan.budget import ERROR_HELP, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
 from radar_service.terminal.arguments import add_whole_number, pace, thread_count, utc
+from radar_service.terminal.output_files import add_overwrite
 
 if TYPE_CHECKING:
     from radar_service.batch.jobs import Executor
@@ -110,6 +111,7 @@ def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
     fast.add_argument("--pace", default=1.0, type=pace, metavar="X", help="simulated seconds per second, or max (default 1)")
     begin = "UTC at simulated time 0, in whole seconds, as 2026-12-31T23:59:00 (default now)"
     fast.add_argument("--start-utc", type=utc, metavar="TIME", help=begin)
+    add_overwrite(groups["records"])
     waiting = "send nothing until N clients listen to a radar, so that they get its first spoke (default 0)"
     add_whole_number(fast, "--wait-for", 0, 0, 500, metavar="N", help=waiting)
     _add_access(may)

@@ -88,11 +88,11 @@ class AspectRates:
         return 2.0 * np.pi / self.scene.radar.wavelength * min(self.size, longer * self.coherence(distance))
 
     def _tilt_rate(self, position: Floats, heading: Floats, nearest: Floats, sway_rates: Floats) -> Floats:
-        """Rates (K,) [rad/s] at which roll and pitch turn the body against the line of sight, at most: aspects are no farther
-        apart where it rests a moment. A rotation about the line of sight changes no phase.
+        """Rates (K,) [rad/s] at which roll and pitch turn the body against the line of sight. A rotation about the line of
+        sight changes no phase.
 
         position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m]; sway_rates: (4, K or 1)
-        that swings reach.
+        about its swings.
         """
         sway = self.body.motion.sway
         assert sway is not None
@@ -106,7 +106,7 @@ class AspectRates:
 def waterline_rise(body: Body, sway_rates: Floats) -> Floats:
     """The highest speeds (K) [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
 
-    sway_rates: (4, K) that its swings reach [rad/s, m/s].
+    sway_rates: (4, K) about its swings [rad/s, m/s].
 
     The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation). Twice that is counted: else a
     heaving hull errs by up to -7 dB between nodes, and now by -23 dB (tests/test_sway_of_bodies.py).

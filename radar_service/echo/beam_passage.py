@@ -20,7 +20,7 @@ from radar_service.echo.aspect_rates import AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, sidelobe_envelope, stretches
-from radar_service.echo.shadow_nodes import ShadowRates, telling_nodes
+from radar_service.echo.shadow_nodes import Fields, ShadowRates, by_centre, by_range, telling_nodes
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
@@ -221,8 +221,11 @@ class BeamPassages:
         def slack(nodes: Indices) -> Floats:
             return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
 
-        def evaluate(spoke: int) -> BodyEchoes:
-            return self.node(n, spoke, time).echoes
+        def evaluate(spoke: int, at: int) -> Fields:
+            echoes, then = self.node(n, spoke, time).echoes, radar.time_of_spokes(float(at))
+            if self._bodies[n].motion.sway is None:
+                return by_centre(echoes)
+            return by_range(echoes, np.linalg.norm(self._placed(n, echoes, then) - self._scene.antenna(then), axis=1), radar)
 
         parts = []
         for stretch in stretches(corners.tolist(), reach):
@@ -231,7 +234,7 @@ class BeamPassages:
                 crossing + stretch.last if stretch.ends else np.inf,
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
-            shaded = bool(casters) and self._bodies[n].motion.sway is None and len(nodes) > 1
+            shaded = bool(casters) and len(nodes) > 1
             if shaded:
                 unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)

@@ -9,8 +9,6 @@ import numpy as np
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
 
 SECOND_TIME = -1  # in place of a body's index: the echo is one of an earlier pulse
-INDIRECT = -2  # it is a false one, by a structure of own ship
-MULTIPLE = -3  # it is a false one, thrown back by own ship and received once more
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ class BeamWeightedEchoes(NamedTuple):
     range: (E,) at the middle azimuth [m].
     range_migration: (E, K) change of range since the middle [m].
     amplitude: (E, K) [sqrt(W)].
-    body: (E,) index of the body in the scene; SECOND_TIME for echoes of an earlier pulse, INDIRECT or MULTIPLE for false ones.
+    body: (E,) index of the body in the scene; SECOND_TIME for echoes of an earlier pulse; of effects see `Context.echo_sources`.
     """
 
     range: Floats

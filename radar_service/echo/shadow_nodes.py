@@ -10,10 +10,12 @@ Whole turns from one to the next look like none, so the two halves of a gap have
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import BodyEchoes, Caster
 from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Body
@@ -25,7 +27,15 @@ CHANGE = 0.02  # of the field, by which the one in the middle may be off the lin
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
 BITS = 20  # of a coordinate in steps of GRID
 
-Evaluate = Callable[[int], BodyEchoes]
+
+class Fields(NamedTuple):
+    """Fields (E,) of a body [m], and a key (E,) for the place of each: those of a key add up."""
+
+    key: Indices
+    field: Complexes
+
+
+Evaluate = Callable[[int, int], Fields]  # at a node, and as they are at another spoke
 
 
 @dataclass(frozen=True)
@@ -76,14 +86,14 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
     """The nodes (M,) that are needed [spokes, rising], the first and the last one always.
 
     unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
-    evaluate: the echoes at a spoke.
+    evaluate: the fields at a node, as they are at another spoke.
     """
     stride, last = SKIPPED, len(nodes) - 1
     if len(unshaded) > 1:
         while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
             stride //= 2
     firm = sorted({*range(0, last, stride), last})
-    size = max(_size(evaluate(int(nodes[each]))) for each in firm)
+    size = max(float(np.linalg.norm(evaluate(*2 * (int(nodes[each]),)).field)) for each in firm)
     allowed = CHANGE * size * slack(nodes)
     chosen = set(firm)
     left = list(zip(firm[:-1], firm[1:], strict=True))
@@ -94,7 +104,7 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         middle = _middle(nodes, begin, end)
         chosen.add(middle)
         share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
-        before, between, after = (evaluate(int(nodes[each])) for each in (begin, middle, end))
+        before, between, after = (evaluate(int(nodes[each]), int(nodes[middle])) for each in (begin, middle, end))
         if _bend(before, between, after, share) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]
@@ -124,23 +134,22 @@ def _graded(chosen: Sequence[int]) -> Indices:
     return np.array(every, dtype=np.int64)
 
 
-def _size(echoes: BodyEchoes) -> float:
-    """The root of the summed powers of echoes."""
-    return float(np.linalg.norm(echoes.amplitude))
+def _bend(before: Fields, middle: Fields, after: Fields, share: float) -> float:
+    """By how much fields are off the line between those before and after, a share of the way, key by key; a root of powers."""
+    field = np.concatenate([before.field * (1.0 - share), -middle.field, after.field * share])
+    _, place = np.unique(np.concatenate([before.key, middle.key, after.key]), return_inverse=True)
+    return float(np.linalg.norm(np.bincount(place, field.real) + 1j * np.bincount(place, field.imag)))
 
 
-def _bend(before: BodyEchoes, middle: BodyEchoes, after: BodyEchoes, share: float) -> float:
-    """By how much the field of echoes is off the line between those before and after, a share of the way, centre by centre; a
-    root of powers."""
-    key = np.concatenate([_centres(echoes) for echoes in (before, middle, after)])
-    line = before.amplitude * (1.0 - share), -middle.amplitude, after.amplitude * share
-    field: Complexes = np.concatenate(line)
-    _, centre = np.unique(key, return_inverse=True)
-    real, imaginary = np.bincount(centre, field.real), np.bincount(centre, field.imag)
-    return float(np.sqrt(np.sum(real * real + imaginary * imaginary)))
-
-
-def _centres(echoes: BodyEchoes) -> Indices:
-    """A number (E,) for the place and the path of each echo."""
+def by_centre(echoes: BodyEchoes) -> Fields:
+    """The fields of scattering centres, which a body that does not sway has in the same places at each node."""
     x, y, z = (np.rint(axis / GRID).astype(np.int64) & (2**BITS - 1) for axis in echoes.position.T)
-    return np.asarray((((x << BITS | y) << BITS | z) << 2) | (echoes.path & 3))
+    return Fields(np.asarray((((x << BITS | y) << BITS | z) << 2) | (echoes.path & 3)), echoes.amplitude)
+
+
+def by_range(echoes: BodyEchoes, distance: Floats, radar: Radar) -> Fields:
+    """The fields in range cells, shared linearly between two, as echoes are at distances (E,) [m]."""
+    cell = distance / radar.range_resolution
+    share, key = cell % 1.0, (cell.astype(np.int64) << 2) | (echoes.path & 3)
+    field = echoes.amplitude * np.exp(-4j * np.pi / radar.wavelength * distance)
+    return Fields(np.concatenate([key, key + 4]), np.concatenate([field * (1.0 - share), field * share]))

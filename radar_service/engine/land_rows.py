@@ -27,6 +27,7 @@ from radar_service.receive.gridding import Kernel, KernelTable, spread
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
+from radar_service.stages.registry import changed_pattern
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
@@ -191,14 +192,14 @@ class LandRows:
 
 def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
     """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
-    beam covers no point twice, no structures shadow it, its pulse has the first echoes alone, and is not its own kernel, and own
+    beam covers no point twice, nothing changes it, its pulse has the first echoes alone, and is not its own kernel, and own
     ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
     rows = 2.0 * OVERSAMPLING * BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # per radian, or more
     edges = 2.0 * (EDGE + fidelity.beam_kernel_width) / rows
     narrow = beam + edges + 4 * PIECE * radar.azimuth_step < MAX_BEAM
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    if scene.own_ship.at_rest or radar.structures or fidelity.azimuths_per_block <= 1:
+    if scene.own_ship.at_rest or changed_pattern(radar) is not None or fidelity.azimuths_per_block <= 1:
         return False
     return narrow and not pulse and _sways_gently(scene)
 

@@ -18,12 +18,11 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
-from radar_service.engine.preparation import Prepared, column
+from radar_service.engine.preparation import Prepared, beam_pattern, column
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
-from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.detection import square_law
 from radar_service.stages.stage import Added, Tile
 
@@ -129,9 +128,7 @@ def echo_rows(
 
 def _nothing_moves(prepared: Prepared) -> bool:
     """Whether no echo has a range history."""
-    alone = (
-        prepared.land is None and prepared.indirect is None and not any(each.has_echoes for each in prepared.stages.values())
-    )
+    alone = prepared.land is None and not any(each.has_echoes for each in prepared.stages.values())
     return alone and not len(prepared.moving) and not prepared.shadows.possible
 
 
@@ -175,8 +172,6 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes, near_land: Observe
         parts.append(land.echoes(azimuths) if near_land is None else land.of_resting(azimuths, near_land))
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
-    if prepared.indirect is not None:
-        parts += fold_ranges(prepared.indirect.echoes, azimuths, prepared.scene.radar)
     for stage in prepared.stages.values():
         parts += fold_ranges(stage.echoes, azimuths, prepared.scene.radar) if stage.has_echoes else []
     if prepared.shadows.possible:
@@ -256,9 +251,9 @@ def _beam_weighted(echoes: OccludedEchoes, azimuths: AzimuthTimes, prepared: Pre
     """Resting echoes (E,) at single azimuths (K,)."""
     radar, offset = prepared.scene.radar, wrap_angle(azimuths.boresight - echoes.azimuth[:, None])
     weight: Floats | Complexes = radar.azimuth_gain(offset)
-    shadow = structure_shadow(radar, min(np.pi, prepared.fidelity.beam_extent * radar.beamwidth))
-    if shadow is not None:
+    pattern = beam_pattern(radar, prepared.fidelity)
+    if pattern is not None:
         from_bow = echoes.azimuth[:, None] - prepared.scene.platform.heading(azimuths.time)
-        weight = weight + shadow.two_way_change(from_bow, -offset)
+        weight = weight + pattern.two_way_change(from_bow, -offset)
     amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
     return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude, echoes.body)

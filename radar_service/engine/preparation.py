@@ -6,9 +6,8 @@ from typing import cast
 
 import numpy as np
 
-from radar_service.echo.beam_paths import BeamPath, DirectPath, MultiplePaths
+from radar_service.echo.beam_paths import Beam, BeamPath, DirectPath
 from radar_service.echo.echoes import Echoes
-from radar_service.echo.indirect import IndirectEchoes
 from radar_service.echo.land import LandPassages
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.moving_beam import BeamTable
@@ -20,8 +19,8 @@ from radar_service.numerics.frames import effective_earth_radius, wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
+from radar_service.radar.aperture import ChangedPattern
 from radar_service.radar.parameters import Origin, Radar
-from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -29,7 +28,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.resting_points import RestingModel
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
-from radar_service.stages.registry import echo_numbers, effects_in, numbered_sources
+from radar_service.stages.registry import changed_pattern, effects_in, has_paths, numbers_of
 from radar_service.stages.stage import Context, Stage
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -38,7 +37,7 @@ from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene, scene_at_origin
 
 MAX_TILE = 32  # azimuths
-ECHOES_PER_PART = 8192  # resting echoes behind structures that are computed together
+ECHOES_PER_PART = 8192  # resting echoes in a changed beam that are computed together
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
 
 
@@ -57,7 +56,6 @@ class Prepared:
     shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
     stages: of effects, by their names, in the order in which they add.
-    indirect: false echoes by own ship's structures; None without any.
     """
 
     scene: Scene
@@ -74,16 +72,14 @@ class Prepared:
     shadowed: MovingEchoes
     compression: Compression
     stages: Mapping[str, Stage]
-    indirect: IndirectEchoes | None = None
 
     def at_origin(self, origin: Origin) -> "Prepared":
         """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again."""
         scene = scene_at_origin(self.scene, origin)
-        stages = {name: stage.of_scene(scene) for name, stage in self.stages.items()}
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         land = None if self.land is None else self.land.of_scene(scene)
-        indirect = None if self.indirect is None else self.indirect.of_scene(scene, moving)
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, stages=stages, indirect=indirect)
+        stages = {name: stage.of_scene(scene, moving) for name, stage in self.stages.items()}
+        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, stages=stages)
 
 
 @BLAS_LIMIT.held()
@@ -94,18 +90,17 @@ def prepare(
     silent: Collection[int] = (),
     transparent: Collection[int] = (),
     rays: RayCount | None = None,
-    faint: Collection[int] = (),
     noise_seed: int | None = None,
 ) -> Prepared:
     """All that is computed once for a scene.
 
     silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast;
-    faint: indices of bodies without indirect echoes; noise_seed: of what a near pulse has of its own.
+    noise_seed: of what a near pulse has of its own.
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
     line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
     _ = line_of_sight.land if scene.environment.multipath else None  # made now, and not under the first beam
-    context = _context(scene, fidelity, seed, rays)
+    context = scattering_context(scene, fidelity, seed, rays)
     resting_set, land_set, moving_set = _scatterers(scene, fidelity, silent, context)
     max_range = max_echo_range(radar)
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
@@ -113,7 +108,7 @@ def prepare(
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
     beam = beam_table(radar, fidelity, max_tile)
-    paths = _paths(scene, beam.extent)
+    paths = _paths(scene, Beam(radar, beam_pattern(radar, fidelity)))
     unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     moving = MovingEchoes(scene, visibility, unit, seed, paths=paths)
     noise_seed = seed if noise_seed is None else noise_seed
@@ -133,22 +128,20 @@ def prepare(
             scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), unit, seed, True, paths
         ),
         compression,
-        _stages(scene, fidelity, seed, noise_seed, line_of_sight, compression),
-        _indirect_echoes(scene, fidelity, seed, {*silent, *faint}, context, line_of_sight, moving),
+        _stages(context, scene, noise_seed, line_of_sight, compression, moving, silent),
     )
 
 
 def _stages(
-    scene: Scene, fidelity: Fidelity, seed: int, noise_seed: int, line_of_sight: OcclusionScene, compression: Compression
-) -> dict[str, Stage]:
+    scattering: ScatteringContext, scene: Scene, noise_seed: int, line_of_sight: OcclusionScene, compression: Compression,
+    moving: MovingEchoes, silent: Collection[int],
+) -> dict[str, Stage]:  # fmt: skip
     """The stages of the effects of a scene of which the plan models something."""
-    stages, sources, echoes = dict[str, Stage](), numbered_sources(scene), echo_numbers(scene)
+    stages, fidelity, seed = dict[str, Stage](), scattering.fidelity, scattering.seed
     for effect in effects_in(scene):
-        kind = effect.stage()
+        kind, of_effect = effect.stage(), (effect.name, scene, fidelity, seed, line_of_sight, compression)
         if any(item.modelled for item in kind.plan(scene, fidelity, None)):
-            numbers = {source.name: number for number, (name, source) in sources.items() if name == effect.name}
-            bodies = {name: len(scene.bodies) + echoes.index(number) for name, number in numbers.items() if number in echoes}
-            made_from = effect.name, scene, fidelity, seed, line_of_sight, compression, numbers, bodies, noise_seed
+            made_from = *of_effect, *numbers_of(scene, effect.name), noise_seed, scattering, moving, frozenset(silent)
             stages[effect.name] = kind.of(Context(*made_from))
     return stages
 
@@ -171,7 +164,8 @@ def _scatterers(
     return build(True, False), land, others
 
 
-def _context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None) -> ScatteringContext:
+def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None = None) -> ScatteringContext:
+    """What scatterers of bodies are built from; rays: as of `prepare`."""
     return ScatteringContext(
         scene.radar,
         fidelity,
@@ -185,36 +179,17 @@ def _context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None)
     )
 
 
-def _indirect_echoes(
-    scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], context: ScatteringContext,
-    line_of_sight: OcclusionScene, moving: MovingEchoes,
-) -> IndirectEchoes | None:  # fmt: skip
-    """The false echoes by own ship's structures of all bodies but land and the silent ones; None without any. moving: their
-    direct echoes."""
-    keys = [key for key, body in enumerate(scene.bodies) if key not in silent and not is_land(body)]
-    if not keys or not structure_reflectors(scene.radar):
-        return None
-    scatterers = build_scatterers([scene.bodies[key] for key in keys], keys, context)
-    visibility = Visibility(scene, scatterers, line_of_sight, max_echo_range(scene.radar), fidelity.visibility_step)
-    extent, direct = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth), moving if fidelity.held_false_echoes else None
-    return IndirectEchoes(scene, visibility, extent, seed, direct)
-
-
 def rests(body: Body, scene: Scene) -> bool:
     """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth."""
-    plain = scene.radar.multiple is None or is_land(body)
+    plain = is_land(body) or not has_paths(scene.radar)
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain
 
 
-def _paths(scene: Scene, extent: float) -> list[BeamPath]:
-    """The paths of moving echoes where there are others than the direct one, or structures beside that."""
-    radar, paths = scene.radar, list[BeamPath]()
-    if radar.structures or radar.multiple is not None:
-        paths.append(DirectPath(radar, extent))
-    if radar.multiple is not None:
-        ships = np.array([not is_land(body) for body in scene.bodies], dtype=np.bool_)
-        paths.append(MultiplePaths(radar, extent, ships))
-    return paths
+def _paths(scene: Scene, beam: Beam) -> list[BeamPath]:
+    """The paths of moving echoes where there are others than the direct one, or something changes the beam on that."""
+    effects = [each for each in effects_in(scene) if each.has_paths]
+    others = [path for each in effects for path in each.stage().paths(scene, beam, numbers_of(scene, each.name)[1])]
+    return [DirectPath(beam), *others] if effects or beam.pattern is not None else []
 
 
 def _land_rows(
@@ -228,6 +203,11 @@ def _land_rows(
     passages = LandPassages(scene, land.key, line_of_sight, max_range, points)
     visibility = Visibility(scene, land, line_of_sight, max_range, fidelity.visibility_step)
     return LandRows(scene, passages, MovingEchoes(scene, visibility, beam, seed), fidelity, compression)
+
+
+def beam_pattern(radar: Radar, fidelity: Fidelity) -> ChangedPattern | None:
+    """The antenna's pattern as effects change it, as far off boresight as the fidelity says; None where none does."""
+    return changed_pattern(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth))
 
 
 def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
@@ -264,28 +244,27 @@ def beam_rows(
     where = column(echoes.range, radar.range_step) - first
     grid = spread((rows, columns), row, where, echoes.amplitude, kernel, compression.kernel)
     filtered = beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
-    _add_shadows(filtered, scene, fidelity, echoes, compression, first)
+    _add_changes(filtered, scene, fidelity, echoes, compression, first)
     return filtered
 
 
-def _add_shadows(
+def _add_changes(
     rows: Profiles, scene: Scene, fidelity: Fidelity, echoes: Echoes, compression: Compression, first: int
 ) -> None:
-    """Adds to rows (A, columns) of resting echoes what own ship's structures change of them, by azimuths and directions."""
-    radar = scene.radar
-    shadow = structure_shadow(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth))
-    if shadow is None:
+    """Adds to rows (A, columns) of resting echoes what effects change of the beam, by azimuths and directions."""
+    radar, pattern = scene.radar, beam_pattern(scene.radar, fidelity)
+    if pattern is None:
         return
     heading = float(scene.platform.heading(np.zeros(1))[0])
-    behind = np.flatnonzero(shadow.reaches(echoes.azimuth - heading))
+    behind = np.flatnonzero(pattern.reaches(echoes.azimuth - heading))
     for start in range(0, radar.azimuths, MAX_TILE):
         boresight = np.arange(start, min(start + MAX_TILE, radar.azimuths)) * radar.azimuth_step
         off = wrap_angle(echoes.azimuth[behind] - boresight[len(boresight) // 2])
-        which = behind[np.abs(off) <= shadow.extent + MAX_TILE * radar.azimuth_step]
+        which = behind[np.abs(off) <= pattern.extent + MAX_TILE * radar.azimuth_step]
         for part in range(0, len(which), ECHOES_PER_PART):
             some = which[part : part + ECHOES_PER_PART]
             offset = echoes.azimuth[some, None] - boresight
-            change = shadow.two_way_change(echoes.azimuth[some, None] - heading, offset)
+            change = pattern.two_way_change(echoes.azimuth[some, None] - heading, offset)
             amplitude = (echoes.amplitude[some, None] * change).astype(np.complex64)
             still = np.zeros(amplitude.shape, dtype=np.float32)
             where = column(echoes.range[some], radar.range_step) - first

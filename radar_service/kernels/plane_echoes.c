@@ -547,7 +547,7 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
             if (seen_by(a, out, path->chain[0], water) == PARTLY) hide(a, &a->lit, out, window, path->chain[0], path, eye, water);
             for (int k = 0; k < path->n && a->lit.n; k++) {
                 int to = k + 1 < path->n ? path->chain[k + 1] : last;
-                hide_between(a, &a->lit, path->chain[k], to, &window[k], &window[k + 1], path->eye[k + 1], k + 1 < path->n ? path : NULL, eye);
+                hide_between(a, &a->lit, path->chain[k], to, &window[k + 1], path->eye[k + 1], k + 1 < path->n ? path : NULL, eye);
             }
             made = 1;
         }
@@ -574,7 +574,7 @@ static void bounces(Aspect *a, const double *reach, double water) {
             Vec direction = reflected(out->leg.ahead, mirror.normal);
             Polygon window = piece_of(scene, one);
             Beam beam = beam_through(&window, path.eye[1], mirror);
-            int count = all_in_beam(&a->tree, &beam, a->from_first);
+            int count = all_in_beam(&a->tree, scene, &beam, a->from_first);
             a->lit.work += count;
             for (int i = 0; i < count && !is_worn_out(a); i++) {
                 int two = a->from_first[i], wanted = 0;
@@ -593,7 +593,7 @@ static void bounces(Aspect *a, const double *reach, double water) {
                 Path longer = {2, {one, two}, s, {path.eye[0], path.eye[1], mirrored(path.eye[1], second)}};
                 Vec onward = reflected(direction, second.normal);
                 Beam narrow = beam_through(&region, longer.eye[2], second);
-                int further = all_in_beam(&a->tree, &narrow, a->from_second);
+                int further = all_in_beam(&a->tree, scene, &narrow, a->from_second);
                 a->lit.work += further;
                 for (int j = 0; j < further && !is_worn_out(a); j++) {
                     int three = a->from_second[j], some = 0;

@@ -6,7 +6,9 @@
 #include "phasors.h"
 #include "polygons.h"
 
-enum { WAYS = 2, LEVELS = 12, FAN = 8, CELLS = 128 };
+enum { WAYS = 2, LEVELS = 17, FAN = 4, CELLS = 128 };
+
+static const double ROUNDED = 4e-6; /* of the radius of a scene: by which boxes in single precision are too large */
 
 /* Adds the planes through an eye and the edges of a convex polygon, its middle above them, to the `count` that are there. */
 static int add_planes_of_edges(const Vec *corner, int corners, Vec eye, Vec middle, Plane *planes, int count) {
@@ -114,10 +116,14 @@ typedef struct {
     double radius;
 } Scene;
 
-/* Boxes about pieces, and about FAN of these in a row, and so on; middle and half of the sides. An empty one has a negative half. */
+typedef float Row __attribute__((vector_size(4 * FAN), aligned(4), may_alias));
+typedef int32_t Mask __attribute__((vector_size(4 * FAN), aligned(4), may_alias));
+
+/* Boxes about pieces, and about FAN of these in a row, and so on up to one such group. Of each group: middles (3, FAN) from the
+ * middle of the scene, and halves of the sides (3, FAN), a little too large; a half of an empty box is negative. */
 typedef struct {
-    int levels, count[LEVELS];
-    Vec *middle[LEVELS], *half[LEVELS];
+    int levels;
+    float *box[LEVELS];
 } Tree;
 
 /* What lies before an eye: projected boxes of the pieces that face it, in a grid. By the sea their images in it come after them,
@@ -163,105 +169,106 @@ static inline int is_worn_out(const Aspect *a) { return a->lit.work + a->kept.wo
 
 /* ------------------------------------------------------------------------------------------------------------------- boxes */
 
+static void include(Vec *low, Vec *high, Vec least, Vec most) {
+    *low = vec(smaller(low->x, least.x), smaller(low->y, least.y), smaller(low->z, least.z));
+    *high = vec(larger(high->x, most.x), larger(high->y, most.y), larger(high->z, most.z));
+}
+
 static int grow_tree(Tree *t, const Scene *scene) {
-    int n = scene->n;
-    memset(t, 0, sizeof *t);
-    for (t->levels = 0; t->levels < LEVELS; t->levels++) {
-        int l = t->levels;
-        t->count[l] = n;
-        t->middle[l] = malloc(sizeof(Vec) * (size_t)(n + 1));
-        t->half[l] = malloc(sizeof(Vec) * (size_t)(n + 1));
-        if (!t->middle[l] || !t->half[l]) return 0;
-        for (int i = 0; i < n; i++) {
-            Vec low = vec(INFINITY, INFINITY, INFINITY), high = vec(-INFINITY, -INFINITY, -INFINITY);
-            int begin = l ? FAN * i : scene->first[i], end = l ? FAN * i + FAN : scene->first[i + 1];
-            if (l && end > t->count[l - 1]) end = t->count[l - 1];
-            for (int k = begin; k < end; k++) {
-                Vec middle = l ? t->middle[l - 1][k] : scene->corner[k], half = l ? t->half[l - 1][k] : vec(0.0, 0.0, 0.0);
-                if (half.x < 0.0) continue;
-                low = vec(smaller(low.x, middle.x - half.x), smaller(low.y, middle.y - half.y), smaller(low.z, middle.z - half.z));
-                high = vec(larger(high.x, middle.x + half.x), larger(high.y, middle.y + half.y), larger(high.z, middle.z + half.z));
-            }
-            int empty = low.x > high.x;
-            t->middle[l][i] = empty ? vec(0.0, 0.0, 0.0) : vscale(vadd(low, high), 0.5);
-            t->half[l][i] = empty ? vec(-1.0, -1.0, -1.0) : vscale(vsub(high, low), 0.5);
-        }
-        if (n <= FAN) {
-            t->levels++;
-            return 1;
-        }
-        n = (n + FAN - 1) / FAN;
+    size_t every = (size_t)scene->n + FAN;
+    Vec *low = malloc(every * sizeof *low), *high = malloc(every * sizeof *high), edge = vec(INFINITY, INFINITY, INFINITY);
+    const double middle[3] = {scene->middle.x, scene->middle.y, scene->middle.z}, slack = ROUNDED * scene->radius;
+    int n = scene->n, sound = low && high;
+    t->levels = 0;
+    for (int i = 0; sound && i < n; i++) {
+        low[i] = edge;
+        high[i] = vscale(edge, -1.0);
+        for (int k = scene->first[i]; k < scene->first[i + 1]; k++) include(low + i, high + i, scene->corner[k], scene->corner[k]);
     }
-    return 1;
+    while (sound && t->levels < LEVELS) {
+        int groups = n > 0 ? (n + FAN - 1) / FAN : 1;
+        float *box = t->box[t->levels++] = malloc(sizeof(float) * 6 * FAN * (size_t)groups);
+        sound = box != NULL;
+        for (int g = 0; sound && g < groups; g++, box += 6 * FAN) {
+            Vec least = edge, most = vscale(edge, -1.0);
+            for (int i = 0; i < FAN; i++) {
+                int member = FAN * g + i, empty = member >= n || low[member].x > high[member].x;
+                double ends[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+                if (!empty) {
+                    memcpy(ends[0], low + member, sizeof ends[0]);
+                    memcpy(ends[1], high + member, sizeof ends[1]);
+                    include(&least, &most, low[member], high[member]);
+                }
+                for (int axis = 0; axis < 3; axis++) {
+                    box[axis * FAN + i] = empty ? 0.0f : (float)(0.5 * (ends[0][axis] + ends[1][axis]) - middle[axis]);
+                    box[(3 + axis) * FAN + i] = empty ? -1e30f : (float)(0.5 * (ends[1][axis] - ends[0][axis]) + slack);
+                }
+            }
+            low[g] = least;
+            high[g] = most;
+        }
+        if (groups == 1) break;
+        n = groups;
+    }
+    free(low);
+    free(high);
+    return sound;
 }
 
 static void free_tree(Tree *t) {
-    for (int l = 0; l < LEVELS; l++) {
-        free(t->middle[l]);
-        free(t->half[l]);
-    }
+    for (int l = 0; l < t->levels; l++) free(t->box[l]);
 }
 
-/* The planes through an eye and the edges of a window, and the window's own: a beam lies above them all. last: the plane that last
- * had something below it, and often has the next one too. */
+/* The planes through an eye and the edges of a window, and others: a beam lies above them all. */
 typedef struct {
-    int n, last;
-    Plane at[MOST + 1];
+    int n;
+    Plane at[MOST + 2];
 } Beam;
 
 static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
     Beam beam;
-    Vec middle = middle_of(window);
-    beam.n = beam.last = 0;
-    beam.at[beam.n++] = beyond;
-    beam.n = add_planes_of_edges(window->at, window->n, eye, middle, beam.at, beam.n);
+    beam.at[0] = beyond;
+    beam.n = add_planes_of_edges(window->at, window->n, eye, middle_of(window), beam.at, 1);
     return beam;
 }
 
-static inline int is_below(Plane plane, Vec middle, Vec half) {
-    Vec n = plane.normal;
-    return height_over(plane, middle) + fabs(n.x) * half.x + fabs(n.y) * half.y + fabs(n.z) * half.z <= THIN;
-}
+/* A plane from the middle of a scene: its normal, the sizes of that, its offset. */
+typedef struct {
+    float at[7];
+} Side;
 
-static inline int in_beam(Vec middle, Vec half, Beam *beam) {
-    if (half.x < 0.0 || is_below(beam->at[beam->last], middle, half)) return 0;
-    for (int k = beam->n - 1; k >= 0; k--) { /* the sides first: a beam is narrow */
-        if (!is_below(beam->at[k], middle, half)) continue;
-        beam->last = k;
-        return 0;
+/* Pieces whose boxes a beam may meet in a group of the tree, added to `found` from `count` on. */
+static int gather_beam(const Tree *t, int level, int group, const Side *sides, int n, int *found, int count) {
+    const Row *box = (const Row *)t->box[level] + (size_t)group * 6;
+    Mask alive = (Mask)(box[3] > -1.0f);
+    for (int k = n - 1; k >= 0; k--) { /* the edges first: a beam is narrow */
+        const float *s = sides[k].at;
+        Row top = box[0] * s[0] + box[1] * s[1] + box[2] * s[2] + box[3] * s[3] + box[4] * s[4] + box[5] * s[5];
+        int64_t any[2];
+        alive &= (Mask)(top > s[6]);
+        memcpy(any, &alive, sizeof any);
+        if (!(any[0] | any[1])) return count;
     }
-    return 1;
-}
-
-/* Pieces whose boxes a beam meets below a node of the tree, added to `found` from `count` on. */
-static int gather_beam(const Tree *t, int level, int node, Beam *beam, int *found, int count) {
-    if (!in_beam(t->middle[level][node], t->half[level][node], beam)) return count;
-    if (!level) {
-        found[count++] = node;
-        return count;
+    for (int i = 0; i < FAN; i++) {
+        if (!alive[i]) continue;
+        if (level)
+            count = gather_beam(t, level - 1, FAN * group + i, sides, n, found, count);
+        else
+            found[count++] = FAN * group + i;
     }
-    int end = FAN * node + FAN < t->count[level - 1] ? FAN * node + FAN : t->count[level - 1];
-    for (int i = FAN * node; i < end; i++) count = gather_beam(t, level - 1, i, beam, found, count);
     return count;
 }
 
-static int all_in_beam(const Tree *t, Beam *beam, int *found) {
-    int count = 0, top = t->levels - 1;
-    for (int i = 0; i < t->count[top]; i++) count = gather_beam(t, top, i, beam, found, count);
-    return count;
-}
-
-static int gather_box(const Tree *t, int level, int node, Vec middle, Vec half, int *found, int count) {
-    Vec m = t->middle[level][node], h = t->half[level][node];
-    if (h.x < 0.0 || fabs(m.x - middle.x) >= h.x + half.x || fabs(m.y - middle.y) >= h.y + half.y || fabs(m.z - middle.z) >= h.z + half.z)
-        return count;
-    if (!level) {
-        found[count++] = node;
-        return count;
+/* All pieces that a beam may meet, in their order. */
+static int all_in_beam(const Tree *t, const Scene *scene, const Beam *beam, int *found) {
+    Side sides[MOST + 2];
+    for (int k = 0; k < beam->n; k++) {
+        Plane plane = beam->at[k];
+        Vec n = plane.normal;
+        double at[7] = {n.x, n.y, n.z, fabs(n.x), fabs(n.y), fabs(n.z), -height_over(plane, scene->middle)};
+        for (int i = 0; i < 7; i++) sides[k].at[i] = (float)at[i];
     }
-    int end = FAN * node + FAN < t->count[level - 1] ? FAN * node + FAN : t->count[level - 1];
-    for (int i = FAN * node; i < end; i++) count = gather_box(t, level - 1, i, middle, half, found, count);
-    return count;
+    return gather_beam(t, t->levels - 1, 0, sides, beam->n, found, 0);
 }
 
 /* -------------------------------------------------------------------------------------------------------------------- views */
@@ -447,20 +454,13 @@ static void hide(Aspect *a, Regions *list, View *view, const Polygon *window, in
     if (is_worn_out(a)) list->n = 0;
 }
 
-/* Takes out of regions on piece `to` what is hidden on the way from a window on piece `from`. eye: the image that lights it from
- * there; last: of the path, if the regions lie one piece further on, else NULL. */
-static void hide_between(Aspect *a, Regions *list, int from, int to, const Polygon *window, const Polygon *there, Vec eye,
-                         const Path *last, Vec last_eye) {
+/* Takes out of regions on piece `to` what is hidden on the way from piece `from`. there: the window on `to`. eye: the image that
+ * lights it from `from`; last: of the path, if the regions lie one piece further on, else NULL. */
+static void hide_between(Aspect *a, Regions *list, int from, int to, const Polygon *there, Vec eye, const Path *last, Vec last_eye) {
     const Scene *scene = a->scene;
-    Vec low = window->at[0], high = low;
-    for (int i = 0; i < window->n + there->n; i++) {
-        Vec p = i < window->n ? window->at[i] : there->at[i - window->n];
-        low = vec(smaller(low.x, p.x), smaller(low.y, p.y), smaller(low.z, p.z));
-        high = vec(larger(high.x, p.x), larger(high.y, p.y), larger(high.z, p.z));
-    }
-    int found = 0, top = a->tree.levels - 1;
-    for (int i = 0; i < a->tree.count[top]; i++)
-        found = gather_box(&a->tree, top, i, vscale(vadd(low, high), 0.5), vscale(vsub(high, low), 0.5), a->near_list, found);
+    Beam beam = beam_through(there, eye, scene->plane[from]);
+    beam.at[beam.n++] = scene->plane[to];
+    int found = all_in_beam(&a->tree, scene, &beam, a->near_list);
     for (int k = 0; k < found && list->n && !is_worn_out(a); k++) {
         int c = a->near_list[k];
         if (c == from || c == to || scene->patch[c] == scene->patch[to] || height_over(scene->plane[c], eye) <= THIN) continue;

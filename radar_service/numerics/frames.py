@@ -1,5 +1,6 @@
 """Positions relative to the antenna, and rotations. Bearings run clockwise from true north; all angles are in radians."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -70,6 +71,11 @@ def wrap_bearing(angle: Floats | float) -> Floats:
     """The same angle in [0, 2 pi) [rad]: never 2 pi itself, to which the remainder of -1e-17 rounds."""
     wrapped = np.asarray(angle) % (2.0 * np.pi)
     return np.where(wrapped < 2.0 * np.pi, wrapped, 0.0)
+
+
+def bearing_text(angle: float) -> str:
+    """Returns a bearing [rad] in degrees, 000.0 to 359.9."""
+    return f"{round(math.degrees(angle), 1) % 360.0:05.1f}"
 
 
 def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:

@@ -46,8 +46,8 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
     if fidelity.engine == "documented":
         how = "one hit per azimuth" if body.mesh is None else f"rays against {len(body.mesh.faces)} triangles"
         return PlanItem(what, True, how)
-    if key in statistics.culling.bodies:
-        culled = statistics.culling.bodies[key]
+    if key in statistics.culled:
+        culled = statistics.culled[key]
         shadow = "; still occludes what is behind it" if culled.occludes else ""
         return PlanItem(what, False, culled.reason + shadow, culled.error_db)
     if statistics.bodies is not None and rests(body, scene) and not statistics.bodies.echoes[key]:

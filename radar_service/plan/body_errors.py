@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.echo.closest_approach import nearest_and_top
 from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
 from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.plan.closest_approach import nearest_and_top
 from radar_service.plan.run import HORIZON, body_run, ends_at_horizon, is_steered
 from radar_service.plan.settings_search import combine_db
 from radar_service.propagation.multipath import specular_geometry

@@ -9,7 +9,7 @@ few or none of them.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,7 +26,7 @@ from radar_service.engine.pipeline import (
     visibility_steps,
 )
 from radar_service.engine.preparation import Prepared
-from radar_service.plan.culling import Culling
+from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
 from radar_service.receive.detection import square_law
 from radar_service.scattering.model import BodyEchoes
@@ -44,13 +44,13 @@ class SetUp:
     """A prepared engine.
 
     prepared: the engine.
-    culling: what was culled before.
+    culled: bodies that were culled before, by index.
     set_up_rays: rays cast by preparation.
     look_rays: rays cast by the first visibility update.
     """
 
     prepared: Prepared
-    culling: Culling
+    culled: Mapping[int, CulledBody]
     set_up_rays: int
     look_rays: int
 
@@ -71,7 +71,7 @@ def engine_statistics(set_up: SetUp) -> EngineStatistics:
     prepared = set_up.prepared
     land = None if prepared.land is None else prepared.land.passages
     border = None if land is None else land.border(land.way_at(0.0))
-    return EngineStatistics(set_up.culling, engine_counts(set_up), counts_per_body(prepared), timed_costs(prepared), border)
+    return EngineStatistics(set_up.culled, engine_counts(set_up), counts_per_body(prepared), timed_costs(prepared), border)
 
 
 def engine_counts(set_up: SetUp) -> Counts:
@@ -120,7 +120,7 @@ class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
     stages: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("moving", "receiver", "profiles", "aspects", "false_echoes"), 0.0)
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "profiles", "aspects"), 0.0)
     )
     effects: dict[str, float] = field(default_factory=dict)
     azimuths: int = 0
@@ -205,15 +205,11 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
             prepared.moving.passing(azimuths.part(first, stop))
     watch.add("aspects")
-    if prepared.indirect is not None:
-        for first, stop in blocks(prepared, azimuths):
-            prepared.indirect.echoes(azimuths.part(first, stop))
-    watch.add("false_echoes")
     for name, stage in prepared.stages.items():
         for first, stop in blocks(prepared, azimuths) if stage.has_echoes else ():
             stage.echoes(azimuths.part(first, stop))
         watch.add_effect(name)
-    rows, land = moving_rows(replace(prepared, indirect=None, stages={}), azimuths), land_spectra(prepared, azimuths)
+    rows, land = moving_rows(replace(prepared, stages={}), azimuths), land_spectra(prepared, azimuths)
     watch.add("moving")
     profiles = receive(prepared, azimuths, rows, blind, land)
     watch.add("receiver")

@@ -1,26 +1,18 @@
-"""Culling: bodies and false echoes that a scene does not need, each with the reason and the error of culling it."""
+"""Culling: bodies that a scene does not need, each with the reason and the error of culling it."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-import numpy as np
-
+from radar_service.echo.closest_approach import max_power, nearest_and_top
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.closest_approach import nearest_and_top
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.structure_shadow import structure_reflectors
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import height_over_horizon, scattering_model
+from radar_service.scattering.models import height_over_horizon
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
-MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 MARGIN = 1.0  # m, for rounding
-MAX_FAINT = -20.0  # dB of the noise, below which false echoes are left out: each changes a mean power by 0.04 dB at most
-SIDELOBE = 0.1  # one-way field of the direct beam at a target while it lights a structure elsewhere
 MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe
 
 
@@ -38,37 +30,10 @@ class CulledBody:
     occludes: bool
 
 
-@dataclass(frozen=True)
-class Culling:
-    """What a scene does not need.
-
-    bodies: culled bodies by their index in the scene.
-    faint: bodies whose false echoes are culled, by their index in the scene, with the highest power of these [dB of the noise].
-    """
-
-    bodies: Mapping[int, CulledBody] = field(default_factory=dict)
-    faint: Mapping[int, float] = field(default_factory=dict)
-
-    @property
-    def silent(self) -> list[int]:
-        """Indices of bodies without echoes."""
-        return list(self.bodies)
-
-    @property
-    def transparent(self) -> list[int]:
-        """Indices of bodies that occlude nothing."""
-        return [key for key, culled in self.bodies.items() if not culled.occludes]
-
-
-def cull(scene: Scene, fidelity: Fidelity) -> Culling:
-    """What this fidelity culls from a scene; nothing where it allows no error."""
+def cull(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
+    """The bodies that the error budget of a fidelity allows to cull, by index in the scene; none where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
-        return Culling()
-    return Culling(culled_bodies(scene, fidelity), faint_indirect_echoes(scene, fidelity))
-
-
-def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
-    """The bodies that the error budget of a fidelity allows to cull, by index in the scene."""
+        return {}
     culled = {
         key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None
     }
@@ -96,18 +61,6 @@ def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody |
     return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, occludes=False)
 
 
-def faint_indirect_echoes(scene: Scene, fidelity: Fidelity) -> dict[int, float]:
-    """The bodies whose indirect echoes stay MAX_FAINT below the noise, by index, with the highest power of these [dB of it]."""
-    fields = [reflector.max_field for reflector in structure_reflectors(scene.radar)]
-    if not fields or not scene.environment.noise:
-        return {}
-    ways = sum((field**2 + 2.0 * SIDELOBE * field) ** 2 for field in fields)
-    noise = receiver_noise_power(scene.radar)
-    powers = [max_power(body, scene, fidelity) * ways / noise for body in scene.bodies]
-    levels = [10.0 * math.log10(power) if power > 0.0 else -math.inf for power in powers]
-    return {key: level for key, level in enumerate(levels) if level < MAX_FAINT}
-
-
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:
     """The bodies of `keys` whose maximum powers together keep the budget below the noise, weakest first."""
     if not scene.environment.noise:
@@ -126,11 +79,3 @@ def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int,
         level, error = 10.0 * math.log10(powers[key] / noise), 10.0 * math.log10(1.0 + total / noise)
         culled[key] = CulledBody(f"always below the noise: at most {level:.0f} dB of it", error, occludes=True)
     return culled
-
-
-def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
-    """A power [W] that the echoes of a body hardly ever exceed in any cell, at its closest approach."""
-    nearest, _ = nearest_and_top(body, scene)
-    level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
-    multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
-    return level * scattering_model(body).max_rcs(body, scene.radar, fidelity) * multipath

@@ -1,9 +1,8 @@
 """The effects of a scene: which are modelled, how, and their errors and costs."""
 
 import math
-from collections.abc import Mapping
-
-import numpy as np
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from radar_service.echo.land import PIECE
 from radar_service.numerics.frames import effective_earth_radius
@@ -11,7 +10,6 @@ from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
-from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
 from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import Fidelity
@@ -31,9 +29,6 @@ LAND_DB = -50.0  # of points from 1 km on, at 25 kn, turning or rolling (tests/e
 SIGHT_WAY, SIGHT_DB = 2.1, 0.1  # m of way in a piece of land; of mean power in rings, against steps of 1 m (the same tests)
 BY_LAND = "; land reflects in place of the sea, as rough as its material"
 SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
-STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/radar/test_structure_shadow.py)
-# Of the power of indirect echoes, abeam of the structure and farther round (tests/radar/test_structure_reflection.py):
-INDIRECT_DB = 1.0
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 NOT_SPECIFIED = "requested, but not in the specification"
@@ -56,10 +51,10 @@ def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
-        *_undocumented_structures(scene.radar),
+        *_unspecified(_stages(scene, fidelity, True)),
         *_seaway(scene),
         PlanItem("noise", False, "not in the specification"),
-        *(PlanItem(item.what, False, NOT_SPECIFIED) for item in _stages(scene, fidelity, {})),
+        *_unspecified(_stages(scene, fidelity, False)),
     ]
 
 
@@ -73,21 +68,16 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     ]
 
 
-def _undocumented_structures(radar: Radar) -> list[PlanItem]:
-    requested = {"structures": bool(radar.structures), "multiple echoes": radar.multiple is not None}
-    return [PlanItem(what, False, NOT_SPECIFIED) for what, flag in requested.items() if flag]
-
-
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     environment, costs = scene.environment, statistics.costs
+    of_effects = {} if costs is None else costs.effects
     receiver = None if costs is None else costs.receiver
     noise = "thermal, k T0 F" if environment.noise else NOT_REQUESTED
     return [
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),
         _beam(scene, fidelity),
-        *_structures(scene, fidelity, statistics),
-        *_multiple(scene),
+        *_stages(scene, fidelity, True, of_effects),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         *_land(scene, statistics.land_border),
         _earth(scene),
@@ -98,7 +88,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_plating(scene),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
-        *_stages(scene, fidelity, {} if costs is None else costs.effects),
+        *_stages(scene, fidelity, False, of_effects),
     ]
 
 
@@ -141,48 +131,6 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
         if scene.own_ship.at_rest:
             extent = f"the full circle, {extent} for moving echoes"
     return PlanItem("beam", True, f"{radar.pattern.description}, {extent}", field_db=error if math.isfinite(error) else None)
-
-
-def _structures(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
-    """How own ship's structures near the antenna are modelled, with the loss behind the middle of each."""
-    structures, shadow = scene.radar.structures, structure_shadow(scene.radar)
-    if shadow is None:
-        return []
-    bearings = np.array([structure.bearing for structure in structures])
-    loss_db = -40.0 * np.log10(np.maximum(np.abs(shadow.one_way(bearings, np.zeros(len(bearings)))), 1e-6))
-    losses = ", ".join(f"{each.name} {loss:.1f} dB" for each, loss in zip(structures, loss_db, strict=True))
-    how = f"diffraction by black strips, summed over the aperture; two-way loss behind {losses}"
-    return [PlanItem("structures", True, how, field_db=STRUCTURES_DB), *_indirect(scene, fidelity, statistics)]
-
-
-def _multiple(scene: Scene) -> list[PlanItem]:
-    """How echoes between own ship and ships near by are modelled; their cost is part of that of moving echoes."""
-    multiple = scene.radar.multiple
-    if multiple is None:
-        return []
-    ships = sum(not is_land(body) for body in scene.bodies)
-    own = f"{10 * math.log10(multiple.own_rcs):.0f} dBsm of own ship"
-    how = (
-        f"{multiple.orders} of each of {ships} ships within {multiple.max_range:g} m, by {own}; each ship counts as one echo"
-    )
-    return [PlanItem("multiple echoes", ships > 0, how)]
-
-
-def _indirect(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
-    """How indirect echoes by structures are modelled, with their highest level behind each."""
-    reflectors = structure_reflectors(scene.radar)
-    if not reflectors:
-        return [PlanItem("indirect echoes", False, "no structure reflects")]
-    ships = [key for key, body in enumerate(scene.bodies) if not is_land(body)]
-    faint, count = len(statistics.culling.faint.keys() & set(ships)), len(ships)
-    levels = ", ".join(f"{each.structure.name} {40.0 * math.log10(max(each.max_field, 1e-9)):.0f} dB" for each in reflectors)
-    how = f"there and back and one way by {levels} of the direct echo at most; {count - faint} of {count} bodies, land apart"
-    if faint == count:
-        return [PlanItem("indirect echoes", False, f"{how}: all others below the noise")]
-    if fidelity.held_false_echoes and any(scattering_model(scene.bodies[key]).by_aspect for key in ships):
-        how += "; metal has the aspect of the beam's crossing, as another look at it"
-    costs = None if statistics.costs is None else statistics.costs.false_echoes
-    return [PlanItem("indirect echoes", True, how, power_db=INDIRECT_DB, microseconds=costs)]
 
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
@@ -289,6 +237,14 @@ def _plating(scene: Scene) -> list[PlanItem]:
     return [PlanItem("dented plating", True, how)] if dents else []
 
 
-def _stages(scene: Scene, fidelity: Fidelity, costs: Mapping[str, float]) -> list[PlanItem]:
-    """What the effects of `stages` say of themselves. costs: by their names [us]."""
-    return [item for each in effects_in(scene) for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
+def _stages(
+    scene: Scene, fidelity: Fidelity, of_radar: bool, costs: Mapping[str, float] = MappingProxyType({})
+) -> list[PlanItem]:
+    """What effects say of themselves: those with keys of the radar, or all others. costs: by their names [us]."""
+    chosen = [each for each in effects_in(scene) if bool(each.radar_keys) == of_radar]
+    return [item for each in chosen for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
+
+
+def _unspecified(items: Sequence[PlanItem]) -> list[PlanItem]:
+    """The same effects, as the specification has none of them."""
+    return [PlanItem(item.what, False, NOT_SPECIFIED) for item in items]

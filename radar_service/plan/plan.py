@@ -27,7 +27,7 @@ from radar_service.world.scene import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
 ASPECTS = "of aspects, moving"
-STAGE = {"looks": "visibility", "false_echoes": "false echoes"}  # as text; the other costs have the names of their keys
+STAGE = {"looks": "visibility"}  # as text; the other costs have the names of their keys
 NOTHING_KNOWN = EngineStatistics()
 ROUNDING = 1.02  # of an error budget: more is beyond it
 

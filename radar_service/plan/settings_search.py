@@ -24,6 +24,7 @@ from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.records.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.surface_sampling import MAX_STRATA, density_db
+from radar_service.stages.registry import has_paths
 from radar_service.world.scene import Scene
 
 BEAM_KERNEL_WIDTHS = (4, 6)
@@ -185,5 +186,5 @@ def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
 
 def all_rests(scene: Scene) -> bool:
     """Whether all echoes are gridded once: nothing moves relative to the antenna, and nothing fluctuates."""
-    still = scene.own_ship.at_rest and scene.radar.multiple is None
+    still = scene.own_ship.at_rest and not has_paths(scene.radar)
     return still and all(body.at_rest and body.swerling == 0 for body in scene.bodies)

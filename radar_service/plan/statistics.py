@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
 from radar_service.numerics.types import Indices
-from radar_service.plan.culling import Culling
+from radar_service.plan.culling import CulledBody
 from radar_service.world.scene import Scene
 
 
@@ -42,7 +42,6 @@ class Costs:
     receiver: Fourier transforms and noise.
     profiles: schedule, resting profiles, detection and hand-over.
     aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
-    false_echoes: indirect ones, by own ship's structures.
     effects: of the effects of `stages`, by their names.
     """
 
@@ -51,7 +50,6 @@ class Costs:
     receiver: float
     profiles: float
     aspects: float = 0.0
-    false_echoes: float = 0.0
     effects: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -80,12 +78,12 @@ class PerBody:
 class EngineStatistics:
     """What is known of a scene.
 
-    culling: bodies and effects that are not modelled.
+    culled: bodies that are not modelled, by index.
     counts, bodies, costs: of the engine; None before it is prepared, and for `documented`.
     land_border: distance [m] from which on land under way is evaluated once a passage at the start; None where none is.
     """
 
-    culling: Culling = field(default_factory=Culling)
+    culled: Mapping[int, CulledBody] = field(default_factory=dict)
     counts: Counts | None = None
     bodies: PerBody | None = None
     costs: Costs | None = None

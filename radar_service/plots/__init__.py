@@ -13,28 +13,8 @@ if TYPE_CHECKING:
     from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
 
 __all__ = [
-    "CellAveraging",
-    "ClusterRule",
-    "FloodWarning",
-    "KnownThreshold",
-    "LabelledPlot",
-    "OrderedStatistic",
-    "Plot",
-    "PlotExtractor",
-    "PlotReport",
-    "ScanPlots",
-    "Threshold",
-    "labelled_plots",
-]
+    "CellAveraging", "ClusterRule", "FloodWarning", "KnownThreshold", "LabelledPlot", "OrderedStatistic", "Plot",
+    "PlotExtractor", "PlotReport", "ScanPlots", "Threshold", "labelled_plots",
+]  # fmt: skip
 
-__getattr__, __dir__ = lazily(
-    __name__,
-    {
-        "clusters": ("ClusterRule",),
-        "extractor": ("PlotExtractor", "ScanPlots"),
-        "flood": ("FloodWarning",),
-        "plot": ("Plot",),
-        "plot_report": ("LabelledPlot", "PlotReport", "labelled_plots"),
-        "thresholds": ("CellAveraging", "KnownThreshold", "OrderedStatistic", "Threshold"),
-    },
-)
+__getattr__, __dir__ = lazily(__name__)

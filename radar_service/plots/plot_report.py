@@ -22,7 +22,6 @@ from radar_service.simulator import Simulator
 from radar_service.sources.numbers import (
     BODY,
     FAINT,
-    FALSE,
     LAND,
     NOISE,
     SECOND_TIME_AROUND,
@@ -34,7 +33,7 @@ from radar_service.world.scene import Scene
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does
-    NOISE: "noise", SECOND_TIME_AROUND: "clutter", FAINT: "clutter", **dict.fromkeys(FALSE.values(), "clutter"),
+    NOISE: "noise", SECOND_TIME_AROUND: "clutter", FAINT: "clutter",
 }  # fmt: skip
 SCHEMA = 1
 Progress = Callable[[Iterable[Scan], int], Iterable[Scan]]

@@ -149,6 +149,13 @@ class OrderedStatistic(_AlongRange):
         return max(1, round(RANK * count))
 
 
+def threshold(kind: str, radar: Radar, pfa: float, guard: float, window: float) -> Threshold:
+    """Returns a threshold by name: known, ca or os. guard, window: lengths [m] as of the last two."""
+    if kind == "known":
+        return KnownThreshold(radar, pfa)
+    return {"ca": CellAveraging, "os": OrderedStatistic}[kind](radar, pfa, guard, window)
+
+
 def _check_pfa(pfa: float) -> None:
     if not 0.0 < pfa < 1.0:
         raise ValueError(f"pfa: {pfa} is not allowed; a probability between 0 and 1, as 1e-4")

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class PortPackage(Protocol):
     """What the package of a port has. `serve` imports it: what takes long is imported by `opened`.
 
-    One that has `replays = True` takes part in `replay`, too.
+    One that has `replays = True` takes part in `replay`, too. One that has `exported(number, capture, options)`, which returns a
+    sink that writes a recorded radar into a capture, has an option of `export`; `add_export_arguments(parser)` may add more.
     """
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -42,10 +43,11 @@ def add_ports(
         if replays and not getattr(package, "replays", False):
             continue
         try:
-            package.add_arguments(groups)
-            ports[name] = package
-        except Exception as error:  # a stranger's port raises anything
-            print(plug_ins.broken("ports", name, error), file=sys.stderr)
+            with plug_ins.guarded(plug_ins.entry("ports", name)):
+                package.add_arguments(groups)
+                ports[name] = package
+        except plug_ins.PlugInError as error:
+            print(error, file=sys.stderr)
     parser.set_defaults(ports=ports)
 
 
@@ -55,12 +57,8 @@ def opened(options: argparse.Namespace) -> Iterator["list[Port]"]:
     with contextlib.ExitStack() as on_end:
         ports: list[Port] = []
         for name, package in options.ports.items():
-            try:
+            with plug_ins.guarded(plug_ins.entry("ports", name), UsageError, MissingExtra, OSError):
                 port = package.opened(options)
-            except (UsageError, MissingExtra, OSError):
-                raise
-            except Exception as error:
-                raise plug_ins.broken("ports", name, error) from error
             if port is not None:
                 on_end.callback(port.close)
                 ports.append(port)

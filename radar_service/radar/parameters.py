@@ -1,15 +1,15 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
-from radar_service.radar.structures import Structure
 
 if TYPE_CHECKING:
     from radar_service.radar.waveform import Chirp
@@ -42,20 +42,6 @@ class NearPulse:
     compression: str
     bins: int
     range_max: float
-
-
-@dataclass(frozen=True)
-class MultipleEchoes:
-    """Echoes that own ship throws back to a ship near by.
-
-    own_rcs: of own ship towards the other one [m^2].
-    max_range: of the ships that have them [m].
-    orders: how many such echoes each has.
-    """
-
-    own_rcs: float
-    max_range: float
-    orders: int
 
 
 @dataclass(frozen=True)
@@ -92,8 +78,7 @@ class Radar:
     blind_sectors: start and end clockwise from the bow [rad].
     near_pulses: other pulses, which serve the nearer ranges, by rising range.
     origin: of its rotation; a change of its rate gives another one.
-    structures: of own ship near the antenna, which shadow sectors and reflect.
-    multiple: echoes between own ship and ships near by; None: not modelled.
+    effects: what effects keep of it, by their names.
     label_floor: lowest power that is labelled as a body's, over the body's peak in the spoke; 0: every power.
     """
 
@@ -127,8 +112,7 @@ class Radar:
     compression: str = field(default="matched", metadata={"added": 1})  # see truth.truth_file.scene_hash
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
     origin: Origin = field(default=START, metadata={"added": 1})
-    structures: tuple[Structure, ...] = field(default=(), metadata={"added": 1})
-    multiple: MultipleEchoes | None = field(default=None, metadata={"added": 1})
+    effects: Mapping[str, Any] = field(default_factory=dict, hash=False)
     label_floor: float = field(default=1e-3, metadata={"added": 1})
 
     @property

@@ -13,4 +13,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Recording", "RecordingError", "read"]
 
-__getattr__, __dir__ = lazily(__name__, {"recording": ("Recording", "read"), "error": ("RecordingError",)})
+__getattr__, __dir__ = lazily(__name__)

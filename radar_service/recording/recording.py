@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from datetime import datetime, timedelta
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -78,6 +79,16 @@ class Recording:
         return (
             f"<Recording of {self.scene.name!r}: radar {self._radar}, {self.epochs} epochs, fidelity {self.fidelity.name}>"
         )
+
+    @property
+    def start_utc(self) -> datetime | None:
+        """UTC at simulated time 0, in whole seconds; None where the file was cut short before it."""
+        feed = (wire.unpack(content) for content in self._messages("feed", 0.0))
+        clocks = next((message["clocks"] for message in feed if message["epoch"] == self._epoch.name), None)
+        if clocks is None:
+            return None
+        start: datetime = datetime.fromisoformat(clocks["utc"]) - timedelta(seconds=clocks["simulated_s"])
+        return (start + timedelta(seconds=0.5)).replace(microsecond=0)
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields the spokes in blocks of at most `size`, which never span two scans or spokes that the recording lacks."""

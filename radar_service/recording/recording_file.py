@@ -23,13 +23,13 @@ def created(path: Path) -> IO[bytes]:
 class RecordingFile:
     """Writes a file, as a context manager. All methods raise OSError that names the file; after one nothing is written."""
 
-    def __init__(self, path: Path, create: Callable[[Path], IO[bytes]] = created) -> None:
-        """create: returns the empty file."""
+    def __init__(self, path: Path, create: Callable[[Path], IO[bytes]] = created, profile: str = PROFILE) -> None:
+        """create: returns the empty file; profile: of its channels."""
         self._path, self._failed = path, False
         self._file = create(path)
         self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.ZSTD)
         with self._named_errors():
-            self._writer.start(PROFILE, f"radar-service {version('radar-service')}")
+            self._writer.start(profile, f"radar-service {version('radar-service')}")
 
     def channel(
         self, topic: str, encoding: str, schema: Mapping[str, Any] | None = None
@@ -38,9 +38,15 @@ class RecordingFile:
 
         Channels that come before the first message are in the first chunk, where readers look for them.
         """
-        number = 0
-        if schema is not None:
-            number = self._writer.register_schema(schema["title"], "jsonschema", json.dumps(schema).encode())
+        if schema is None:
+            return self.typed_channel(topic, encoding)
+        return self.typed_channel(topic, encoding, schema["title"], "jsonschema", json.dumps(schema).encode())
+
+    def typed_channel(
+        self, topic: str, encoding: str, name: str = "", form: str = "", schema: bytes = b""
+    ) -> Callable[[float, float, bytes], None]:
+        """The same with a schema of another form; name: of the type, none for a channel without a schema."""
+        number = self._writer.register_schema(name, form, schema) if name else 0
         channel = self._writer.register_channel(topic, encoding, number)
 
         def write(log_time: float, time: float, content: bytes) -> None:

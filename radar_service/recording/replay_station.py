@@ -42,16 +42,21 @@ class ReplaySpokeSource(Recording):
         raise SpokeSourceFault(ENDED)
 
 
+def recorded_settings(recording: Recording, settings: Settings) -> Settings:
+    """Returns settings with the display controls and the range of a recording."""
+    names = {"range_m", *(control.name for control in CONTROLS if control.acts_on == "display")}
+    recorded = {name: value for name, value in recording.record["controls"].items() if name in names}
+    return changed_settings(settings, recording.info.scene, recorded)
+
+
 class ReplayStation(Station):
     """A radar that sends a recording once."""
 
     def __init__(
         self, identity: str, spoke_source: ReplaySpokeSource, *arguments: Any, settings: Settings, **options: Any
     ) -> None:
-        """settings: display controls are those of the recording instead."""
-        display = {control.name for control in CONTROLS if control.acts_on == "display"}
-        recorded = {name: value for name, value in spoke_source.record["controls"].items() if name in display}
-        settings = changed_settings(settings, spoke_source.info.scene, recorded)
+        """settings: display controls and range are those of the recording instead."""
+        settings = recorded_settings(spoke_source, settings)
         super().__init__(identity, spoke_source, *arguments, settings=settings, restarts=0, **options)
 
     @override

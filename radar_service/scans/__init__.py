@@ -11,11 +11,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Scan", "Sector", "load_scan", "save_scans", "scan_of", "scan_to_xarray", "scans_from_xarray", "scans_to_xarray"]
 
-__getattr__, __dir__ = lazily(
-    __name__,
-    {
-        "dataset": ("scan_to_xarray", "scans_to_xarray"),
-        "scan": ("Scan", "load_scan", "save_scans", "scan_of", "scans_from_xarray"),
-        "sector": ("Sector",),
-    },
-)
+__getattr__, __dir__ = lazily(__name__)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -128,11 +128,9 @@ class BodyLoader:
         self, model: BodyOfAKind, location: str, scattering: str, coverage: Coverage
     ) -> tuple[Mesh | None, Floats | None]:
         """Returns the mesh of a body, None for a point, and its position (3,) [m] where its file tells it."""
-        match model:
-            case HeightMapBodyModel():
-                return self._height_map(model, location, coverage)
-            case _:
-                return self._mesh(model, location, scattering), None
+        if isinstance(model, HeightMapBodyModel):
+            return self._height_map(model, location, coverage)
+        return self._mesh(model, location, scattering), None
 
     def _mesh(self, model: ShapeBodyModel | MeshBodyModel, location: str, scattering: str) -> Mesh | None:
         """The mesh of a body that is no height map, None for a point."""
@@ -169,12 +167,7 @@ class BodyLoader:
         start, turned = self._start(model), body_rotation(math.radians(heading - model.mesh_heading_deg))
         for number, part in enumerate(parts):
             place = start if part.position is None else start + turned @ part.position
-            keys: dict[str, Any] = {
-                "position_m": tuple(place.tolist()),
-                "latitude_deg": None,
-                "longitude_deg": None,
-                "up_m": None,
-            }
+            keys = dict.fromkeys(("latitude_deg", "longitude_deg", "up_m")) | {"position_m": tuple(place.tolist())}
             if number:
                 keys |= {"name": f"{model.name} {part.name or number + 1}", "mmsi": None}
             copy = model.model_copy(update=keys)
@@ -207,9 +200,8 @@ class BodyLoader:
     def _height_map(self, model: HeightMapBodyModel, location: str, coverage: Coverage) -> tuple[Mesh, Floats | None]:
         key, name = f"{location}.heightmap", model.heightmap
         content = self._folder.read(name, key, MAX_RASTER_BYTES)
-        plain = HeightMapBodyModel.model_construct(
-            model.model_fields_set, **dict(model)
-        )  # no key of a package in the sandbox
+        # no key of a package in the sandbox:
+        plain = HeightMapBodyModel.model_construct(model.model_fields_set, **dict(model))
         file = HeightMapFile(content, name, plain, self._start(model), self._origin, coverage, location)
         (body,) = self._mesh_reader.read(file)
         self.findings.append((key, name, body.findings))
@@ -269,11 +261,9 @@ def _plating(model: BodyOfAKind) -> Plating | None:
 
 
 def _is_vessel(model: BodyOfAKind, material: Material) -> bool:
-    return _is_hull(model) or (isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS)
-
-
-def _is_hull(model: BodyOfAKind) -> bool:
-    return isinstance(model, ShapeBodyModel) and model.shape == "hull"
+    if isinstance(model, ShapeBodyModel):
+        return model.shape == "hull"
+    return isinstance(model, MeshBodyModel) and material.name in VESSEL_MATERIALS
 
 
 def _cached(known: dict[Key, Result | SceneError], key: Key, make: Callable[[], Result]) -> Result:

@@ -6,15 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.numerics.constants import KNOT
-from radar_service.radar.parameters import MultipleEchoes, NearPulse, Radar
+from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.structures import Structure
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
-from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel
-from radar_service.stages.registry import environment_values
+from radar_service.stages.fields import record_of
+from radar_service.stages.registry import effect_records, environment_values
 from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
@@ -34,72 +33,25 @@ def _single_pulse(model: RadarModel) -> Radar:
     """Returns the radar of a model with a single pulse."""
     pattern = antenna_pattern(model.pattern, model)
     default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
-    return Radar(
-        frequency=model.frequency_hz,
-        modulation=model.modulation,
-        bandwidth=model.band_hz,
-        pulse=model.pulse_s,
-        sample_rate=model.sampling_hz,
-        window="none" if model.modulation == "none" else model.window,
-        compression=model.compression,
-        prf=model.prf_hz,
-        second_time_around=model.second_time_around,
-        azimuths=model.azimuths,
-        rotation_period=60.0 / model.rpm,
-        bins=model.bins,
-        range_max=model.range_max_m,
-        range_min=model.range_min_m,
-        beamwidth=math.radians(model.beamwidth_deg),
-        beamwidth_el=math.radians(model.beamwidth_el_deg),
-        tilt=math.radians(model.tilt_deg),
-        pattern=pattern,
+    return record_of(
+        Radar, model, bandwidth=model.band_hz, sample_rate=model.sampling_hz, bins=model.bins, pattern=pattern,
+        window="none" if model.modulation == "none" else model.window, rotation_period=60.0 / model.rpm,
         pattern_el=default_el if model.pattern_el is None else antenna_pattern(model.pattern_el, model),
-        height=model.height_m,
-        power=model.power_w,
-        gain=10.0 ** (model.gain_dbi / 10.0),
-        loss=10.0 ** (model.loss_db / 10.0),
         noise_factor=10.0 ** (model.noise_figure_db / 10.0),
-        polarization=model.polarization,
-        eclipsing=model.eclipsing,
-        rays=model.rays,
-        blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
-        structures=tuple(map(structure_from_model, model.structure)),
-        multiple=multiple_from_model(model.multiple_echoes),
+        effects=effect_records(model, "radar_keys", lambda effect, given: effect.radar_record(given)),
         label_floor=0.0 if model.labels_within_db == "none" else 10.0 ** (-model.labels_within_db / 10.0),
-    )
-
-
-def structure_from_model(model: StructureModel) -> Structure:
-    """Returns a structure near the antenna in SI units."""
-    top = math.inf if model.top_m is None else model.top_m
-    return Structure(
-        model.name, math.radians(model.bearing_deg), model.distance_m, 0.5 * model.width_m, top, model.reflection
-    )
-
-
-def multiple_from_model(model: MultipleEchoesModel | None) -> MultipleEchoes | None:
-    """Returns the echoes between own ship and others in SI units."""
-    return None if model is None else MultipleEchoes(10.0 ** (model.own_rcs_dbsm / 10.0), model.range_m, model.orders)
+    )  # fmt: skip
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
     """Returns the environment in SI units, with "itu" gas at the radar's frequency. Raises SceneError above 54 GHz."""
     factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
     gas = model.gas_db_per_km
-    return Environment(
-        earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
-        noise=model.noise,
-        multipath=model.multipath,
+    return record_of(
+        Environment, model, earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
         gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
-        rain_mm_h=model.rain_mm_h,
-        sea_state=model.sea_state,
-        effect_keys=environment_values(model),
-        wind_from=math.radians(model.wind_from_deg),
-        ground_plane=model.ground_plane,
-        diffraction=model.diffraction,
-        stream=stream_from_model(model),
-        seaway=seaway_from_model(model),
-    )
+        effect_keys=environment_values(model), stream=stream_from_model(model), seaway=seaway_from_model(model),
+    )  # fmt: skip
 
 
 def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
@@ -114,15 +66,8 @@ def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
     height = SIGNIFICANT_WAVE_HEIGHT[model.sea_state] if sea.height_m is None else sea.height_m
     period = float(np.interp(height, SIGNIFICANT_WAVE_HEIGHT, PEAK_PERIOD)) if sea.period_s is None else sea.period_s
     coming_from = model.wind_from_deg if sea.from_deg is None else sea.from_deg
-    return Seaway(
-        height=height,
-        period=period,
-        towards=math.radians(coming_from + 180.0),
-        spread=sea.spread,
-        seed=sea.seed,
-        list_rms=math.radians(sea.list_deg),
-        trim_rms=math.radians(sea.trim_deg),
-    )
+    rms = {"list_rms": math.radians(sea.list_deg), "trim_rms": math.radians(sea.trim_deg)}
+    return record_of(Seaway, sea, height=height, period=period, towards=math.radians(coming_from + 180.0), **rms)
 
 
 def stream_from_model(model: EnvironmentModel) -> Stream:

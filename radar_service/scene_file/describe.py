@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
+from radar_service.numerics.frames import Polar, bearing_text, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.checks.body_size import metres
@@ -17,14 +17,8 @@ from radar_service.scene_file.model.scene import scene_schema
 from radar_service.stages.registry import effects_in, effects_named
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land
-from radar_service.world.motion import Motion
-from radar_service.world.platform import Platform
 from radar_service.world.poses import pose_at
-from radar_service.world.presence import Presence
 from radar_service.world.scene import Scene
-from radar_service.world.seaway_motion import SeawayMotion
-from radar_service.world.steered_motion import SteeredMotion
-from radar_service.world.sway import Sway
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 SCREEN = 24  # lines of a terminal
@@ -40,12 +34,12 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     """
     lines = [f"scene       {scene.name}"]
     if len(scene.radar_ids) > 1:
-        lines += [f"radars      {radar.id} {_platform_text(radar.platform)}" for radar in scene.radars]
+        lines += [f"radars      {radar.id} {radar.platform.text}" for radar in scene.radars]
         lines.append(f"  all that follows is as {scene.radar_id} has it")
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
     carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
-    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{_motion_text(scene.own_ship)}"]
+    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{scene.own_ship.text}"]
     if scene.errors is not None:
         lines.append(
             f"errors      on purpose, of {', '.join(name for name, setting in vars(scene.errors).items() if setting)}"
@@ -70,7 +64,7 @@ def overview(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     lines += [f"warning     {warning}" for warning in scene.warnings[:MAX_WARNINGS]]
     lines += [f"radars      {', '.join(scene.radar_ids)}; this is {scene.radar_id}"] if len(scene.radar_ids) > 1 else []
     lines += [radar[0], *(line for line in radar if line.startswith(("  range", "  scan", "  beam"))), *environment]
-    lines.append(f"own ship    {_motion_text(scene.own_ship)}")
+    lines.append(f"own ship    {scene.own_ship.text}")
     polars = {body.name: _polar(body, scene) for body in scene.bodies}
     bodies = sorted(scene.bodies, key=lambda body: (not polars[body.name][1], polars[body.name][0].distance[0]))
     room = max(MIN_BODIES, SCREEN - 1 - len(lines))
@@ -97,7 +91,7 @@ def _short_body_line(body: Body, polar: Polar, hidden: str, remarks: int) -> str
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm"
     more = f"; {remarks} remark{'s' if remarks > 1 else ''}" if remarks else ""
     return (
-        f"{polar.distance[0]:.0f} m off, bearing {_bearing(float(polar.azimuth[0]))}{hidden}, {speed}; "
+        f"{polar.distance[0]:.0f} m off, bearing {bearing_text(float(polar.azimuth[0]))}{hidden}, {speed}; "
         f"{body.material.name}, {body.scattering}{section}{more}"
     )
 
@@ -138,11 +132,6 @@ def far_field(radar: Radar) -> float:
     """Returns the far-field range [m]: 2 D^2 / lambda of a uniform aperture D that has the narrower beamwidth."""
     aperture = APERTURE * radar.wavelength / min(radar.beamwidth, radar.beamwidth_el)
     return 2.0 * aperture**2 / radar.wavelength
-
-
-def _bearing(angle: float) -> str:
-    """Returns a bearing [rad] in degrees, 000.0 to 359.9."""
-    return f"{round(math.degrees(angle), 1) % 360.0:05.1f}"
 
 
 def _straddling(radar: Radar) -> str:
@@ -205,10 +194,10 @@ def _environment_lines(scene: Scene) -> list[str]:
     enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
     enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
     if e.seaway is not None:
-        coming_from = _bearing(e.seaway.towards + math.pi)
+        coming_from = bearing_text(e.seaway.towards + math.pi)
         enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     if any(e.stream):
-        enabled.append(f"stream of {math.hypot(*e.stream) / KNOT:.3g} kn to {_bearing(math.atan2(*e.stream))}")
+        enabled.append(f"stream of {math.hypot(*e.stream) / KNOT:.3g} kn to {bearing_text(math.atan2(*e.stream))}")
     enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]
     extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
@@ -216,14 +205,14 @@ def _environment_lines(scene: Scene) -> list[str]:
 
 def _body_lines(body: Body, scene: Scene) -> list[str]:
     polar, hidden = _polar(body, scene)
-    bearing = _bearing(float(polar.azimuth[0]))
+    bearing = bearing_text(float(polar.azimuth[0]))
     shape = "a point"
     if body.mesh is not None:
         x, y, z = np.ptp(body.mesh.vertices, axis=0)
         shape = f"{len(body.mesh.faces)} triangles, {x:.4g} x {y:.4g} x {z:.4g} m (across, along, up)"
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
-    route = _motion_text(body.motion) + _presence_text(body.presence)
+    route = body.motion.text + body.presence.text
     if body.reflector is not None:
         shape = reflector_text(body.reflector, scene.radar)
     return [
@@ -246,54 +235,3 @@ def _visibility_text(distance_now: float, ground: float, up: float, body: Body, 
     if distance_now - size > max_range:
         return " (beyond range)"
     return " (below the horizon)" if ground - size > scene.horizon(top) else ""
-
-
-def _sway_text(motion: Motion) -> str:
-    sway = motion.sway
-    if isinstance(sway, SeawayMotion):
-        roll, pitch, _, heave = (*np.degrees(sway.bounds.deviation[:3]), sway.bounds.deviation[3])
-        text = f", in the seaway up to {roll:.2g} degrees rms of roll, {pitch:.2g} of pitch, {heave:.2g} m of heave"
-    elif isinstance(sway, Sway):
-        sizes = [*(f"{math.degrees(angle):g} degrees" for angle in sway.amplitude[:3]), f"{sway.max_heave:g} m"]
-        swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, sway.amplitude, sway.period, strict=True)
-        text = "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
-    else:
-        return ""
-    leans = zip(("listing", "trimmed"), sway.lean, strict=True)
-    return text + "".join(f", {verb} {math.degrees(angle):.3g} degrees" for verb, angle in leans if angle)
-
-
-def _platform_text(platform: Platform) -> str:
-    east, north, _ = platform.motion.pose(0.0).position[0]
-    return f"at east {east:.1f}, north {north:.1f} m" if platform.body is None else f"on {platform.body}"
-
-
-def _presence_text(presence: Presence) -> str:
-    changes = zip(presence.time[1:], presence.present[1:], strict=True)
-    text = "".join(f", {'appears' if present else 'goes'} after {time:g} s" for time, present in changes)
-    if presence.fading is None:
-        return text
-    pattern = presence.fading.pattern
-    return f"{text}, there in {np.count_nonzero(pattern)} of {len(pattern)} times {presence.fading.unit:g} s"
-
-
-def _motion_text(motion: Motion) -> str:
-    pose = motion.pose(max(float(motion.time[0]), 0.0))
-    position = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
-    heading = f"heading {_bearing(pose.heading[0])}{_sway_text(motion)}"
-    if motion.at_rest:
-        return f"{position}, {heading}, at rest"
-    course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
-    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:-1, 2]))
-    segments = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
-    segments += f" and {arcs} arcs" if arcs else ""
-    loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
-    turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
-    return f"{position}, {heading}, {course}{segments}{turn}{loop}{_steering_text(motion)}"
-
-
-def _steering_text(motion: Motion) -> str:
-    if not isinstance(motion, SteeredMotion):
-        return ""
-    speed, rate = motion.limits.max_speed / KNOT, math.degrees(motion.limits.max_turn_rate)
-    return f", steerable up to {speed:g} kn and {rate:g} degrees/s"

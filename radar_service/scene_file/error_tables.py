@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.document import validated
 from radar_service.scene_file.model.errors import (
     SENSORS,
@@ -17,7 +16,7 @@ from radar_service.scene_file.model.errors import (
     PositionErrorsModel,
     ProfileSection,
 )
-from radar_service.stages.fields import Section
+from radar_service.stages.fields import SCALES, Section, bare, record_of, scaled, unit_of
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import (
     AntennaErrors,
@@ -28,7 +27,6 @@ from radar_service.world.error_settings import (
     PositionErrors,
 )
 
-SCALES = {"_deg": math.pi / 180.0, "_kn": KNOT, "_percent": 0.01, "_m": 1.0, "_s": 1.0, "_per_s": 1.0}
 SIGNED = ("bias_deg", "bias_kn", "scale_percent")  # keys of errors that are as likely above 0 as below
 DIGITS = 12  # of a value in the units of a scene file: 0.5 degrees there and back is 0.5
 
@@ -77,9 +75,8 @@ def settings_from_models(*models: ProfileSection | None, has_sensors: bool = Tru
         if name in SENSORS and not has_sensors:
             continue
         keys = {key: value for model in models if model is not None for key, value in _keys(model, name).items()}
-        table = dict(kind(**keys))
-        if table != dict(kind()):
-            settings[name] = record(**{_bare(key): _scaled(value, _scale(key)) for key, value in table.items()})
+        if (table := kind(**keys)) != kind():
+            settings[name] = record_of(record, table)
     return ErrorSettings(**settings) if settings else None
 
 
@@ -125,27 +122,9 @@ def _table(kind: type[Section], record: Any) -> dict[str, Any] | None:
     """The table of a record, in the units of a scene file; None without a record."""
     if record is None:
         return None
-    return {key: _rounded(_scaled(getattr(record, _bare(key)), 1.0 / _scale(key))) for key in kind.model_fields}
-
-
-def _suffix(key: str) -> str:
-    """The unit at the end of a key; "" for none."""
-    return max((ending for ending in SCALES if key.endswith(ending)), key=len, default="")
-
-
-def _bare(key: str) -> str:
-    return key.removesuffix(_suffix(key))
-
-
-def _scale(key: str) -> float:
-    return SCALES.get(_suffix(key), 1.0)
-
-
-def _scaled(value: Any, scale: float) -> Any:
-    """A number, or numbers in tuples, times `scale`; whole numbers and None stay."""
-    if isinstance(value, tuple):
-        return tuple(_scaled(item, scale) for item in value)
-    return value * scale if isinstance(value, float) else value
+    return {
+        key: _rounded(scaled(getattr(record, bare(key)), 1.0 / SCALES.get(unit_of(key), 1.0))) for key in kind.model_fields
+    }
 
 
 def _rounded(value: Any) -> Any:

@@ -91,7 +91,9 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         first.ais, first.gnss_offset,
     )  # fmt: skip
     more = [
-        text for effect in effects_named(of_effects, *(body.effects for body in bodies)) for text in effect.warnings(scene)
+        text
+        for effect in effects_named(of_effects, first.radar.effects, *(body.effects for body in bodies))
+        for text in effect.warnings(scene)
     ]
     return replace(scene, warnings=(*warnings, *more)) if more else scene
 

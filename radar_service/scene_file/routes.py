@@ -10,12 +10,11 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.types import Floats
 from radar_service.scene_file.model.moving import (
     AMPLITUDES,
-    ManoeuvreModel,
     MovingSection,
-    SteerableModel,
     SwaySection,
     WaypointModel,
 )
+from radar_service.stages.fields import record_of
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
@@ -41,12 +40,7 @@ def motion_from_model(
     motion = replace(in_stream(motion, stream, section.heading_deg is not None), sway=sway_from_model(section))
     if section.steerable is None:
         return motion
-    return SteeredMotion.under(motion, limits_from_model(section.steerable), stream)
-
-
-def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
-    """Returns the limits of commands in SI units."""
-    return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
+    return SteeredMotion.under(motion, record_of(SteeringLimits, section.steerable), stream)
 
 
 def sway_from_model(section: SwaySection) -> Sway | None:
@@ -79,13 +73,8 @@ def _motion_without_drift(section: MovingSection, start: Floats, location: str, 
     if section.turn_rate_deg_s or section.manoeuvre:
         course, rate = math.radians(section.course_deg or 0.0), math.radians(section.turn_rate_deg_s or 0.0)
         knot = Knot(0.0, start, course, section.speed_kn * KNOT, rate)
-        return motion_with_manoeuvres(knot, [_manoeuvre(each) for each in section.manoeuvre])
+        return motion_with_manoeuvres(knot, [record_of(Manoeuvre, each) for each in section.manoeuvre])
     return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
-
-
-def _manoeuvre(model: ManoeuvreModel) -> Manoeuvre:
-    course, rate = (None if deg is None else math.radians(deg) for deg in (model.course_deg, model.turn_rate_deg_s))
-    return Manoeuvre(model.time_s, course, None if model.speed_kn is None else model.speed_kn * KNOT, rate)
 
 
 def constant_motion(start: Floats, heading_deg: float | None, course_deg: float | None, speed: float) -> Motion:

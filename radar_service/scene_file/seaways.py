@@ -9,6 +9,7 @@ from radar_service.scene_file.convert import seaway_from_model, stream_from_mode
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.moving import AMPLITUDES, MovingSection
 from radar_service.scene_file.model.seaway import HullModel
+from radar_service.stages.fields import record_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.hull_response import HullForm
@@ -59,18 +60,12 @@ def hull_from_model(model: HullModel, extent: Extent | None, draught: float | No
     deep = next((value for value in (model.draught_m, draught, extent.depth) if value), DRAUGHT_PER_BEAM * breadth)
     coefficient = 0.373 + 0.023 * breadth / deep - 0.043 * length / 100.0
     stability = STABILITY_PER_BEAM * breadth
-    return HullForm(
-        length=length,
-        breadth=breadth,
-        draught=deep,
-        block=model.block,
-        waterplane=(1.0 + 2.0 * model.block) / 3.0 if model.waterplane is None else model.waterplane,
-        roll_period=max(1.0, 2.0 * coefficient * breadth / math.sqrt(stability))
-        if model.roll_period_s is None
-        else model.roll_period_s,
-        roll_damping=model.roll_damping,
-        middle=extent.middle,
-    )
+    waterplane = (1.0 + 2.0 * model.block) / 3.0 if model.waterplane is None else model.waterplane
+    roll_period = max(1.0, 2.0 * coefficient * breadth / math.sqrt(stability))
+    return record_of(
+        HullForm, model, length=length, breadth=breadth, draught=deep, waterplane=waterplane,
+        roll_period=roll_period if model.roll_period_s is None else model.roll_period_s, middle=extent.middle,
+    )  # fmt: skip
 
 
 class SeawayBuilder:

@@ -92,8 +92,11 @@ def _resolved(node: Schema) -> Schema:
 def _joined(tables: list[Schema]) -> Schema:
     """Returns one table with the keys of all: of bodies, whatever their kind. A key of several has the node that is not null."""
     properties: Schema = {}
+    shared = set.intersection(*({*table.get("required", ())} for table in tables))
     for table in tables:
-        properties |= {key: node for key, node in table["properties"].items() if node != {"type": "null"}}
+        kind = next(iter({*table.get("required", ())} - shared), "another kind")
+        nodes = {key: {**node, "kind": kind} for key, node in table["properties"].items() if node != {"type": "null"}}
+        properties |= nodes
     return {**tables[0], "properties": properties}
 
 
@@ -183,6 +186,8 @@ def _unknown_key(location: tuple[str | int, ...]) -> str:
     node = _form(_walk(location[:-1])[1], "object")
     keys = list(node.get("properties", {}))
     key = str(location[-1])
+    if key in keys:
+        return f"{location_text(location)}: this key needs a body with {node['properties'][key]['kind']}; remove it"
     nearest = difflib.get_close_matches(key, keys, n=MAX_KEYS, cutoff=0.0)
     remedy = f'did you mean "{nearest[0]}"?' if difflib.get_close_matches(key, keys) else "remove it"
     shown = f"nearest of {len(keys)} keys" if len(keys) > MAX_KEYS else "allowed"

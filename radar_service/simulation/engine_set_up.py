@@ -14,7 +14,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import SetUp, first_visibility_update
-from radar_service.plan.culling import Culling, cull
+from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.cell_sources import Labels
 from radar_service.records.fidelity import Fidelity, fidelity_from_name
@@ -124,8 +124,9 @@ def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int, noise_seed: int
     noise_seed: of what a near pulse has of its own.
     """
     rays = RayCount()
-    culling: Culling = cull(scene, fidelity)
-    prepared = prepare(scene, fidelity, seed, culling.silent, culling.transparent, rays, culling.faint, noise_seed)
+    culled = cull(scene, fidelity)
+    transparent = [key for key, body in culled.items() if not body.occludes]
+    prepared = prepare(scene, fidelity, seed, culled, transparent, rays, noise_seed)
     set_up_rays = rays.rays
     first_visibility_update(prepared)
-    return SetUp(prepared, culling, set_up_rays, rays.rays - set_up_rays)
+    return SetUp(prepared, culled, set_up_rays, rays.rays - set_up_rays)

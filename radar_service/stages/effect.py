@@ -8,10 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, cast
 
+from radar_service import plug_ins
 from radar_service.stages.fields import Keys
 
 if TYPE_CHECKING:
+    from radar_service.radar.antenna import AntennaPattern
     from radar_service.radar.parameters import Radar
+    from radar_service.records.truth import FalseEcho
     from radar_service.stages.stage import Stage
     from radar_service.world.body import Body, Mesh
     from radar_service.world.scene import Scene
@@ -20,11 +23,13 @@ Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 
 
 class Source(NamedTuple):
-    """What a label may name. kind: as which its plots count; number: of this package's own; others leave it to the scene."""
+    """What a label may name. kind: as which its plots count; number: of this package's own, which say whether they have echoes;
+    others leave both to the scene."""
 
     name: str
     kind: Kind = "interference"
     number: int | None = None
+    has_echoes: bool = False
 
 
 class EffectTruth:
@@ -32,6 +37,13 @@ class EffectTruth:
 
     def at_crossing(self, body: int, time: float, boresight: float) -> Any:
         """Returns a record or a mapping of a body, by index, as the boresight [rad] meets it at `time` [s]; None for nothing."""
+        return None
+
+    def false_echoes(self, body: int, distance: float, bearing: float, heading: float) -> "Sequence[FalseEcho] | None":
+        """Returns the echoes of a body, by index, that stand where it is not at an instant; None where the scene has none.
+
+        distance: of its reference point [m]; bearing: of that, heading: of own ship [rad]. Land has none.
+        """
         return None
 
     def at_end(self, time: float) -> Mapping[str, Any] | None:
@@ -42,32 +54,46 @@ class EffectTruth:
 class Effect:
     """An effect of a scene. What a subclass leaves out, the effect does not have.
 
-    name: of its record in `Scene.effects` or `Body.effects`, its costs, its truth and its random numbers.
+    name: of its record in `Scene.effects`, `Radar.effects` or `Body.effects`, its costs, its truth and its random numbers.
     stage_at: where its stage is, "module:class".
-    scene_keys, environment_keys, body_keys: its keys at the top of a scene, in its environment (which has their values in
-        `Environment.effect_keys`) and in a body, each with the type and the Field of pydantic.
+    scene_keys, environment_keys, radar_keys, body_keys: its keys of a scene, of its environment, which has their values
+        in `Environment.effect_keys`, of a radar and of a body, each with the type and the Field of pydantic.
     sources: what labels may name of it.
     crossing_record: makes its record of a crossing from keywords.
+    has_paths: whether it gives `Stage.paths` to the echoes of bodies, land apart: none of them rests then.
     """
 
     name: str
     stage_at: ClassVar[str]
     scene_keys: Keys = {}
     environment_keys: Keys = {}
+    radar_keys: Keys = {}
     body_keys: Keys = {}
     sources: ClassVar[tuple[Source, ...]] = ()
     crossing_record: ClassVar[Callable[..., Any]] = dict
+    has_paths: ClassVar[bool] = False
 
     def stage(self) -> "type[Stage]":
-        """The class of its stage, whose import takes long."""
-        module, _, name = self.stage_at.partition(":")
-        return cast("type[Stage]", getattr(import_module(module), name))
+        """The class of its stage, whose import takes long. Raises PlugInError."""
+        own_module, (module, _, name) = type(self).__module__, self.stage_at.partition(":")
+        with plug_ins.guarded(next((each for each in plug_ins.entries("effects") if each.module == own_module), None)):
+            return cast("type[Stage]", getattr(import_module(module), name))
 
     def check_body(self, given: Mapping[str, Any], is_land: bool) -> None:
         """Raises ValueError ("key: what is wrong; remedy") where a body may not have these values of its keys."""
 
+    def check_radar(self, given: Mapping[str, Any], pattern: "AntennaPattern", beamwidth: float, wavelength: float) -> None:
+        """Raises ValueError ("key: what is wrong; remedy") where a radar may not have these values of its keys.
+
+        pattern, beamwidth: of its antenna, horizontal [rad]; wavelength: [m].
+        """
+
     def scene_record(self, given: Mapping[str, Any]) -> Any:
         """What a scene keeps of the values of its scene keys, in SI units; None for nothing. Raises SceneError."""
+        return None
+
+    def radar_record(self, given: Mapping[str, Any]) -> Any:
+        """What a radar keeps of the values of its radar keys, in SI units; None for nothing. Raises SceneError."""
         return None
 
     def body_record(self, given: Mapping[str, Any], mesh: "Mesh | None") -> Any:
@@ -97,7 +123,8 @@ class Effect:
     def is_in(self, scene: "Scene") -> bool:
         """Whether a scene asks for it."""
         given = not self.environment_keys.keys().isdisjoint(scene.environment.effect_keys)
-        return given or self.name in scene.effects or any(self.name in body.effects for body in scene.bodies)
+        tables = (scene.effects, scene.radar.effects, *(body.effects for body in scene.bodies))
+        return given or any(self.name in effects for effects in tables)
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         """Returns the sources that a scene may have."""

@@ -7,13 +7,16 @@ key, stop only the scenes that have such a key.
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
-from functools import cache
+from functools import cache, lru_cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Field
 
+from radar_service import plug_ins
+from radar_service.radar.aperture import MAX_OFFSET, Aperture, ChangedPattern, aperture_of
+from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Keys, Section, with_keys
@@ -21,11 +24,12 @@ from radar_service.stages.fields import Keys, Section, with_keys
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
 
-GROUP = "radar_service.effects"
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
     "radar_service.stages.clutter.effect:ClutterEffect",
     "radar_service.stages.interference.effect:InterferenceEffect",
     "radar_service.stages.beacons.effect:BeaconEffect",
+    "radar_service.stages.structures.effect:StructureEffect",
+    "radar_service.stages.multiple_echoes.effect:MultipleEffect",
 )
 HERE = "radar-service"
 FIRST_FOREIGN = 128  # number of the first source whose effect gives none: above land, below the bodies
@@ -35,14 +39,14 @@ class RefusedEffect(Effect):
     """Takes the place of an effect that cannot be used: a scene with one of its keys ends in a sentence, which says why."""
 
     def __init__(self, name: str, keys: Iterable[Keys], why: str) -> None:
-        """keys: of scenes, environments and bodies."""
+        """keys: of scenes, environments, radars and bodies."""
 
         def refuse(_: Any) -> None:
             raise ValueError(why)
 
         refused = Annotated[Any, BeforeValidator(refuse)], Field(None, description=why)
         self.name = name
-        self.scene_keys, self.environment_keys, self.body_keys = (dict.fromkeys(each, refused) for each in keys)
+        self.scene_keys, self.environment_keys, self.radar_keys, self.body_keys = (dict.fromkeys(k, refused) for k in keys)
 
 
 @cache
@@ -55,8 +59,7 @@ def own_effects() -> tuple[Effect, ...]:
 def effects() -> tuple[Effect, ...]:
     """Returns all effects: first those of this package, then the others by name."""
     own = own_effects()
-    entries = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value))
-    others = {f"{entry.name} of {entry.dist.name if entry.dist else entry.value}": _foreign(entry) for entry in entries}
+    others = {f"{each.name} of {plug_ins.package_of(each)}": _foreign(each) for each in plug_ins.entries("effects")}
     owners: dict[str, list[str]] = defaultdict(list)
     for key in {*_core_keys(), *(key for effect in own for key in _claims(effect))}:
         owners[key].append(HERE)
@@ -72,16 +75,17 @@ def _loaded(place: str) -> Any:
 
 
 def _core_keys() -> Iterator[str]:
-    """The keys that scenes, environments and bodies have without effects. Their models import this module, so their names are
-    loaded late."""
+    """The keys that scenes, environments, radars and bodies have without effects. Their models import this module, so their names
+    are loaded late."""
     yield from _loaded("radar_service.scene_file.model.scene:SceneModel").model_fields
     yield from _loaded("radar_service.scene_file.model.environment:EnvironmentModel").model_fields
+    yield from _loaded("radar_service.scene_file.model.platform:NamedRadarModel").model_fields
     for kind in _loaded("radar_service.scene_file.model.body:KINDS").values():
         yield from kind.model_fields
 
 
-def _key_tables(effect: Effect) -> tuple[Keys, Keys, Keys]:
-    return effect.scene_keys, effect.environment_keys, effect.body_keys
+def _key_tables(effect: Effect) -> tuple[Keys, ...]:
+    return effect.scene_keys, effect.environment_keys, effect.radar_keys, effect.body_keys
 
 
 def _claims(effect: Effect) -> set[str]:
@@ -99,9 +103,7 @@ def _foreign(entry: EntryPoint) -> Effect:
         )
         assert all(source.number is None for source in effect.sources), "the scene gives its sources their numbers"
     except Exception as error:  # of a package that nobody here has written
-        package, reason = entry.dist.name if entry.dist else entry.value, f"{type(error).__name__}: {error}".splitlines()[0]
-        why = f"the effect {entry.name} of the package {package} cannot be loaded ({reason}); repair or remove the package"
-        return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 3, why)
+        return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 4, str(plug_ins.broken(entry, error)))
     return effect
 
 
@@ -110,7 +112,7 @@ def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
     shared = sorted(key for key in _claims(effect) if len(owners[key]) > 1)
     if not shared:
         return effect
-    why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; remove one of the packages"
+    why = f"{' and '.join(owners[shared[0]])} both have the key {shared[0]}; uninstall one of them"
     free = [{key: keys[key] for key in keys if HERE not in owners[key]} for keys in _key_tables(effect)]
     return RefusedEffect(effect.name, free, why)
 
@@ -132,7 +134,7 @@ def given_keys(table: BaseModel, keys: Keys) -> dict[str, Any]:
 
 
 def effect_records(table: BaseModel, keys: str, record: Callable[[Effect, Mapping[str, Any]], Any]) -> dict[str, Any]:
-    """What effects make of a table that has keys of theirs, by their names. keys: "scene_keys" or "body_keys"."""
+    """What effects make of a table that has keys of theirs, by their names. keys: "scene_keys", "radar_keys" or "body_keys"."""
     records = {each.name: record(each, given) for each in effects() if (given := given_keys(table, getattr(each, keys)))}
     return {name: content for name, content in records.items() if content is not None}
 
@@ -157,4 +159,39 @@ def numbered_sources(scene: "Scene") -> dict[int, tuple[str, Source]]:
 
 def echo_numbers(scene: "Scene") -> list[int]:
     """The numbers of sources that may have echoes; the `body` of an echo of the k-th is k more than the number of bodies."""
-    return [number for number in numbered_sources(scene) if number >= FIRST_FOREIGN]
+    sources = numbered_sources(scene)
+    return [number for number, (_, source) in sources.items() if source.has_echoes or number >= FIRST_FOREIGN]
+
+
+def numbers_of(scene: "Scene", effect: str) -> tuple[dict[str, int], dict[str, int]]:
+    """`Context.numbers` and `Context.echo_sources` of an effect, by its name."""
+    numbers = {source.name: number for number, (name, source) in numbered_sources(scene).items() if name == effect}
+    echoes = {number: k for k, number in enumerate(echo_numbers(scene), len(scene.bodies))}
+    return numbers, {name: echoes[number] for name, number in numbers.items() if number in echoes}
+
+
+def has_paths(radar: Radar) -> bool:
+    """Whether an effect of a radar gives further paths to the echoes of bodies, land apart, so that none of them rests."""
+    return any(effect.has_paths for effect in effects_named(radar.effects))
+
+
+def changed_pattern(radar: Radar, extent: float = MAX_OFFSET) -> ChangedPattern | None:
+    """The antenna's pattern as effects of a radar change it, as far off boresight as `extent` [rad]; None where none does."""
+    if not radar.effects:
+        return None
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength)
+    records = tuple((each.name, radar.effects[each.name]) for each in effects_named(radar.effects))
+    return None if aperture is None else _changed(aperture, radar.wavelength, records, min(extent, MAX_OFFSET))
+
+
+@lru_cache(maxsize=8)
+def _changed(
+    aperture: Aperture, wavelength: float, records: tuple[tuple[str, Any], ...], extent: float
+) -> ChangedPattern | None:
+    kinds = {effect.name: effect for effect in effects()}
+    changes = [
+        change
+        for name, record in records
+        for change in kinds[name].stage().field_changes(record, aperture, wavelength, extent)
+    ]
+    return ChangedPattern(aperture, wavelength, changes) if changes else None

@@ -1,17 +1,21 @@
 """The stage of an effect: made once for a scene, it adds to tile after tile."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from radar_service.echo.beam_paths import Beam, BeamPath
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.moving import MovingEchoes
 from radar_service.numerics.random import STAGE, generator, name_key
 from radar_service.numerics.types import Complexes, Flags, Profiles, Singles
+from radar_service.radar.aperture import Aperture, FieldChange
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
+from radar_service.scattering.model import ScatteringContext
 from radar_service.stages.effect import EffectTruth
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
@@ -24,6 +28,8 @@ class Context(NamedTuple):
     compression: matched filter, window and noise of the receiver.
     numbers: of its sources, by name. echo_sources: what `BeamWeightedEchoes.body` has for echoes of its sources, by name.
     noise_seed: of what each pulse of a radar has of its own, as its noise.
+    scattering: what scatterers of bodies are built from. moving: echoes of bodies that do not rest.
+    silent: indices of bodies without echoes.
     """
 
     effect: str
@@ -35,6 +41,9 @@ class Context(NamedTuple):
     numbers: Mapping[str, int]
     echo_sources: Mapping[str, int]
     noise_seed: int
+    scattering: ScatteringContext
+    moving: MovingEchoes
+    silent: Collection[int] = ()
 
     @property
     def noise_power(self) -> float:
@@ -103,12 +112,12 @@ class Tile:
 class Stage:
     """An effect, ready for any azimuth of a scene. It can be pickled. has_echoes: whether it has `echoes`."""
 
-    has_echoes: ClassVar[bool] = False
+    has_echoes: bool = False
 
     @classmethod
     def of(cls, context: Context) -> Self:
         """The stage of a scene whose plan models something of it."""
-        raise NotImplementedError
+        return cls()
 
     @classmethod
     def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
@@ -120,8 +129,21 @@ class Stage:
         """What it tells of the scene; None for nothing."""
         return None
 
-    def of_scene(self, scene: Scene) -> Self:
-        """Returns the stage of the same scene whose rotation has another origin."""
+    @classmethod
+    def field_changes(cls, record: Any, aperture: Aperture, wavelength: float, extent: float) -> Sequence[FieldChange]:
+        """Returns what the effect takes from the antenna's field, as far off boresight as `extent` [rad].
+
+        record: of a radar, on which alone it depends; aperture: of its antenna; wavelength: [m].
+        """
+        return ()
+
+    @classmethod
+    def paths(cls, scene: Scene, beam: Beam, echo_sources: Mapping[str, int]) -> Sequence[BeamPath]:
+        """Returns further paths of the echoes of all bodies, of an effect that `has_paths`; echo_sources: as of `Context`."""
+        return ()
+
+    def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
+        """Returns the stage of the same scene whose rotation has another origin; moving: as of `Context`."""
         return self
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:

@@ -1,7 +1,7 @@
 """Ground truth of each time that the beam crosses a body, and of all bodies at the end of each scan."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,12 +9,12 @@ import numpy as np
 from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
-from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
-from radar_service.stages.registry import effects_in
+from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
+from radar_service.stages.registry import changed_pattern, effects_in
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
-from radar_service.truth.false_echoes import FalseEchoTruth
 from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
 from radar_service.world.geo import geographic_from_map
+from radar_service.world.materials import is_land
 from radar_service.world.motion import Pose
 from radar_service.world.scene import Scene
 from radar_service.world.steered_motion import PastMotion
@@ -46,7 +46,7 @@ class CrossingTruth:
         self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
-        self._false = FalseEchoTruth(self._scene)
+        self._pattern = changed_pattern(radar)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
         steps = search_steps(self._scene)
@@ -65,8 +65,8 @@ class CrossingTruth:
         return tuple(
             Crossing(
                 scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, effects=of_effects,
-                structure_db=self._false.structure_db(kinematics["relative_bearing"]),
-                false_echoes=self._false.at(body, kinematics["range"], kinematics["bearing"], own_ship.heading), **kinematics,
+                structure_db=None if self._pattern is None else self._pattern.loss_db(kinematics["relative_bearing"]),
+                false_echoes=self._false_echoes(body, kinematics, own_ship.heading), **kinematics,
             )
             for body, spoke, boresight, of_effects, own_ship, kinematics in rows
         )  # fmt: skip
@@ -87,6 +87,14 @@ class CrossingTruth:
         """What effects tell of a body, by its index, at `time` [s] for a boresight [rad], by their names."""
         records = {name: each.at_crossing(body, time, boresight) for name, each in self._effects.items()}
         return {name: record for name, record in records.items() if record is not None}
+
+    def _false_echoes(self, body: int, kinematics: Mapping[str, Any], heading: float) -> tuple[FalseEcho, ...] | None:
+        """The false echoes of a body within range; None in a scene that has none. heading: of own ship [rad]."""
+        where = body, kinematics["range"], kinematics["bearing"], heading
+        parts = [echoes for each in self._effects.values() if (echoes := each.false_echoes(*where)) is not None]
+        if not parts or is_land(self._scene.bodies[body]):
+            return () if parts else None
+        return tuple(echo for echoes in parts for echo in echoes if echo.range <= self._scene.radar.range_max)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""

@@ -70,8 +70,8 @@ def _add(digest: Any, value: Any) -> None:
 
 
 def _add_named(digest: Any, records: Mapping[str, Any]) -> None:
-    """Adds records by their names; none adds nothing."""
-    for name, record in sorted(records.items()):
+    """Adds records by their names, in the order in which effects add; none adds nothing."""
+    for name, record in records.items():
         digest.update(f"{name}=".encode())
         _add(digest, record)
 

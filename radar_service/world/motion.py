@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_bearing
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import bearing_text, wrap_bearing
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
 from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
@@ -101,6 +102,22 @@ class Motion:
         arcs = 0.0 if self.arcs is None else self.arcs[:, 1].max()
         return float(max(on_segments, arcs))
 
+    @property
+    def text(self) -> str:
+        """What `check` says of it."""
+        pose = self.pose(max(float(self.time[0]), 0.0))
+        position = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
+        heading = f"heading {bearing_text(pose.heading[0])}{self.sway.text if self.sway else ''}"
+        if self.at_rest:
+            return f"{position}, {heading}, at rest"
+        course = f"course {bearing_text(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
+        arcs = 0 if self.arcs is None else int(np.count_nonzero(self.arcs[:-1, 2]))
+        segments = f", {len(self.time) - 1 - arcs} legs" if len(self.time) > 1 else ""
+        segments += f" and {arcs} arcs" if arcs else ""
+        loop = f", repeats every {self.period:.0f} s" if self.period is not None else ""
+        turn = f", at last turning at {math.degrees(self.final_turn):g} degrees/s" if self.final_turn else ""
+        return f"{position}, {heading}, {course}{segments}{turn}{loop}"
+
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
@@ -134,8 +151,8 @@ class Motion:
         return SwayState(*np.zeros((2, len(time), 4))) if self.sway is None else self.sway.state(time, self)
 
     def sway_rates(self, time: Floats) -> Floats:
-        """Returns the rates (K or 1, 4) [rad/s, m/s] that swings about each time (K,) [s] reach; 0 without sway."""
-        return np.zeros((1, 4)) if self.sway is None else self.sway.rate_envelope(time, self)
+        """Returns the rates (K or 1, 4) [rad/s, m/s] of swings about each time (K,) [s], as a `SwayLaw`; 0 without sway."""
+        return np.zeros((1, 4)) if self.sway is None else self.sway.rates_about(time, self)
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""

@@ -24,6 +24,12 @@ class Platform:
     motion: Motion
     body: str | None = field(default=None, metadata={"added": 1})  # see truth.truth_file.scene_hash
 
+    @property
+    def text(self) -> str:
+        """What `check` says of it."""
+        east, north, _ = self.motion.pose(0.0).position[0]
+        return f"at east {east:.1f}, north {north:.1f} m" if self.body is None else f"on {self.body}"
+
     def heading(self, time: Floats) -> Floats:
         """Returns the heading (K,) [rad] at each time (K,) [s]."""
         return self.motion.pose(time).heading

@@ -56,6 +56,16 @@ class Presence:
         assert self.time.ndim == 1 and self.time.size > 0 and self.time.shape == self.present.shape
 
     @property
+    def text(self) -> str:
+        """What `check` says of it, with a comma before each item."""
+        changes = zip(self.time[1:], self.present[1:], strict=True)
+        text = "".join(f", {'appears' if present else 'goes'} after {time:g} s" for time, present in changes)
+        if self.fading is None:
+            return text
+        pattern = self.fading.pattern
+        return f"{text}, there in {np.count_nonzero(pattern)} of {len(pattern)} times {self.fading.unit:g} s"
+
+    @property
     def constant(self) -> bool:
         """Whether it never changes."""
         fades = self.fading is not None and bool(self.fading.pattern.any() and not self.fading.pattern.all())

@@ -18,15 +18,12 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.seaway import Waves
 from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.sway import Path, SwayState, UprightMotion, with_lean
+from radar_service.world.sway import REST, Path, SwayState, UprightMotion, lean_text, with_lean
 
 EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
 LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
 HEADINGS, SPEEDS = 48, 6  # of a ship that turns or changes speed, for her bounds
 MARGIN = 1.2  # of bounds over what these headings and speeds have: those between have up to 1.17 of it, with 2 % of damping
-SWING = (
-    1.5  # of the envelope: nodes of metal by 1.25 of it err by up to 0.05, by 1.5 of it by 0.016 (drawn boxes, 25 degrees/s)
-)
 COURSES = 4  # whose amplitudes are kept: those of threads that are apart
 STEP = 1e-6  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-6 of their change
 
@@ -154,6 +151,13 @@ class SeawayMotion:
         return float((2.0 * np.pi * self.bounds.values[moves] / self.bounds.rates[moves]).min())
 
     @property
+    def text(self) -> str:
+        """What `check` says of it, with a comma before each item."""
+        roll, pitch, _, heave = (*np.degrees(self.bounds.deviation[:3]), self.bounds.deviation[3])
+        rms = f", in the seaway up to {roll:.2g} degrees rms of roll, {pitch:.2g} of pitch, {heave:.2g} m of heave"
+        return rms + lean_text(self.lean)
+
+    @property
     def tilts(self) -> bool:
         """Whether the ship rolls or pitches: always."""
         return True
@@ -180,15 +184,16 @@ class SeawayMotion:
         rates[:, MOVES] = _real_sums(self._rate_amplitudes(upright, time, amplitude), cosine, sine)
         return SwayState(values, rates)
 
-    def rate_envelope(self, time: Floats, path: Path) -> Floats:
-        """Returns the rates (K, 4) [rad/s, m/s] that swings about a time (K,) [s] reach: SWING x |sum of rotating phasors|."""
+    def rates_about(self, time: Floats, path: Path) -> Floats:
+        """Returns rates (K, 4) [rad/s, m/s] about each time (K,) [s]; a swing reaches |sum of rotating phasors|."""
         upright = path.upright(time)
         amplitude = self._rate_amplitudes(upright, time, self._amplitudes(upright.heading, self._felt(upright, time)))
         phase = self.waves.phases(upright.position, time)
         cosine, sine = np.cos(phase), np.sin(phase)
-        envelope = np.zeros((len(time), 4))
-        envelope[:, MOVES] = SWING * np.hypot(_real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine))
-        return envelope
+        rate, across = _real_sums(amplitude, cosine, sine), _real_sums(-1j * amplitude, cosine, sine)
+        rates = np.zeros((len(time), 4))
+        rates[:, MOVES] = np.hypot(rate, REST * np.hypot(rate, across))
+        return rates
 
     def on_course(self, heading: Floats, velocity: Floats) -> Complexes | None:
         """Returns her amplitudes (1, 3, N) at all times on one heading (1,) [rad] at one velocity (3,) over ground [m/s]; None

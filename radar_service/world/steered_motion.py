@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from typing_extensions import override
 
+from radar_service.numerics.constants import KNOT
 from radar_service.numerics.types import Flags, Floats
 from radar_service.world.motion import Motion, Pose, in_stream
 from radar_service.world.seaway_motion import EASING
@@ -161,6 +162,15 @@ class SteeredMotion(CommandedMotion):
     def under(cls, motion: Motion, limits: SteeringLimits, water: Stream = NO_STREAM) -> Self:
         """Returns a motion that begins as `motion`, and that no command has changed yet."""
         return cls(**_fields(motion), limits=limits, water=water)
+
+    @property
+    @override
+    def text(self) -> str:
+        """What `check` says of it."""
+        if self.at_rest:
+            return super().text
+        speed, rate = self.limits.max_speed / KNOT, math.degrees(self.limits.max_turn_rate)
+        return f"{super().text}, steerable up to {speed:g} kn and {rate:g} degrees/s"
 
     @property
     def top_speed(self) -> float:

@@ -9,6 +9,8 @@ from radar_service import plug_ins
 from radar_service.commands import command_line
 from radar_service.commands.command_line import module_of, parser
 from radar_service.commands.shared_options import DEFAULT_SCENE
+from radar_service.plug_ins import PlugInError
+from tests.plug_ins import join
 
 COMMANDS = plug_ins.names("commands")
 
@@ -86,3 +88,12 @@ def test_each_module_beside_the_shared_ones_is_a_command() -> None:
     files = {file.stem for file in Path(command_line.__file__).parent.glob("*.py")}
     shared = {"__init__", "command_line", "shared_options", "simulator_options"}
     assert files - shared == {name.replace("-", "_") for name in COMMANDS}
+
+
+def test_a_command_whose_arguments_fail_is_told_by_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    join(monkeypatch, "commands", "odd", object())
+    with pytest.raises(
+        PlugInError, match="odd of radar_service.commands: the package tests.plug_ins is broken .AttributeError"
+    ):
+        parser("odd")
+    assert parser("check").parse_args(["check", "harbour"]).command == "check"

@@ -17,6 +17,9 @@ from radar_service.commands.command_line import parser
 from radar_service.commands.replay import seconds
 from radar_service.recording import read
 from radar_service.recording.chunk_table import ChunkTable
+from tests.ports.asterix.reading import videos
+from tests.ports.nmea.test_senders import free_port
+from tests.ports.udp.test_capture import frames
 from tests.recording.scenes import AZIMUTHS, MOVING, spokes_of
 
 
@@ -24,9 +27,18 @@ def test_a_running_service_is_recorded_and_replayed(tmp_path: Path) -> None:
     """Over sockets: what a lossless client of `serve --record` receives is what one of `replay` receives."""
     (tmp_path / "scene.json").write_text(json.dumps(MOVING))
     path = tmp_path / "live.mcap"
-    live = listened(["serve", str(tmp_path / "scene.json"), "--record", str(path), "--truth"], 3 * AZIMUTHS)
-    again = listened(["replay", str(path)], 3 * AZIMUTHS)
+    video = ["--asterix", str(free_port()), "--pcap"]
+    captures = [tmp_path / name for name in ("live.pcap", "again.pcap")]
+    live = listened(
+        ["serve", str(tmp_path / "scene.json"), "--record", str(path), "--truth", *video, str(captures[0])], 3 * AZIMUTHS
+    )
+    again = listened(["replay", str(path), *video, str(captures[1])], 3 * AZIMUTHS)
     assert len(live) == 3 * AZIMUTHS and again == live
+    sent, replayed = (
+        {each.sequence: each for each in videos([frame[42:] for _, frame in frames(file)])} for file in captures
+    )
+    both = sent.keys() & replayed.keys()
+    assert len(both) >= 3 * AZIMUTHS and all(sent[number] == replayed[number] for number in both)
     late = listened(["replay", str(path), "--from", "2"], 5)
     assert late[0]["data"] == next(spoke["data"] for spoke in live if spoke["time"] >= 2)
     assert read(path).truth_lines(0) and ChunkTable(path).channels["/radar/0/ppi"]

@@ -1,15 +1,14 @@
-"""Paths to the antenna: the direct one through a beam that structures shadow, and those by own ship to ships near by."""
+"""Paths to the antenna: the direct one through a beam that structures shadow."""
 
 import numpy as np
 
-from radar_service.echo.beam_paths import DirectPath, IndirectPaths, MultiplePaths, Sights
+from radar_service.echo.beam_paths import Beam, DirectPath, Sights
 from radar_service.echo.echoes import BeamWeightedEchoes
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.structure_shadow import structure_reflectors, structure_shadow
+from radar_service.stages.registry import changed_pattern
 from tests.scenes import radar
 
 RADAR = radar(structure=[{"bearing_deg": 30, "distance_m": 2, "width_m": 0.3}])
-SHADOW = structure_shadow(RADAR, 0.3)
+SHADOW = changed_pattern(RADAR, 0.3)
 
 
 def test_a_shadowed_beam_multiplies_by_the_square_of_its_field() -> None:
@@ -19,76 +18,9 @@ def test_a_shadowed_beam_multiplies_by_the_square_of_its_field() -> None:
     sights = Sights(bearing, np.radians([69.0, 70.0, 71.0]), np.radians([0.0, 20.0, 41.0]))
     amplitude = np.array([[1.0, 2j, 3.0], [1.0, 1.0, 1.0]], dtype=np.complex64)
     echoes = BeamWeightedEchoes(np.array([100.0, 200.0]), np.zeros((2, 3), dtype=np.float32), amplitude, np.array([0, 1]))
-    received = DirectPath(RADAR, 0.3).received(echoes, sights)
+    received = DirectPath(Beam(RADAR, SHADOW)).received(echoes, sights)
     field = SHADOW.one_way(np.radians([[70.0, 50.0, 30.0]]), np.radians([[1.0, 0.0, 0.0]]))[0]
     np.testing.assert_allclose(received.amplitude[0], amplitude[0] * field**2, rtol=1e-6)
     assert abs(received.amplitude[0, 2]) < 0.75 * 3.0 and abs(received.amplitude[0, 1]) > 0.9 * 2.0
     assert abs(received.amplitude[1]).max() < 1e-3  # far from the beam
     np.testing.assert_array_equal(received.range, echoes.range)
-
-
-MULTIPLE = radar(multiple_echoes={"own_rcs_dbsm": 30, "range_m": 300, "orders": 2}, pattern="gaussian")
-SHIPS = np.array([True, False, True])
-
-
-def multiple(distance: list[float], body: list[int], rcs: list[float], migration: float = 0.0) -> BeamWeightedEchoes:
-    """What MULTIPLE makes of echoes (E,) on boresight at three azimuths, that move by `migration` [m] from one to the next."""
-    count, ranges = len(distance), np.array(distance)
-    moved = np.broadcast_to(migration * np.array([-1.0, 0.0, 1.0]), (count, 3)).astype(np.float32)
-    amplitude = np.sqrt(rcs)[:, None] * received_amplitude(MULTIPLE, ranges[:, None] + moved)
-    phase = np.exp(-4j * np.pi / MULTIPLE.wavelength * (ranges[:, None] + moved))
-    echoes = BeamWeightedEchoes(ranges, moved, (amplitude * phase).astype(np.complex64), np.array(body))
-    sights = Sights(np.zeros((count, 3)), np.radians([-1.0, 0.0, 1.0]), np.zeros(3))
-    return MultiplePaths(MULTIPLE, 0.3, SHIPS).received(echoes, sights)
-
-
-def test_a_second_trace_has_twice_the_range_the_phase_and_the_level_of_its_way() -> None:
-    """A ship of 50 m^2 at 200 m: at 400 and 600 m, weaker by root(50 x 1000) / (4 pi 200^2) each time, as the beam weights it."""
-    traces = multiple([200.0], [0], [50.0], migration=0.004)
-    np.testing.assert_allclose(traces.range, [400.0, 600.0])
-    np.testing.assert_allclose(traces.range_migration, 0.004 * np.array([[-2, 0, 2], [-3, 0, 3]]), atol=1e-9)
-    weaker = np.sqrt(50.0 * 1000.0) / (4.0 * np.pi * 200.0**2)
-    first = np.sqrt(50.0) * received_amplitude(MULTIPLE, np.array([200.0]))[0]
-    gain = MULTIPLE.azimuth_gain(np.radians([1.0, 0.0, -1.0]))
-    for n, trace in enumerate(traces.amplitude, start=1):
-        np.testing.assert_allclose(np.abs(trace), first * weaker**n * gain, rtol=3e-4)  # R changes by 4 mm of 200 m
-        phase = np.angle(trace * np.exp(4j * np.pi / MULTIPLE.wavelength * (200.0 + 0.004 * np.array([-1, 0, 1])) * (n + 1)))
-        np.testing.assert_allclose(phase, 0.0, atol=0.02)  # 1e-5 m of range in float32, and 3e-5 m of migration
-    assert set(traces.body.tolist()) == {-3}
-
-
-def test_all_echoes_of_a_ship_make_one_field() -> None:
-    """Two points of a ship in phase throw back twice the field of one, else nothing. Land and far ships have no such echoes."""
-    half = MULTIPLE.wavelength / 2.0
-    both = multiple([200.0, 200.0 + 20.0 * half], [0, 0], [50.0, 50.0])
-    one = multiple([200.0], [0], [50.0])
-    assert np.isclose(np.abs(both.amplitude[0, 1]), 2.0 * np.abs(one.amplitude[0, 1]), rtol=0.01)
-    against = multiple([200.0, 200.0 + 20.5 * half], [0, 0], [50.0, 50.0])
-    assert np.abs(against.amplitude[0, 1]) < 0.02 * np.abs(one.amplitude[0, 1])
-    two_ships = multiple([200.0, 200.0 + 20.5 * half], [0, 2], [50.0, 50.0])
-    np.testing.assert_allclose(two_ships.amplitude[0], one.amplitude[0], rtol=1e-5)
-    assert len(multiple([200.0], [1], [50.0]).range) == 0 and len(multiple([301.0], [0], [50.0]).range) == 0
-    assert len(multiple([200.0], [-1], [50.0]).range) == 0
-
-
-def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
-    """Of one echo abeam of a mast that is lit: f^2 at R + d, and 2 g f at R + d / 2, g of the direct beam and d the detour, which
-    changes as own ship turns."""
-    made = radar(structure=[{"bearing_deg": 30, "distance_m": 2, "width_m": 0.3}], azimuths=720)
-    (reflector,) = structure_reflectors(made)
-    heading, boresight = np.radians([0.0, 1.0, 2.0]), np.radians([30.0, 30.5, 31.0])
-    bearing = np.radians([[72.0, 72.0, 72.0]])
-    echoes = BeamWeightedEchoes(
-        np.array([100.0]), np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.complex64), np.array([0])
-    )
-    received = IndirectPaths(made, 1.0).received(echoes, Sights(bearing, boresight, heading))
-    field, ray = reflector.field(bearing - heading, boresight - heading)
-    shadow = structure_shadow(made, 1.0)
-    assert shadow is not None
-    direct = shadow.one_way(bearing - heading, bearing - boresight)
-    assert abs(direct[0, 1]) > 0.01 and abs(field[0, 1]) > 0.01  # both count
-    np.testing.assert_allclose(received.amplitude, np.concatenate([field**2, 2.0 * direct * field]), rtol=1e-5)
-    np.testing.assert_allclose(received.range, 100.0 + np.array([1.0, 0.5]) * ray.detour[0, 1])
-    change = ray.detour[0] - ray.detour[0, 1]
-    np.testing.assert_allclose(received.range_migration, np.outer([1.0, 0.5], change), atol=1e-7)
-    assert set(received.body.tolist()) == {-2}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.echo.passage_nodes import node_weights
-from radar_service.echo.shadow_nodes import CHANGE, SKIPPED, STEADY, ShadowRates, telling_nodes
+from radar_service.echo.shadow_nodes import CHANGE, SKIPPED, STEADY, Fields, ShadowRates, by_centre, by_range, telling_nodes
 from radar_service.engine.preparation import prepare
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.fidelity import PRESETS
@@ -17,18 +17,18 @@ EVERY = np.arange(200, 297)
 NONE = np.array([250])
 
 
-def at_places(field: Floats) -> BodyEchoes:
-    """Echoes of one path, a scattering centre each metre."""
+def at_places(field: Floats) -> Fields:
+    """Fields of one path, a scattering centre each metre."""
     place = np.stack([np.arange(len(field)), np.zeros(len(field)), np.zeros(len(field))], axis=1)
     same = np.zeros(len(field), dtype=np.int64)
-    return BodyEchoes(place.astype(np.float64), field.astype(np.complex128), same, same, np.zeros(len(field)))
+    return by_centre(BodyEchoes(place.astype(np.float64), field.astype(np.complex128), same, same, np.zeros(len(field))))
 
 
 def told(field: Callable[[int], Floats], unshaded: Indices = NONE, slack: float = 1.0) -> tuple[list[int], list[int]]:
     """The nodes, and the spokes at which the field was asked for."""
     asked: list[int] = []
 
-    def evaluate(spoke: int) -> BodyEchoes:
+    def evaluate(spoke: int, _: int) -> Fields:
         asked.append(spoke)
         return at_places(np.atleast_1d(field(spoke)))
 
@@ -98,8 +98,25 @@ def test_what_is_between_errs_by_less_than_the_limit(width: float) -> None:
 
 
 def test_a_passage_of_two_nodes_keeps_both() -> None:
-    nodes = telling_nodes(np.array([5, 6]), NONE, lambda spokes: np.ones(len(spokes)), lambda _: at_places(np.ones(1)))
+    nodes = telling_nodes(np.array([5, 6]), NONE, lambda spokes: np.ones(len(spokes)), lambda *_: at_places(np.ones(1)))
     assert nodes.tolist() == [5, 6]
+
+
+def test_fields_by_range_do_not_depend_on_the_centres_that_share_them() -> None:
+    """A centre 10.3 range cells off, and shares of it 10.1 and 10.4 off, all in phase."""
+    radar = scene([]).radar
+
+    def cells(distance: Floats, size: Floats) -> Floats:
+        none = np.zeros(len(size), dtype=np.int64)
+        distance = distance * radar.range_resolution
+        amplitude = size * np.exp(4j * np.pi / radar.wavelength * distance)
+        key, field = by_range(
+            BodyEchoes(np.zeros((len(size), 3)), amplitude, none, none, np.zeros(len(size))), distance, radar
+        )
+        return np.asarray(np.bincount(key - key.min(), np.abs(field)))
+
+    one, two = cells(np.array([10.3]), np.array([3.0])), cells(np.array([10.1, 10.4]), np.array([1.0, 2.0]))
+    np.testing.assert_allclose(one, two, rtol=1e-9)
 
 
 KNOT = 1852.0 / 3600.0

@@ -61,7 +61,7 @@ def test_hulls_that_may_stand_before_a_body_are_those_of_numpy(by_sea: bool, ear
         asked = Asked(middle + draw.uniform(-4.0, 4.0, (4000, corners, 3)))
 
         def flags(moved: float, asked: Asked = asked) -> Flags:
-            Onlooker(box, pictures, 12).nearest(asked, pose, moved, 2.0)
+            Onlooker(box, pictures).nearest(asked, pose, moved, 2.0)
             return asked.flags
 
         for moved in (0.0, 20.0):

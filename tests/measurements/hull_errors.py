@@ -117,7 +117,7 @@ def engine_cells(draw: Draw, body: OpticalBody, cells: Floats) -> tuple[Complexe
     pictures = tuple(Picture(draw.antenna, np.inf, by_sea) for by_sea in ((False,) if draw.water is None else (False, True)))
     shadows: Sequence[Any] = [None] * len(pictures)
     if draw.screens is not None:
-        onlooker = Onlooker(body.dry_box(0.0), pictures, len(draw.mesh.faces))
+        onlooker = Onlooker(body.dry_box(0.0), pictures)
         shadows = onlooker.shadows([(TriangleClusters(draw.screens[0]), draw.screens[1])])
     ways = tuple(
         BodyLeg(picture.by_sea, MAP_POSE, draw.antenna, np.inf, None, shadow)

@@ -5,7 +5,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.plan.bodies import NEVER_VISIBLE, bodies
-from radar_service.plan.culling import CulledBody, Culling
+from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, EngineStatistics, PerBody
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem
@@ -51,8 +51,8 @@ def test_a_resting_body_without_echoes_is_never_visible_a_moving_one_may_be_late
 
 
 def test_a_culled_body_has_its_reason_its_error_and_its_shadow() -> None:
-    culling = Culling({0: CulledBody("too weak", 0.1, occludes=True), 3: CulledBody("too far", 0.0, occludes=False)})
-    result = items(EngineStatistics(culling))
+    culled = {0: CulledBody("too weak", 0.1, occludes=True), 3: CulledBody("too far", 0.0, occludes=False)}
+    result = items(EngineStatistics(culled))
     assert (result[0].modelled, result[0].how, result[0].power_db) == (
         False,
         "too weak; still occludes what is behind it",

@@ -13,7 +13,7 @@ from radar_service.plan.cost_model import (
     engine_statistics,
     first_visibility_update,
 )
-from radar_service.plan.culling import Culling
+from radar_service.plan.culling import CulledBody
 from radar_service.records.fidelity import PRESETS
 from radar_service.trace.embree import RayCount
 from tests.scenes import point, scene
@@ -32,7 +32,7 @@ def test_resting_and_moving_points_are_counted() -> None:
     """12 kn for 2.5 s in steps of 5 m: 3.087 visibility updates per scan."""
     bodies = [point("a", 0, 500), point("b", 700, 0), point("c", -300, 300, speed_kn=12, course_deg=90)]
     prepared = prepared_from(bodies)
-    counts = engine_counts(SetUp(prepared, Culling(), 17, 4))
+    counts = engine_counts(SetUp(prepared, {}, 17, 4))
     assert (counts.resting_echoes, counts.moving_echoes, counts.shadowed_echoes, counts.scatterers) == (2, 1, 0, 3)
     assert (counts.set_up_rays, counts.look_rays) == (17, 4)
     assert counts.looks_per_scan == pytest.approx(12 * 1852 / 3600 * 2.5 / 5.0)
@@ -43,7 +43,7 @@ def test_resting_and_moving_points_are_counted() -> None:
 
 def test_a_passing_plate_shadows_the_point_behind_it() -> None:
     prepared = prepared_from([point("behind", 0, 900, 10.0), PLATE])
-    assert engine_counts(SetUp(prepared, Culling(), 0, 0)).shadowed_echoes == 1
+    assert engine_counts(SetUp(prepared, {}, 0, 0)).shadowed_echoes == 1
 
 
 def test_the_first_visibility_update_is_cached() -> None:
@@ -58,7 +58,7 @@ def test_the_first_visibility_update_is_cached() -> None:
 
 
 def test_statistics_have_counts_costs_and_what_was_culled() -> None:
-    culling = Culling(faint={0: -80.0})
-    statistics = engine_statistics(SetUp(prepared_from([point("t", 0, 500)]), culling, 0, 0))
-    assert statistics.culling is culling and statistics.counts is not None and statistics.costs is not None
+    culled = {0: CulledBody("always out of range", 0.0, occludes=False)}
+    statistics = engine_statistics(SetUp(prepared_from([point("t", 0, 500)]), culled, 0, 0))
+    assert statistics.culled is culled and statistics.counts is not None and statistics.costs is not None
     assert statistics.bodies is not None and statistics.bodies.echoes.tolist() == [1]

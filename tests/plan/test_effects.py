@@ -170,7 +170,7 @@ STRUCTURES = [{"name": "mast", "bearing_deg": 0, "distance_m": 3, "width_m": 0.3
 def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
     radar = {"beamwidth_deg": 1.5, "pattern": "taylor", "structure": STRUCTURES, "multiple_echoes": {"own_rcs_dbsm": 30}}
     made = scene([point("t", 0, 500)], radar=radar)
-    result = items(made, statistics=EngineStatistics(costs=replace(COSTS, false_echoes=7.0)))
+    result = items(made, statistics=EngineStatistics(costs=replace(COSTS, effects={"structures": 7.0})))
     assert "mast 7.0 dB" in result["structures"].how and "wall 11" in result["structures"].how
     assert result["structures"].field_db == -54.0
     assert "mast -50 dB" in result["indirect echoes"].how and "wall" not in result["indirect echoes"].how

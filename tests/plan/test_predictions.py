@@ -109,10 +109,10 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
     by itself and watched for one tile."""
     fidelity = replace(planned(name).fidelity, beam_extent=np.inf, azimuths_per_block=WHOLE_TILE)
     sim = rs.Simulator(SCENES[name](), fidelity)
-    predicted, work, culling = sim.plan.counts, Work(), cull(sim.scene, fidelity)
+    predicted, work, culled = sim.plan.counts, Work(), cull(sim.scene, fidelity)
     assert predicted is not None
     work.watch(monkeypatch)
-    prepared = prepare(sim.scene, fidelity, sim.seed, culling.silent, culling.transparent)
+    prepared = prepare(sim.scene, fidelity, sim.seed, culled, [key for key in culled if not culled[key].occludes])
     assert work.rays == predicted.set_up_rays
     first_visibility_update(prepared)
     assert work.rays == predicted.set_up_rays + predicted.look_rays
@@ -153,7 +153,7 @@ def test_what_is_left_out_is_not_computed() -> None:
     scene = SCENES["faint beside plain, in noise"]()
     for error_db, points in ((0.5, [1, 0, 0]), (0.0, [1, 1, 1])):
         fidelity = replace(PRESETS["balanced"], error_db=error_db)
-        per_body = counts_per_body(prepare(scene, fidelity, 0, cull(scene, fidelity).silent))
+        per_body = counts_per_body(prepare(scene, fidelity, 0, cull(scene, fidelity)))
         assert per_body.scatterers.tolist() == per_body.echoes.tolist() == points
 
 

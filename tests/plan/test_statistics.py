@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from radar_service.plan.culling import Culling
 from radar_service.plan.statistics import Costs, EngineStatistics, realtime_factor
 from tests.scenes import scene
 
@@ -24,4 +23,4 @@ def test_the_pace_is_the_spoke_period_over_the_cost_of_an_azimuth() -> None:
 
 
 def test_nothing_is_known_before_an_engine_is_prepared() -> None:
-    assert EngineStatistics() == EngineStatistics(Culling(), None, None, None)
+    assert EngineStatistics() == EngineStatistics({}, None, None, None)

@@ -13,7 +13,6 @@ from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.nmea.senders import Sender
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.steering_port import SteeringPort
 from radar_service.ports.port import Port
@@ -21,6 +20,7 @@ from radar_service.ports.port_host import PortHost
 from radar_service.ports.recorder.service_recorder import RecorderPort
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
+from radar_service.ports.udp.udp_port import Sender
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import recorded_radars
 from radar_service.recording.recording import Recording

@@ -12,10 +12,14 @@ from radar_service.recording.plain import plain, restored
 from radar_service.records.fidelity import PRESETS
 from tests.scenes import radar
 
+MAST = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
+
 
 @pytest.mark.parametrize(
     "record",
-    [*PRESETS.values(), radar(), radar(pattern="taylor", blind_sectors_deg=[[10, 20.1], [80, 90]], beamwidth_deg=3.3),
+    [*PRESETS.values(), radar(),
+     radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}), radar(structure=MAST),
+     radar(pattern="taylor", blind_sectors_deg=[[10, 20.1], [80, 90]], beamwidth_deg=3.3),
      radar(pattern=[[0, 0], [3, -3], [10, -30]], beamwidth_deg=6)],
 )  # fmt: skip
 def test_a_record_comes_back_to_the_bit(record: object) -> None:
@@ -36,6 +40,12 @@ def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
         "radar_service.radar.parameters.Radar", "radar_service.radar.parameters.Origin",
         "radar_service.radar.patterns.Taylor",
     }  # fmt: skip
+    behind = plain(radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}))
+    assert [*behind][-3:] == ["structures", "multiple", "label_floor"]
+    assert types_in([behind["structures"], behind["multiple"]]) == {
+        "radar_service.radar.structures.Structure", "radar_service.radar.parameters.MultipleEchoes", "float",
+    }  # fmt: skip
+    assert plain(radar())["structures"] == [] and plain(radar())["multiple"] is None
 
 
 def test_only_records_of_radars_are_made() -> None:

@@ -159,10 +159,11 @@ def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path)
 def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = ReplaySpokeSource(recording)
     monkeypatch.setitem(source.record["controls"], "gain", 71)
-    for name, value in (("rpm", 3), ("transmit", False), ("range_m", 20.0)):  # are no controls of the display
+    for name, value in (("rpm", 3), ("transmit", False)):  # are no controls of the display
         monkeypatch.setitem(source.record["controls"], name, value)
+    monkeypatch.setitem(source.record["controls"], "range_m", 20.0)  # the recording has no cells beyond
     station = ReplayStation("0", source, refuse, settings=FAST)
-    assert station.settings == replace(FAST, video=replace(FAST.video, gain=71))
+    assert station.settings == replace(FAST, range=20.0, video=replace(FAST.video, gain=71))
 
 
 def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:

@@ -92,5 +92,5 @@ def test_limits_that_are_refused(body: dict[str, Any], words: str) -> None:
 
 
 def test_terrain_is_not_steerable() -> None:
-    with pytest.raises(SceneError, match="steerable: a height map cannot move; remove steerable"):
+    with pytest.raises(SceneError, match="steerable: a height map is land, .* at rest, .*; remove steerable"):
         scene([{"name": "island", "heightmap": "i.png", "extent_m": [100, 100], "steerable": {}}])

@@ -127,7 +127,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"body": [{"name": "h", "heightmap": "h.png", "heading_deg": 5}]},
-        "body[0].heading_deg: a height map has north at its top",
+        "body[0].heading_deg: a height map is land, always there, at rest, north up",
     ),
     ({"body": [{"name": "h", "heightmap": "h.png", "low_m": 5, "high_m": 5}]}, "body[0].high_m: 5 is not above low_m 5"),
     (
@@ -136,7 +136,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ),
     ({"body": [CORNERS | {"north_east_deg": None}]}, "body[0].south_west_deg: this key needs north_east_deg"),
     ({"body": [CORNERS | {"position_m": [5, 0, 0]}]}, "body[0].south_west_deg: the corners already define the position"),
-    ({"body": [CORNERS | {"speed_kn": 5}]}, "body[0].heightmap: a height map cannot move"),
+    ({"body": [CORNERS | {"speed_kn": 5}]}, "body[0].speed_kn: a height map is land, always there, at rest"),
     ({"body": [CORNERS]}, "body[0].latitude_deg: latitude and longitude need an [origin]"),
     ({"own_ship": {"speed": 3}}, 'own_ship.speed: this is not a known key; did you mean "speed_kn"?'),
     (

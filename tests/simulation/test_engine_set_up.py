@@ -45,4 +45,4 @@ def test_rays_of_set_up_and_of_the_first_update_are_counted_apart() -> None:
     wall = {"name": "wall", "shape": "box", "length_m": 4, "width_m": 100, "height_m": 20, "position_m": [0, 200, 0]}
     made = scene([{**wall, "material": "concrete"}, point("mover", 50, 400, speed_kn=5)], radar=ONE)
     set_up = pipeline_set_up(made, PRESETS["balanced"], 0)
-    assert set_up.prepared.seed == 0 and not set_up.culling.bodies
+    assert set_up.prepared.seed == 0 and not set_up.culled

@@ -1,7 +1,8 @@
 """Numbers and names of sources."""
 
-from radar_service.echo.echoes import INDIRECT, MULTIPLE, SECOND_TIME
+from radar_service.echo.echoes import SECOND_TIME
 from radar_service.sources.numbers import BODY, source_names, source_numbers
+from radar_service.stages.registry import numbers_of
 from radar_service.world.materials import MATERIALS, is_land
 from tests.scenes import point, scene
 
@@ -44,13 +45,15 @@ def test_faint_parts_are_named_where_bodies_have_any() -> None:
 
 
 def test_false_echoes_are_sources_of_their_own_where_a_scene_has_any() -> None:
-    """Indexed by what stands in place of a body; without them nothing changes."""
+    """Behind the bodies, in the order of effects; without them nothing changes."""
     structure = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
     radar = {"structure": structure, "multiple_echoes": {"own_rcs_dbsm": 30}}
     made = scene([point("p", 0, 500)], radar=radar)
-    numbers = source_numbers(made)
-    assert (numbers[0], numbers[SECOND_TIME], numbers[INDIRECT], numbers[MULTIPLE]) == (256, 4, 7, 8)
+    assert source_numbers(made).tolist() == [256, 7, 8, 4] and source_numbers(made)[SECOND_TIME] == 4
+    assert (numbers_of(made, "structures"), numbers_of(made, "multiple")) == (
+        ({"indirect": 7}, {"indirect": 1}), ({"multiple": 8}, {"multiple": 2})
+    )  # fmt: skip
     assert (source_names(made)[7], source_names(made)[8]) == ("indirect", "multiple")
     only = scene([point("p", 0, 500)], radar={"multiple_echoes": {"own_rcs_dbsm": 30}})
-    assert source_numbers(only)[MULTIPLE] == 8 and 7 not in source_names(only)
+    assert source_numbers(only).tolist() == [256, 8, 4] and 7 not in source_names(only)
     assert source_numbers(scene([point("p", 0, 500)])).tolist() == [256, 4]

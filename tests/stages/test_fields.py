@@ -1,12 +1,15 @@
-"""Types of values in a scene file."""
+"""Types of values in a scene file, records in SI units, and what is wrong with several keys together."""
 
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number
+from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number, Section, record_of
 
 
 @pytest.mark.parametrize("value", [True, "12", None])
@@ -22,3 +25,52 @@ def test_positions_end_at_their_limits() -> None:
     for beyond in ((MAX_COORDINATE + 1, 0, 0), (0, -MAX_COORDINATE - 1, 0), (0, 0, MIN_HEIGHT - 1), (0, 0, MAX_HEIGHT + 1)):
         with pytest.raises(ValidationError):
             position.validate_python(beyond)
+
+
+class Ferry(Section):
+    """Keys with every kind of unit."""
+
+    name: str = "ferry"
+    course_deg: float = 90.0
+    turn_rate_deg_s: float | None = None
+    speed_kn: float = 10.0
+    share_percent: float = 5.0
+    power_dbm: float = 30.0
+    gain_dbi: float = 20.0
+    length_m: float = 60.0
+    sectors_deg: tuple[tuple[float, float], ...] = ((0.0, 180.0),)
+    seats: int = 7
+
+    def problems(self) -> Iterator[str]:
+        if self.seats > 9:
+            yield f"seats: {self.seats} are too many; give 9"
+        if self.seats > 8:
+            yield "seats: never told"
+
+
+@dataclass(frozen=True)
+class FerryRecord:
+    name: str
+    course: float
+    speed: float
+    share: float
+    power: float
+    gain: float
+    length: float
+    sectors: tuple[tuple[float, float], ...]
+    seats: int
+    turn_rate: float | None = 3.0
+
+
+def test_a_record_has_the_keys_of_its_fields_in_si_units() -> None:
+    half = math.pi / 2.0
+    assert record_of(FerryRecord, Ferry(), length=1.0) == FerryRecord(
+        "ferry", half, 10.0 * 1852.0 / 3600.0, 0.05, 1.0, 100.0, 1.0, ((0.0, math.pi),), 7, None
+    )
+
+
+def test_the_first_problem_is_told() -> None:
+    assert Ferry(seats=8).seats == 8
+    with pytest.raises(ValidationError, match="seats: 12 are too many; give 9") as refused:
+        Ferry(seats=12)
+    assert "never" not in str(refused.value)

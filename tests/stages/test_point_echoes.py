@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.receive.compression import compression_for
-from radar_service.records.fidelity import PRESETS
 from radar_service.stages.point_echoes import point_echoes
-from radar_service.stages.stage import Context
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
+from tests.stages.fixtures import context_of
 
 WALL = {"name": "wall", "shape": "plate", "width_m": 200, "height_m": 80, "position_m": [0, 900, 0]}
 
@@ -18,9 +16,7 @@ def test_points_out_of_range_out_of_sight_and_behind_a_wall_have_no_echoes() -> 
     """The others have the power of the radar equation (Skolnik 2001, eq. 1.7) on boresight, and the change of their ranges."""
     made = scene([WALL], radar={"range_max_m": 5000})
     line_of_sight = OcclusionScene(made.bodies, 8.5e6)
-    context = Context(
-        "hail", made, PRESETS["fast"], 0, line_of_sight, compression_for(made.radar, 6), {"hail": 128}, {"hail": 1}, 0
-    )
+    context = context_of(made, "hail")._replace(line_of_sight=line_of_sight, echo_sources={"hail": 1})
     azimuths = AzimuthTimes(np.arange(3), np.zeros(3), np.arange(3) * 0.1)
     start = np.array([[0.0, 500, 15], [0, 1500, 15], [0, 4000, 0], [0, 90_000, 15], [0, 600, 15]])
     position = start[:, None] + np.array([0.0, 10.0, 0.0]) * azimuths.time[:, None]

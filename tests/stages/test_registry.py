@@ -7,6 +7,7 @@ import pytest
 from pydantic import Field
 
 import radar_service as rs
+from radar_service.plug_ins import PlugInError
 from radar_service.scene_file.describe import json_schema
 from radar_service.sources.numbers import source_names, source_numbers
 from radar_service.stages.effect import Effect, Source
@@ -109,7 +110,7 @@ def test_numbers_and_hashes_depend_on_the_scene_alone(installed: Installed) -> N
 def test_two_packages_with_one_key_stop_only_scenes_that_have_it(installed: Installed) -> None:
     installed.package("ice-effects", Drift)
     installed.package("more-ice", AlsoFloes)
-    told = "alsofloes of more-ice and drift of ice-effects both have the key floes; remove one of the packages"
+    told = "alsofloes of more-ice 1 and drift of ice-effects 1 both have the key floes; uninstall one of them"
     assert refusal(floes=1.0) == f"floes: {told}" and refusal(rubble=1) == f"rubble: {told}"
     assert scene().effects == {}
 
@@ -117,9 +118,9 @@ def test_two_packages_with_one_key_stop_only_scenes_that_have_it(installed: Inst
 def test_keys_of_this_package_stay_its_own(installed: Installed) -> None:
     installed.package("thieves", Thief)
     assert refusal(loot=1).endswith(
-        "radar-service and thief of thieves both have the key interference; remove one of the packages"
+        "radar-service and thief of thieves 1 both have the key interference; uninstall one of them"
     )
-    assert refusal(environment={"swell": 1}).startswith("environment.swell: radar-service and thief of thieves both have")
+    assert refusal(environment={"swell": 1}).startswith("environment.swell: radar-service and thief of thieves 1 both have")
     assert scene(environment={"sea_texture_shape": 2.0}).environment.effect_keys == {"sea_texture_shape": 2.0}
     assert scene(interference=[{"bearing_deg": 1}]).effects.keys() == {"interference"} and scene().radar is not None
 
@@ -131,6 +132,19 @@ BROKEN = ("no_such_module:Effect", "ice_effects:Missing", "builtins:dict", "ice_
 def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installed: Installed, broken: str) -> None:
     installed.package("ice-effects", Drift, Careless, Ranger, slush=broken)
     told = refusal(slush=1)
-    assert told.startswith("slush: the effect slush of the package ice-effects cannot be loaded (")
-    assert told.endswith("; repair or remove the package") and "\n" not in told
+    assert told.startswith("slush: slush of radar_service.effects: the package ice-effects 1 is broken (")
+    assert told.endswith("; update or uninstall it") and "\n" not in told
     assert scene(floes=1.0).effects and [effect.name for effect in effects()][-1] == "slush"
+
+
+class Unstaged(Drift):
+    """Has a stage that cannot be imported."""
+
+    __module__, stage_at = "ice_effects", "no_such_module:Stage"
+
+
+def test_a_stage_that_cannot_be_imported_names_its_package(installed: Installed) -> None:
+    installed.package("ice-effects", Unstaged)
+    told = "unstaged of radar_service.effects: the package ice-effects 1 is broken .ModuleNotFoundError: .*; update or uninstall"
+    with pytest.raises(PlugInError, match=told):
+        rs.Simulator(scene([point("p", 0, 500)], floes=2.0))

@@ -16,9 +16,20 @@ import pytest
 from pydantic import Field
 
 import radar_service as rs
-from radar_service.effects import Context, Effect, EffectTruth, PlanItem, RandomField, Source, Stage, Tile
+from radar_service.effects import (
+    BeamWeightedEchoes,
+    Context,
+    Effect,
+    EffectTruth,
+    PlanItem,
+    RandomField,
+    Source,
+    Stage,
+    Tile,
+)
 from radar_service.plots.plot_report import kinds_of
 from radar_service.radar_feed import crossing_from_line
+from radar_service.records.truth import FalseEcho
 from radar_service.scene_file.describe import describe
 from radar_service.scene_file.document import scene_content, scene_path
 from radar_service.truth.truth_file import scene_hash
@@ -36,12 +47,15 @@ SHARED = {  # functions of arrays that any effect may use, and that these scenes
 
 
 class ToyEffect(Effect):
-    """Another effect of bodies, which both scenes have: what all effects run is no knowledge of one."""
+    """Another effect of bodies and radars, which both scenes have: what all effects run is no knowledge of one."""
 
-    name, stage_at, sources = "toy", f"{__name__}:ToyStage", (Source("toy"),)
-    body_keys = {"toy": (float | None, Field(None))}
+    name, stage_at, sources, has_paths = "toy", f"{__name__}:ToyStage", (Source("toy"),), True
+    radar_keys = body_keys = {"toy": (float | None, Field(None))}
 
     def body_record(self, given: Any, mesh: Any) -> Any:
+        return given["toy"]
+
+    def radar_record(self, given: Any) -> Any:
         return given["toy"]
 
 
@@ -50,6 +64,9 @@ class ToyTruth(EffectTruth):
 
     def at_crossing(self, body: int, time: float, boresight: float) -> Any:
         return {"body": body}
+
+    def false_echoes(self, body: int, distance: float, bearing: float, heading: float) -> list[FalseEcho]:
+        return [FalseEcho("toy", "toy", distance, bearing, None)]
 
 
 class ToyField(RandomField):
@@ -60,14 +77,39 @@ class ToyField(RandomField):
 
 
 class ToyStage(Stage):
-    """Adds nothing to the first row of each tile, and a field of nothing to all."""
+    """A pane that takes nothing, a path without echoes, echoes near and far, and zeros for the first row and for all."""
 
-    def __init__(self, context: Context) -> None:
+    has_echoes, extent = True, 0.1
+
+    def __init__(self, context: Context | None = None) -> None:
         self._context = context
 
     @classmethod
     def of(cls, context: Context) -> "ToyStage":
         return cls(context)
+
+    @classmethod
+    def field_changes(cls, record: Any, aperture: Any, wavelength: float, extent: float) -> list["ToyStage"]:
+        return [cls()]
+
+    @classmethod
+    def paths(cls, scene: Any, beam: Any, echo_sources: Any) -> list["ToyStage"]:
+        return [cls()]
+
+    def subtract(self, field: Any, from_bow: Any, offset: Any) -> None:
+        """Takes nothing."""
+
+    def reaches(self, from_bow: Any) -> Any:
+        return np.ones(len(from_bow), dtype=np.bool_)
+
+    def received(self, echoes: BeamWeightedEchoes, sights: Any) -> BeamWeightedEchoes:
+        return echoes.chosen(np.arange(0))
+
+    def echoes(self, azimuths: Any) -> BeamWeightedEchoes:
+        zeros, body = np.zeros((2, len(azimuths.time))), self._context.echo_sources["toy"]
+        return BeamWeightedEchoes(
+            np.array([500.0, 5000.0]), zeros.astype(np.float32), zeros.astype(np.complex64), np.full(2, body)
+        )
 
     @classmethod
     def plan(cls, scene: Any, fidelity: Any, microseconds: float | None) -> list[PlanItem]:
@@ -82,15 +124,22 @@ class ToyStage(Stage):
         tile.add_field(ToyField(np.zeros((len(tile.field), 9), dtype=np.complex64), np.zeros(9, dtype=np.float32)))
 
 
-def content(beacons: bool = True, interference: bool = True, clutter: bool = True) -> dict[str, Any]:
-    """A small scene with or without effects."""
+OF_RADAR: dict[str, dict[str, Any]] = {
+    "structures": {"structure": [{"bearing_deg": 100, "distance_m": 5, "width_m": 0.5}]},
+    "multiple_echoes": {"multiple_echoes": {"own_rcs_dbsm": 60, "range_m": 5000}},
+}
+
+
+def content(without: str = "") -> dict[str, Any]:
+    """A small scene with all effects but one."""
     scene = copy.deepcopy(dict(scene_content(scene_path("aids"))))
-    scene["radar"] |= {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 6000}
-    for body in scene["body"] if not beacons else ():
+    scene["radar"] |= {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 6000, "toy": 1.0}
+    scene["radar"] |= {key: table[key] for effect, table in OF_RADAR.items() if effect != without for key in table}
+    for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
     scene["body"][2]["toy"] = 1.0
-    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if clutter else {"sea_state": 0}
-    return scene | ({"interference": OTHERS} if interference else {})
+    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if without != "clutter" else {"sea_state": 0}
+    return scene | ({"interference": OTHERS} if without != "interference" else {})
 
 
 def play(scene_input: dict[str, Any]) -> None:
@@ -128,17 +177,10 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
     return lines
 
 
-@pytest.mark.parametrize(
-    ("effect", "without"),
-    [
-        ("interference", content(interference=False)),
-        ("beacons", content(beacons=False)),
-        ("clutter", content(clutter=False)),
-    ],
-)
-def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, without: dict[str, Any], installed: Installed) -> None:
+@pytest.mark.parametrize("effect", ["interference", "beacons", "clutter", *OF_RADAR])
+def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, installed: Installed) -> None:
     """A scene with another effect of the kind, then with this one too: what only the second run executes."""
-    having = content()
+    without, having = content(effect), content()
     installed.package("toys", ToyEffect)
     for scene_input in (without, having):
         play(scene_input)  # imports and caches do not count
@@ -160,7 +202,7 @@ from radar_service.scene_file.describe import json_schema
 schema = json_schema()
 sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
 digest = hashlib.sha256(b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))).hexdigest()
-kinds = [schema, schema["$defs"]["ShapeBodyModel"], schema["$defs"]["EnvironmentModel"]]
+kinds = [schema, *(schema["$defs"][name] for name in ("ShapeBodyModel", "EnvironmentModel", "RadarModel"))]
 keys = [key for kind in kinds for key in kind["properties"]]
 print(json.dumps([rs.__file__, keys, digest]))
 """
@@ -177,7 +219,12 @@ def run_without(tree: Path) -> Any:
 
 @pytest.mark.parametrize(
     ("effect", "keys"),
-    [("interference", {"interference"}), ("beacons", {"racon", "sart"}), ("clutter", {"sea_texture_shape"})],
+    [
+        ("interference", {"interference"}),
+        ("beacons", {"racon", "sart"}),
+        ("clutter", {"sea_texture_shape"}),
+        *((each, {*OF_RADAR[each]}) for each in OF_RADAR),
+    ],
 )
 def test_the_tree_without_an_effect_still_works(tmp_path: Path, effect: str, keys: set[str]) -> None:
     """Its folder and its line of the registry are gone: all imports hold, its keys are unknown, other scenes keep their bytes."""

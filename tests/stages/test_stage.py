@@ -3,11 +3,10 @@
 import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.receive.compression import compression_for, receiver_noise_power
-from radar_service.records.fidelity import PRESETS
-from radar_service.stages.stage import Added, Context, RandomField, Tile
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.stages.stage import Added, RandomField, Tile
 from tests.scenes import scene
+from tests.stages.fixtures import context_of
 
 
 def test_a_tile_keeps_who_added_what_and_adds_it_to_the_field() -> None:
@@ -27,10 +26,9 @@ def test_a_tile_keeps_who_added_what_and_adds_it_to_the_field() -> None:
 
 def test_random_numbers_are_those_of_the_name_of_an_effect() -> None:
     made = scene()
-    line_of_sight, compression = OcclusionScene((), np.inf), compression_for(made.radar, 6)
 
     def drawn(name: str, seed: int, *key: int) -> float:
-        context = Context(name, made, PRESETS["fast"], seed, line_of_sight, compression, {}, {}, seed)
+        context = context_of(made, name, seed)
         assert context.noise_power == receiver_noise_power(made.radar)
         return float(context.random(*key).random())
 

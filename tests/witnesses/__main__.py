@@ -1,9 +1,9 @@
 """Programs of others as witnesses of what a service sends: gpsdecode, OpenCPN on a screen of its own, mayara's web page.
 
-`python -m tests.witnesses FOLDER`, which `.ci/witnesses` calls. Ten ships move. gpsdecode decodes their AIS, and that of an aid
-to navigation and a SART, with the parts of static reports joined; it is compared with the truth. OpenCPN shows own ship and the
-ships on FOLDER/opencpn.png, to be looked at. The page is opened where MAYARA_GUI names its folder (`signalk_page.py`). What is
-absent is printed.
+`python -m tests.witnesses FOLDER [NAMES]`, which `.ci/witnesses` calls; ASTERIX, Garmin xHD and ROS 2 are in `dialects.py`.
+Ten ships move. gpsdecode decodes their AIS, and that of an aid to navigation and a SART, with the parts of static reports
+joined; it is compared with the truth. OpenCPN shows own ship and the ships on FOLDER/opencpn.png, to be looked at. The page is
+opened where MAYARA_GUI names its folder (`signalk_page.py`). What is absent is printed.
 """
 
 import contextlib
@@ -15,14 +15,14 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from tests.reference.true_north import true_deg
-from tests.witnesses import signalk_page
+from tests.witnesses import dialects, signalk_page
 
 KNOT = 1852.0 / 3600.0
 START, START_SECOND = "2026-12-31T23:59:30", 30
@@ -181,24 +181,30 @@ def drawn(folder: Path) -> str:
     return f"look at {picture}: own ship to the north-east, and ten ships with their names"
 
 
-def main(folder: Path) -> None:
-    """Asks each witness that is here."""
+def main(folder: Path, names: Sequence[str] = ()) -> None:
+    """Asks each witness that is here. names: of those that are asked, all by default."""
     folder.mkdir(parents=True, exist_ok=True)
     gui = os.environ.get("MAYARA_GUI", "")
     needed = {
         "gpsdecode": ("gpsdecode",),
         "OpenCPN": ("opencpn", "Xvfb", "xdotool", "import"),
         "mayara's page": ("chromium",),
+        "ASTERIX 240": ("unshare", "ip", "tshark"),
+        "radar_pi": ("unshare", "ip", "g++", "wx-config"),
+        "rosbags": (),
     }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
     judges: dict[str, Callable[[], str]] = {
         "gpsdecode": lambda: judged(folder),
         "OpenCPN": lambda: drawn(folder),
         "mayara's page": lambda: signalk_page.judged(folder, Path(gui)) if gui else "not asked, without MAYARA_GUI",
+        "ASTERIX 240": lambda: dialects.asterix(folder),
+        "radar_pi": lambda: dialects.radar_pi(folder),
+        "rosbags": lambda: dialects.ros2_bag(folder),
     }
-    for name, judge in judges.items():
+    for name, judge in judges.items() if not names else [(name, judges[name]) for name in names]:
         print(f"{name}: {f'not asked, without {absent[name]}' if absent[name] else judge()}", flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2:])

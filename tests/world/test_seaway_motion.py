@@ -223,10 +223,10 @@ def test_a_motion_has_the_variance_of_its_amplitudes() -> None:
     sway = motion.sway_state(np.linspace(0.0, 36_000.0, 12_001)).values
     np.testing.assert_allclose(sway.std(axis=0), law.bounds.deviation, rtol=0.02)
     assert np.rad2deg(sway.mean(axis=0)[:2]) == pytest.approx([1.5, -0.5], abs=0.02)
-    envelope = motion.sway_rates(np.linspace(0.0, 3600.0, 1801))
+    about = motion.sway_rates(np.linspace(0.0, 3600.0, 1801))
     rates = motion.sway_state(np.linspace(0.0, 3600.0, 1801)).rates
-    assert (envelope + 1e-12 >= 1.5 * np.abs(rates)).all()
-    assert np.sqrt((envelope**2).mean(axis=0)) == pytest.approx(1.5 * np.sqrt(2.0) * rates.std(axis=0), rel=0.05, abs=1e-9)
+    assert (about + 1e-12 >= np.sqrt(1.25) * np.abs(rates)).all()
+    assert np.sqrt((about**2).mean(axis=0)) == pytest.approx(np.sqrt(1.5) * rates.std(axis=0), rel=0.05, abs=1e-9)
 
 
 @pytest.mark.parametrize(("state", "low", "high"), [(3, 0.5, 1.5), (5, 2.0, 5.0)])

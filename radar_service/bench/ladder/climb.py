@@ -18,7 +18,7 @@ from radar_service.bench.ladder.series import Ladder
 from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.single_run import scored_run
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.trackers import REFERENCE as BUILT_IN
+from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.numerics.types import Floats
 
 REFERENCE = "gnn"
@@ -59,7 +59,7 @@ def names_of(trackers: Sequence[str], names: Sequence[str] = ()) -> dict[str, st
         raise ScenarioError(
             f"--name: {', '.join(names)}: each of {len(own)} --tracker needs a name of its own, none {REFERENCE}"
         )
-    others = [tracker for tracker in own if tracker not in BUILT_IN]
+    others = [tracker for tracker in own if not is_built_in(tracker)]
     begin = os.path.commonprefix(others) if len(others) > 1 else ""
     shared = len(begin) - len(re.split(r"[\s:/=]", begin)[-1])
     short = [tracker[shared:] if tracker in others else tracker for tracker in own]

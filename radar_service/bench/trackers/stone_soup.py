@@ -5,14 +5,37 @@ It needs the extra `tracking`. Stone Soup is not imported before a tracker is ma
 
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timedelta
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.gating import EPOCH, Tuning
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.bench.trackers.reckoning import ReckonedTracker
+from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
+from radar_service.numerics.constants import KNOT
 from radar_service.plots.plot import Plot
 from radar_service.terminal.extras import extra
+
+
+def gnn(scenario: Scenario) -> Tracker:
+    """Returns the reference tracker with nearest neighbours, as a scenario tunes it."""
+    return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, "gnn")))
+
+
+def jpda(scenario: Scenario) -> Tracker:
+    """Returns the reference tracker with joint probabilities, as a scenario tunes it."""
+    return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, "jpda")))
+
+
+def tuning_of(scenario: Scenario, association: Literal["gnn", "jpda"]) -> Tuning:
+    """Returns the tuning that a scenario gives the reference tracker."""
+    settings = scenario.tracker
+    return Tuning(
+        association=association, range_error=settings.range_error_m,
+        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
+        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
+    )  # fmt: skip
 
 
 class StoneSoupTracker:

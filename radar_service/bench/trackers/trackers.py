@@ -1,4 +1,4 @@
-"""Trackers by name: the reference tracker, a callable in Python, a program, or a server. And what stands behind a name."""
+"""Trackers by name: an entry point, a callable in Python, a program, or a server. And what stands behind a name."""
 
 import hashlib
 import importlib.metadata
@@ -9,47 +9,35 @@ import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Any, cast
 
 from radar_service import plug_ins
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.trackers.gating import Tuning
+from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
-from radar_service.bench.trackers.reckoning import ReckonedTracker
-from radar_service.bench.trackers.stone_soup import StoneSoupTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
-from radar_service.numerics.constants import KNOT
-
-REFERENCE = ("gnn", "jpda")  # names of the reference tracker's associations
 
 
 def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tracker:
     """Returns a new tracker by name.
 
-    "gnn" or "jpda": the reference. "ws://..." or "wss://...": a server. "module:callable", or the name of an entry point of the
-    group of trackers: what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
+    The name of an entry point of the group of trackers, as "gnn" and "jpda", the reference; "ws://..." or "wss://...": a server;
+    "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
     header: what a server or command gets first.
-    Commands and callables run in processes of their own. Raises TrackerError, PlugInError, and ImportError without Stone Soup.
+    Commands and callables of others run in processes of their own. Raises TrackerError, PlugInError, and MissingExtra.
     """
-    name = _named(name)
-    if name in REFERENCE:
-        return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, name)))
+    if is_built_in(name):
+        return cast(Tracker, plug_ins.load("trackers", name)(scenario))
     if name.startswith(SCHEMES):
         return WebsocketTracker(name, header)
+    if name in plug_ins.names("trackers"):
+        entry = plug_ins.entry("trackers", name)
+        try:
+            return CallableTracker(entry.value, header)
+        except TrackerError as error:
+            raise type(error)(str(plug_ins.broken(entry, error))) from None
     return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)
-
-
-def tuning_of(scenario: Scenario, association: str) -> Tuning:
-    """Returns the tuning that a scenario gives the reference tracker."""
-    settings = scenario.tracker
-    return Tuning(
-        association="jpda" if association == "jpda" else "gnn", range_error=settings.range_error_m,
-        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
-        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
-    )  # fmt: skip
 
 
 def program_digest(name: str) -> str:
@@ -58,18 +46,19 @@ def program_digest(name: str) -> str:
     The files that a command names, the file of a Python module, the version of Stone Soup. What these import or call is not
     looked at, and nothing is known of a server. Raises OSError and PlugInError.
     """
-    name = _named(name)
-    if name in REFERENCE:
+    if is_built_in(name):
         return _installed("stonesoup")
     if name.startswith(SCHEMES):
         return ""
+    if name in plug_ins.names("trackers"):
+        name = plug_ins.entry("trackers", name).value
     files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
     return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
 
 
-def _named(name: str) -> str:
-    """The `module:callable` of an entry point; any other name as it is."""
-    return plug_ins.entry("trackers", name).value if name in plug_ins.names("trackers") else name
+def is_built_in(name: str) -> bool:
+    """Whether it is the name of a tracker of this package, a function of the scenario, which runs in this process."""
+    return name in plug_ins.names("trackers") and plug_ins.is_own(plug_ins.entry("trackers", name))
 
 
 def _is_callable(name: str) -> bool:

@@ -8,7 +8,7 @@ from typing_extensions import override
 from radar_service.ports.ais.messages import ais_sentences, position_of, static_of
 from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.nmea.nmea_port import SenderPort
-from radar_service.ports.nmea.senders import Sender
+from radar_service.ports.udp.udp_port import Sender
 from radar_service.spoke_source import TellsShips
 
 

@@ -5,12 +5,12 @@ import contextlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from radar_service.ports.nmea.addresses import address, check_reach, numeric
+from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
-    from radar_service.ports.nmea.senders import Sender
     from radar_service.ports.port import Port
+    from radar_service.ports.udp.udp_port import Sender
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -53,7 +53,9 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     tcp, udp = getattr(options, f"{name}_tcp"), getattr(options, f"{name}_udp")
     if tcp is None and udp is None:
         return []
-    from radar_service.ports.nmea.senders import TcpSender, UdpSender
+    from radar_service.ports.nmea.senders import TcpSender
+    from radar_service.ports.udp.capture import capture_of
+    from radar_service.ports.udp.sender import UdpSender
 
     allowed, insecure = options.nmea_allow, options.insecure
     with contextlib.ExitStack() as on_failure:
@@ -64,6 +66,6 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
             on_failure.callback(senders[-1].close)
         if udp is not None:
             check_reach(f"--{name}-udp", udp, allowed, insecure, listens=False)
-            senders.append(UdpSender(f"--{name}-udp", udp))
+            senders.append(UdpSender(f"--{name}-udp", udp, capture=capture_of(options)))
         on_failure.pop_all()
     return senders

@@ -7,33 +7,13 @@ from collections.abc import Callable, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import NamedTuple
 
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.sentences import RADAR, sentence
+from radar_service.ports.udp.addresses import Address, bound
 from radar_service.service.access import is_loopback
 from radar_service.service.logs import log_event
-from radar_service.terminal.arguments import UsageError
 
 MAX_CLIENTS = 32  # of a TCP port
 BACKLOG = 16
-
-
-def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callable[[socket.socket], None]) -> socket.socket:
-    """Returns a socket of this machine that does not wait.
-
-    option: with which messages begin; prepare: is called once the socket is bound.
-    Raises UsageError where the port is taken, or the address is not this machine's.
-    """
-    result = socket.socket(where.family, kind)
-    try:
-        if kind == socket.SOCK_STREAM:
-            result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        result.bind(where.for_sockets)
-        prepare(result)
-    except OSError as error:
-        result.close()
-        raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
-    result.setblocking(False)
-    return result
 
 
 def may_come(host: str, allowed: Sequence[str] | None) -> bool:

@@ -1,6 +1,5 @@
 """The port of NMEA 0183: own ship's sensors as sentences, by TCP and UDP."""
 
-import contextlib
 import math
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
@@ -8,10 +7,9 @@ from datetime import timedelta
 from typing_extensions import override
 
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
-from radar_service.ports.nmea.senders import Sender
 from radar_service.ports.nmea.targets import target_sentences
-from radar_service.ports.port import Port, Service
-from radar_service.ports.port_thread import PortThread
+from radar_service.ports.port import Service
+from radar_service.ports.udp.udp_port import Sender, UdpPort
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
@@ -57,16 +55,14 @@ def station_of(stations: Mapping[str, Station], radar: str | None) -> Station:
     return stations[radar or known[0]]
 
 
-class SenderPort(Port):
+class SenderPort(UdpPort):
     """A port that sends sentences about the ship that carries one radar: of the first one, or of `radar` while it is there."""
 
     period = 1.0 / TENTHS
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
-        self.senders, self._radar = senders, radar
-        self._stations = Stations()
-        self._thread: PortThread | None = None
-        self._lost = 0  # sentences, of which the thread knows
+        super().__init__(senders)
+        self._radar, self._stations = radar, Stations()
 
     @override
     def check(self, stations: Mapping[str, Station]) -> None:
@@ -74,28 +70,13 @@ class SenderPort(Port):
 
     @override
     async def start(self, service: Service) -> None:
+        await super().start(service)
         self._stations = service.stations
-        self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
-
-    @override
-    def close(self) -> None:
-        for sender in self.senders:
-            with contextlib.suppress(OSError):
-                sender.close()
 
     def station(self, radar: str) -> Station | None:
         """Returns the radar of that id where the sentences are about its ship."""
         station = self._stations.of(self._radar)
         return station if station is not None and station.identity == radar else None
-
-    def send(self, lines: Sequence[bytes]) -> None:
-        """Sends sentences, and counts those that did not go out as dropped."""
-        for sender in self.senders:
-            sender.send(lines)
-        lost = sum(sender.lost for sender in self.senders)
-        if self._thread is not None and lost > self._lost:
-            self._thread.note_dropped(lost - self._lost)
-        self._lost = lost
 
 
 class NmeaPort(SenderPort):

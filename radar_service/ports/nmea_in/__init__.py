@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from radar_service.ports.nmea.addresses import address, check_reach
+from radar_service.ports.udp.addresses import address, check_reach
 
 if TYPE_CHECKING:
     from radar_service.ports.nmea_in.receivers import Receiver

@@ -10,9 +10,9 @@ from typing import NamedTuple, Protocol
 
 from typing_extensions import override
 
-from radar_service.ports.nmea.addresses import Address
-from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, bound, may_come
+from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import Lines
+from radar_service.ports.udp.addresses import Address, bound
 from radar_service.service.token_bucket import TokenBucket
 
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back

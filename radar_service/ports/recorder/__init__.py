@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from radar_service.terminal.arguments import UsageError, add_sources, check_sources, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare
+from radar_service.terminal.output_files import prepare
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
@@ -19,7 +19,6 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
         "--record", type=partial(file_ending, suffix=".mcap"), metavar="FILE.mcap",
         help="record what the radars send, and with --truth the truth",
     )  # fmt: skip
-    add_overwrite(records)
     add_sources(records, "record", ", with --record; clients ask for theirs, where --truth allows it")
 
 

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from radar_service.ports.port import Port
 
 
+replays = True
+
+
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds the options of Signal K."""
     where, may = groups["where"], groups["who may"]

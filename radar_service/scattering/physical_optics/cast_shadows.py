@@ -22,8 +22,7 @@ from radar_service.trace.box_tree import Boxes
 from radar_service.trace.triangle_clusters import TriangleClusters, box_corners
 from radar_service.world.poses import MAP_POSE, BodyPose
 
-MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body
-MAX_TESTS = 16_000_000  # of triangles against those of the body: more have outlines
+MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body: more have outlines
 RINGS = 32  # about the antenna, of shores between which the sea may reflect rays to a body
 NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
 FEW_TRIANGLES = 32  # triangles of ground that have no outline
@@ -77,22 +76,15 @@ class CastShadows:
 _NONE = CastShadows(Picture(np.zeros(3), np.inf, False), np.zeros((0, 3, 3)))
 
 
-def most_triangles(of_body: int) -> int:
-    """How many triangles cast shadows exactly on a body of so many."""
-    return min(MAX_TRIANGLES, MAX_TESTS // of_body)
-
-
 class Onlooker(NamedTuple):
     """A body before which others may stand.
 
     box: corners (8, 3) of a box around what of it rises above the sea, on the map [m].
     legs: the pictures of its legs.
-    triangles: how many it has.
     """
 
     box: Floats
     legs: tuple[Picture, ...]
-    triangles: int
 
     def shadows(self, others: Posed) -> list[CastShadows]:
         """The shadows of other bodies that may lie on it along each leg: of ground by its outline, and of the others too where
@@ -105,8 +97,7 @@ class Onlooker(NamedTuple):
             above_water(self.ground(*other, own) if other[0].is_ground else self.before(*other, own), 0.0)[0]
             for other in near
         ]
-        most = most_triangles(self.triangles)
-        many = most if sum(map(len, dry)) <= most else most // len(near)
+        many = MAX_TRIANGLES if sum(map(len, dry)) <= MAX_TRIANGLES else MAX_TRIANGLES // len(near)
         outlined = [
             len(corners) > (min(FEW_TRIANGLES, many) if triangles.is_ground else many)
             for (triangles, _), corners in zip(near, dry, strict=True)

@@ -152,7 +152,7 @@ class PhysicalOptics(AspectModel):
         too."""
         radius = instant.line_of_sight.earth_radius
         legs = tuple(Picture(antenna, radius, by_sea) for by_sea in (False, True)[: 1 + by_paths])
-        return Onlooker(_box(optical, pose), legs, len(optical.mesh.faces))
+        return Onlooker(_box(optical, pose), legs)
 
     def _sea_field(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> SeaField | None:
         """The field of all paths at body b where diffraction counts, and None elsewhere."""

@@ -1,4 +1,4 @@
-"""Properties of a mesh that are computed once: flat patches, concave sides, outward sides."""
+"""Properties of a mesh that are computed once: shared edges, concave sides, outward sides."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,28 +15,6 @@ COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
 SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with less has only rounding, and is a sheet
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
-
-
-def patch_spans(mesh: Mesh) -> Floats:
-    """Sides (F, 3) [m] of the box about each triangle's flat patch: all coplanar triangles that are connected to it by edges."""
-    corners = mesh.vertices[mesh.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
-    face_a, face_b = neighbours(mesh)
-    across = np.linalg.norm(np.cross(normal[face_a], normal[face_b]), axis=1)
-    flat = across < COPLANAR
-    links = coo_array((np.ones(int(flat.sum())), (face_a[flat], face_b[flat])), shape=(len(corners), len(corners)))
-    count, patch = connected_components(links, directed=False)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, patch, corners.min(axis=1))
-    np.maximum.at(high, patch, corners.max(axis=1))
-    return np.asarray((high - low)[patch])
-
-
-def neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
-    face_a, face_b = shared_edges(mesh)
-    return face_a // 3, face_b // 3
 
 
 def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

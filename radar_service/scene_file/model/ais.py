@@ -1,8 +1,9 @@
 """The models of AIS in a scene file: of one transponder, and of what happens to all reports."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radar_service.stages.fields import Bearing, Number, Section, Whole
 
@@ -39,12 +40,10 @@ class TransponderModel(Section):
     )
     heading_error_deg: Bearing = Field(0.0, description="added to the heading that it reports")
 
-    @model_validator(mode="after")
-    def _check_periods(self) -> Self:
+    def problems(self) -> Iterator[str]:
         for k, (start, end) in enumerate(self.off_s):
             if end <= start:
-                raise ValueError(f"off_s[{k}]: {end:g} is not after {start:g}; exchange them")
-        return self
+                yield f"off_s[{k}]: {end:g} is not after {start:g}; exchange them"
 
 
 class AisModel(Section):

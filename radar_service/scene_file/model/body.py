@@ -1,15 +1,15 @@
 """Scene file models of bodies, one for each kind. The key that a body has tells its kind: `shape`, `mesh` or `heightmap`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from radar_service import plug_ins
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.errors import PlatformErrorsModel
-from radar_service.scene_file.model.moving import MovingSection, SwaySection, TurningSection
+from radar_service.scene_file.model.moving import MovingSection
 from radar_service.stages.fields import (
     Bearing,
     EastNorthUp,
@@ -55,11 +55,9 @@ class FadingModel(Section):
     offset_s: Instant = Field(0.0, description="start of a unit; 0 is the beam at north")
     spread: Flag = Field(False, description="spreads the units with the body evenly, instead of all together")
 
-    @model_validator(mode="after")
-    def _check_units(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if self.present > self.of:
-            raise ValueError(f"present: {self.present} units are more than of = {self.of}; lower present or raise of")
-        return self
+            yield f"present: {self.present} units are more than of = {self.of}; lower present or raise of"
 
     def pattern(self) -> list[bool]:
         """Returns whether the body is there in each unit of the schedule."""
@@ -180,42 +178,33 @@ class BodyModel(NamedSection):
         """Whether its position is given in degrees, which needs the origin of the scene."""
         return self.latitude_deg is not None
 
-    def check_kind(self) -> None:
-        """Raises ValueError where keys contradict the kind of the body."""
-
-    @model_validator(mode="after")
-    def _check_body(self, info: ValidationInfo) -> Self:
+    def problems(self) -> Iterator[str]:
+        yield from super().problems()
         if self.end_s is not None and self.end_s <= self.start_s:
-            raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
+            yield f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them"
         if self.ais is not None and self.mmsi is None:
-            raise ValueError("ais: a transponder has a number; add mmsi")
+            yield "ais: a transponder has a number; add mmsi"
         for effect in effects():
             if given := given_keys(self, effect.body_keys):
                 effect.check_body(given, not self.can_carry)
-        if info.context:
-            raise ValueError(info.context)  # of keys that are not of its kind, see `_of_its_kind`
-        self.check_kind()
-        self._check_position()
+        yield from self._position_problems()
         if self.scattering == "rcs" and self.rcs_dbsm is None:
-            raise ValueError('rcs_dbsm: scattering = "rcs" needs the radar cross-section in dBsm')
+            yield 'rcs_dbsm: scattering = "rcs" needs the radar cross-section in dBsm'
         if self.rcs_dbsm is not None and self.scattering not in (None, "rcs"):
-            raise ValueError(
-                f'rcs_dbsm: a declared cross-section excludes scattering = "{self.scattering}"; remove one of the two'
-            )
+            yield f'rcs_dbsm: a declared cross-section excludes scattering = "{self.scattering}"; remove one of the two'
         if self.swerling and self.rcs_dbsm is None:
-            raise ValueError("swerling: fluctuation is defined for a declared cross-section; add rcs_dbsm")
-        return self
+            yield "swerling: fluctuation is defined for a declared cross-section; add rcs_dbsm"
 
-    def _check_position(self) -> None:
+    def _position_problems(self) -> Iterator[str]:
         geographic = (self.latitude_deg is not None, self.longitude_deg is not None)
         if any(geographic) and not all(geographic):
-            raise ValueError("latitude_deg: this key needs latitude_deg and longitude_deg together; give both or none")
+            yield "latitude_deg: this key needs latitude_deg and longitude_deg together; give both or none"
         if any(geographic) and self.position_m is not None:
-            raise ValueError("position_m: latitude_deg and longitude_deg already define the position; remove one of the two")
+            yield "position_m: latitude_deg and longitude_deg already define the position; remove one of the two"
         if any(geographic) and self.track is not None:
-            raise ValueError("latitude_deg: the track already defines the position; remove latitude_deg and longitude_deg")
+            yield "latitude_deg: the track already defines the position; remove latitude_deg and longitude_deg"
         if self.up_m is not None and not any(geographic):
-            raise ValueError(
+            yield (
                 "up_m: this key needs latitude_deg and longitude_deg; with position_m, give the height as its third number"
             )
 
@@ -227,41 +216,41 @@ class ShapeBodyModel(BodyModel, ShapeSection):
         """Returns the sizes of the shape [m], by their keys."""
         return {key: getattr(self, key) for key in SHAPE_SIZES[self.shape]}
 
-    def check_kind(self) -> None:
-        """Raises ValueError unless the sizes are those of the shape, and a point has a cross-section."""
+    def problems(self) -> Iterator[str]:
         if self.shape == "reflector" or self.reflector is not None or "hung" in self.model_fields_set:
-            self._check_reflector()
+            yield from self._reflector_problems()
         required = SHAPE_SIZES[self.shape] if self.shape != "reflector" else self._reflector_sizes()
         for key in SIZES:
             given = getattr(self, key) is not None
             if key in required and not given:
-                raise ValueError(f'{key}: missing; shape = "{self.shape}" needs {", ".join(required)}: add it')
+                yield f'{key}: missing; shape = "{self.shape}" needs {", ".join(required)}: add it'
             if given and key not in required:
-                raise ValueError(f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}')
+                yield f'{key}: shape = "{self.shape}" takes {", ".join(required) or "no sizes"}; remove {key}'
         if self.hull_type is not None and self.shape != "hull":
-            raise ValueError(f'hull_type: shape = "{self.shape}" has none; remove it, or take shape = "hull"')
+            yield f'hull_type: shape = "{self.shape}" has none; remove it, or take shape = "hull"'
         if self.hull_seed is not None and self.hull_type in (None, PLAIN):
-            raise ValueError("hull_seed: a plain hull has no parts to draw; add hull_type or remove hull_seed")
+            yield "hull_seed: a plain hull has no parts to draw; add hull_type or remove hull_seed"
         if self.shape == "point" and self.rcs_dbsm is None:
-            raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
+            yield "rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm"
+        yield from super().problems()
 
     def _reflector_sizes(self) -> tuple[str, ...]:
         """The keys of the size of a reflector; none where its cross-section tells it."""
         assert self.reflector is not None
         return () if self.rcs_dbsm is not None else (REFLECTOR_SIZES[self.reflector],)
 
-    def _check_reflector(self) -> None:
+    def _reflector_problems(self) -> Iterator[str]:
         if self.shape != "reflector":
             key = "hung" if self.reflector is None else "reflector"
-            raise ValueError(f'{key}: shape = "{self.shape}" is no reflector; give shape = "reflector" or remove {key}')
+            yield f'{key}: shape = "{self.shape}" is no reflector; give shape = "reflector" or remove {key}'
         if self.reflector is None:
-            raise ValueError('reflector: missing; shape = "reflector" needs corner, octahedral or lens: add it')
+            yield 'reflector: missing; shape = "reflector" needs corner, octahedral or lens: add it'
         if "hung" in self.model_fields_set and self.reflector != "octahedral":
-            raise ValueError(f"hung: a {self.reflector} reflector opens ahead, its axis level; remove hung")
+            yield f"hung: a {self.reflector} reflector opens ahead, its axis level; remove hung"
         if self.scattering is not None:
-            raise ValueError("scattering: a reflector scatters by its own pattern; remove scattering")
+            yield "scattering: a reflector scatters by its own pattern; remove scattering"
         if self.swerling:
-            raise ValueError("swerling: the pattern of a reflector does not fluctuate; remove swerling")
+            yield "swerling: the pattern of a reflector does not fluctuate; remove swerling"
 
 
 class MeshBodyModel(BodyModel, MeshSection):
@@ -279,43 +268,24 @@ class HeightMapBodyModel(BodyModel, HeightMapSection):
         """Whether its position is given in degrees, which needs the origin of the scene."""
         return self.latitude_deg is not None or self.south_west_deg is not None
 
-    def check_kind(self) -> None:
-        """Raises ValueError where heights or corners are incomplete, and for keys of motion and presence."""
-        for key in ("start_s", "end_s", "fading"):
-            if key in self.model_fields_set:
-                raise ValueError(f"{key}: a height map is land and always there; remove {key}")
-        if self.plating is not None:
-            raise ValueError("plating: a height map is land, without plates; remove plating")
-        self._check_heights_and_corners()
-        self._check_rest()
+    def problems(self) -> Iterator[str]:
+        for key in (*MovingSection.model_fields, "start_s", "end_s", "fading", "plating"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                yield f"{key}: a height map is land, always there, at rest, north up, without plates; remove {key}"
+        if (self.south_west_deg is None) != (self.north_east_deg is None):
+            yield "south_west_deg: this key needs north_east_deg; give both or none"
+        if self.south_west_deg is not None and self.extent_m is not None:
+            yield "extent_m: the corners south_west_deg and north_east_deg define it too; remove one"
+        if (self.low_m is None) != (self.high_m is None):
+            yield "low_m: low_m and high_m belong together; give both or none"
+        if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
+            yield f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them"
         east_north = (self.position_m or (0.0, 0.0))[:2]
         if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
-            raise ValueError(
+            yield (
                 "south_west_deg: the corners already define the position; keep only a height in position_m, as [0, 0, up]"
             )
-
-    def _check_heights_and_corners(self) -> None:
-        if (self.south_west_deg is None) != (self.north_east_deg is None):
-            raise ValueError("south_west_deg: this key needs north_east_deg; give both or none")
-        if self.south_west_deg is not None and self.extent_m is not None:
-            raise ValueError("extent_m: the corners south_west_deg and north_east_deg define it too; remove one")
-        if (self.low_m is None) != (self.high_m is None):
-            raise ValueError("low_m: low_m and high_m belong together; give both or none")
-        if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
-            raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
-
-    def _check_rest(self) -> None:
-        if self.speed_kn > 0 or self.waypoints or self.track is not None:
-            raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
-        if self.steerable is not None:
-            raise ValueError("steerable: a height map cannot move; remove steerable")
-        if self.heading_deg is not None or self.course_deg is not None:
-            raise ValueError(
-                "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"
-            )
-        for key in (*TurningSection.model_fields, *SwaySection.model_fields):
-            if key in self.model_fields_set:
-                raise ValueError(f"{key}: a height map cannot move; remove {key}")
+        yield from super().problems()
 
 
 KINDS: dict[str, type[BodyModel]] = {"shape": ShapeBodyModel, "mesh": MeshBodyModel, "heightmap": HeightMapBodyModel}
@@ -324,32 +294,29 @@ OWN_KEYS = {
 }
 
 
+class KindlessBodyModel(BodyModel):
+    """A body that has none of the keys of kinds, or several: it is refused."""
+
+    shape: Any = None
+    mesh: Any = None
+    heightmap: Any = None
+
+    def problems(self) -> Iterator[str]:
+        given = " and ".join(kind for kind in KINDS if getattr(self, kind) is not None) or "none of them"
+        yield f"shape: a body has exactly one of shape, mesh, heightmap; this one has {given}: add or remove"
+
+
 def _of_its_kind(table: Any) -> Any:
     """Returns the body in a table, as the model of its kind. Raises ValidationError, also for keys of other kinds."""
     if isinstance(table, BodyModel):
         return table
-    if not isinstance(table, Mapping):
-        return BodyModel.model_validate(table)
-    given = [kind for kind in KINDS if table.get(kind) is not None]
-    kind, others = (given[0], [kind for kind in KINDS if kind not in given]) if len(given) == 1 else ("", [*KINDS])
-    foreign = {key for kind in others for key in OWN_KEYS[kind]}
-    return body_models()[kind].model_validate(
-        {key: table[key] for key in table if key not in foreign}, context=_refusal(table, given)
-    )
-
-
-def _refusal(table: Mapping[str, Any], given: Sequence[str]) -> str | None:
-    """What is wrong with the kind of a body, and with keys of other kinds. given: the kinds whose key it has."""
-    if len(given) != 1:
-        kinds = " and ".join(given) if given else "none of them"
-        return f"shape: a body has exactly one of shape, mesh, heightmap; this one has {kinds}: add or remove"
-    for kind in KINDS:
-        for key in OWN_KEYS[kind] if kind not in given else ():
-            if key in SIZES and table.get(key) is not None:
-                return f"{key}: a body from a file takes no sizes; remove {key}"
-            if key in table and key not in (*SIZES, *KINDS):
-                return f"{key}: this key needs a body with {kind}; remove it"
-    return None
+    given = [kind for kind in KINDS if isinstance(table, Mapping) and table.get(kind) is not None]
+    model = body_models()[given[0] if len(given) == 1 else ""]
+    if isinstance(table, Mapping):
+        absent = {key for key in (*KINDS, *SIZES) if table.get(key, "") is None} - model.model_fields.keys()
+        absent |= {key for kind in KINDS for key in OWN_KEYS[kind] if len(given) != 1 and key not in KINDS}
+        table = {key: value for key, value in table.items() if key not in absent}
+    return model.model_validate(table)
 
 
 BodyOfAKind = ShapeBodyModel | MeshBodyModel | HeightMapBodyModel
@@ -359,7 +326,7 @@ BodyOfAKind = ShapeBodyModel | MeshBodyModel | HeightMapBodyModel
 def body_models() -> Mapping[str, type[BodyModel]]:
     """The model of each kind of body with the keys of all effects, and that of a body of no kind, by ""."""
     keys = {key: declared for effect in effects() for key, declared in effect.body_keys.items()}
-    kinds: Mapping[str, type[BodyModel]] = {"": BodyModel, **KINDS}
+    kinds: Mapping[str, type[BodyModel]] = {**KINDS, "": KindlessBodyModel}
     return {kind: with_keys(model, keys) for kind, model in kinds.items()}
 
 

@@ -1,9 +1,9 @@
 """The model of the environment in a scene file, and the checks of effects that need each other."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
@@ -35,16 +35,10 @@ class EnvironmentModel(Section):
     seaway: SeawayForm = Field(False, description="waves move ships: true, or a table")
     ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
 
-    @model_validator(mode="after")
-    def _check_current(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if (self.current_kn > 0.0) != (self.current_to_deg is not None):
-            raise ValueError("current_to_deg: a stream has current_kn above 0 and current_to_deg; give both or none")
-        return self
-
-    @model_validator(mode="after")
-    def _check_diffraction(self) -> Self:
+            yield "current_to_deg: a stream has current_kn above 0 and current_to_deg; give both or none"
         if self.diffraction and not self.multipath:
-            raise ValueError("diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false")
+            yield "diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false"
         if self.diffraction and self.earth != "4/3" and not (isinstance(self.earth, float) and 0.1 <= self.earth <= 100.0):
-            raise ValueError(f"diffraction: true needs a round earth, not earth = {self.earth}; give 4/3, or 0.1 to 100")
-        return self
+            yield f"diffraction: true needs a round earth, not earth = {self.earth}; give 4/3, or 0.1 to 100"

@@ -1,7 +1,7 @@
 """Scene file model of errors on purpose: what sensors, antenna and feed report wrongly. The echoes are computed without them."""
 
-from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -84,12 +84,10 @@ class FeedErrorsModel(Section):
     bytes_per_s: Number | None = Field(None, ge=100, le=1e9, description="that each client's connection carries")
     cut_after_s: Number | None = Field(None, ge=0.1, le=1e6, description="each client's connection is cut at that age")
 
-    @model_validator(mode="after")
-    def _check_periods(self) -> Self:
+    def problems(self) -> Iterator[str]:
         for k, (start, end) in enumerate(self.heading_lost_s):
             if end <= start:
-                raise ValueError(f"heading_lost_s[{k}]: {end:g} s is not after {start:g} s; give from and to in this order")
-        return self
+                yield f"heading_lost_s[{k}]: {end:g} s is not after {start:g} s; give from and to in this order"
 
 
 class ProfileSection(Section):

@@ -1,8 +1,9 @@
 """Scene file model of motion, which own ship and bodies that move have in common: routes, manoeuvres, sway in a seaway."""
 
-from typing import Annotated, Self
+from collections.abc import Iterator
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radar_service.scene_file.model.seaway import HullModel
 from radar_service.stages.fields import Bearing, EastNorth, Flag, Number, Section, Size, Speed
@@ -21,15 +22,13 @@ class ManoeuvreModel(Section):
         None, description="to starboard; without course_deg the turn goes on; default: a new course is taken at once"
     )
 
-    @model_validator(mode="after")
-    def _check_change(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if self.course_deg is None and self.speed_kn is None and self.turn_rate_deg_s is None:
-            raise ValueError("time_s: nothing changes then; add course_deg, speed_kn or turn_rate_deg_s")
+            yield "time_s: nothing changes then; add course_deg, speed_kn or turn_rate_deg_s"
         if self.course_deg is not None and self.turn_rate_deg_s is not None and self.turn_rate_deg_s <= 0.0:
-            raise ValueError(
+            yield (
                 f"turn_rate_deg_s: {self.turn_rate_deg_s:g} to a course, which is reached by the shorter way; give a rate above 0"
             )
-        return self
 
 
 class TurningSection(Section):
@@ -44,34 +43,6 @@ class TurningSection(Section):
     drift_deg: Annotated[float, Field(strict=True, ge=-180, le=180)] = Field(
         0.0, description="course over ground minus heading: above 0 she sets to starboard"
     )
-
-    def check_turns(self, fixed_heading: bool, route: str | None, rounded: bool) -> None:
-        """Raises ValueError where turns contradict other keys.
-
-        fixed_heading: whether heading_deg is given; route: the key that defines the course, or None; rounded: whether
-        turn_radius_m is given.
-        """
-        for key in ("turn_rate_deg_s", "manoeuvre", "drift_deg"):
-            follows = route is None or key == "drift_deg"
-            if fixed_heading and getattr(self, key) and follows:
-                raise ValueError(
-                    f"heading_deg: with {key} the heading follows the course; give course_deg, and drift_deg if they differ"
-                )
-        if route == "track" and self.turn_rate_deg_s is not None:
-            raise ValueError("turn_rate_deg_s: the track already defines the course; remove turn_rate_deg_s")
-        if route is not None and self.manoeuvre:
-            raise ValueError(f"manoeuvre: {route} already defines the course; remove one of the two")
-        if route is not None and self.turn_rate_deg_s is not None and rounded:
-            raise ValueError("turn_rate_deg_s: turn_radius_m already rounds the corners; remove one of the two")
-        if route is not None and self.turn_rate_deg_s is not None and self.turn_rate_deg_s <= 0.0:
-            raise ValueError(
-                f"turn_rate_deg_s: {self.turn_rate_deg_s:g}, where waypoints say which way to turn; give a rate above 0"
-            )
-        for k, (before, after) in enumerate(zip(self.manoeuvre, self.manoeuvre[1:], strict=False)):
-            if after.time_s <= before.time_s:
-                raise ValueError(
-                    f"manoeuvre[{k + 1}].time_s: {after.time_s:g} is not after {before.time_s:g} of the one before; sort them"
-                )
 
 
 SwayAngle = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
@@ -102,13 +73,11 @@ class SwaySection(Section):
     )
     hull: HullModel | None = Field(None, description="how `seaway` moves it; a table, {} for the defaults")
 
-    @model_validator(mode="after")
-    def _check_periods(self) -> Self:
+    def problems(self) -> Iterator[str]:
         for name, amplitude in AMPLITUDES.items():
             for key in (f"{name}_period_s", f"{name}_phase_deg"):
                 if key in self.model_fields_set and not getattr(self, amplitude):
-                    raise ValueError(f"{key}: it needs an amplitude; add {amplitude} or remove {key}")
-        return self
+                    yield f"{key}: it needs an amplitude; add {amplitude} or remove {key}"
 
 
 class WaypointModel(Section):
@@ -146,23 +115,43 @@ class RouteSection(Section):
 class MovingSection(SwaySection, TurningSection, RouteSection):
     """Motion that own ship and bodies share: a route, turns and manoeuvres, and sway."""
 
-    @model_validator(mode="after")
-    def _check_motion(self) -> Self:
+    def problems(self) -> Iterator[str]:
+        yield from super().problems()
         kinds = [bool(self.waypoints), self.track is not None, self.speed_kn > 0]
         if sum(kinds) > 1:
-            raise ValueError(
+            yield (
                 "speed_kn: only one of speed_kn (with course_deg), waypoints (each with its speed_kn) and track is "
                 "allowed; remove the rest"
             )
         if self.course_deg is not None and (self.waypoints or self.track is not None):
             route = "waypoints" if self.waypoints else "the track"
-            raise ValueError(f"course_deg: {route} already define the course; remove course_deg")
+            yield f"course_deg: {route} already define the course; remove course_deg"
         if self.track is not None and "position_m" in self.model_fields_set:
-            raise ValueError("position_m: the track already defines the position; remove position_m")
+            yield "position_m: the track already defines the position; remove position_m"
         if self.loop and not self.waypoints:
-            raise ValueError("loop: only a route of waypoints can repeat; add waypoints or remove loop")
+            yield "loop: only a route of waypoints can repeat; add waypoints or remove loop"
         if self.turn_radius_m is not None and not self.waypoints:
-            raise ValueError("turn_radius_m: only corners at waypoints are rounded; add waypoints or remove turn_radius_m")
-        by = "waypoints" if self.waypoints else "track" if self.track is not None else None
-        self.check_turns(self.heading_deg is not None, by, self.turn_radius_m is not None)
-        return self
+            yield "turn_radius_m: only corners at waypoints are rounded; add waypoints or remove turn_radius_m"
+        yield from self._turn_problems("waypoints" if self.waypoints else "track" if self.track is not None else None)
+
+    def _turn_problems(self, route: str | None) -> Iterator[str]:
+        """Yields where turns contradict other keys. route: the key that defines the course, or None."""
+        for key in ("turn_rate_deg_s", "manoeuvre", "drift_deg"):
+            follows = route is None or key == "drift_deg"
+            if self.heading_deg is not None and getattr(self, key) and follows:
+                yield (
+                    f"heading_deg: with {key} the heading follows the course; give course_deg, and drift_deg if they differ"
+                )
+        if route == "track" and self.turn_rate_deg_s is not None:
+            yield "turn_rate_deg_s: the track already defines the course; remove turn_rate_deg_s"
+        if route is not None and self.manoeuvre:
+            yield f"manoeuvre: {route} already defines the course; remove one of the two"
+        if route is not None and self.turn_rate_deg_s is not None and self.turn_radius_m is not None:
+            yield "turn_rate_deg_s: turn_radius_m already rounds the corners; remove one of the two"
+        if route is not None and self.turn_rate_deg_s is not None and self.turn_rate_deg_s <= 0.0:
+            yield f"turn_rate_deg_s: {self.turn_rate_deg_s:g}, where waypoints say which way to turn; give a rate above 0"
+        for k, (before, after) in enumerate(zip(self.manoeuvre, self.manoeuvre[1:], strict=False)):
+            if after.time_s <= before.time_s:
+                yield (
+                    f"manoeuvre[{k + 1}].time_s: {after.time_s:g} is not after {before.time_s:g} of the one before; sort them"
+                )

@@ -9,10 +9,9 @@ from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.parameters import max_rpm
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
-from radar_service.radar.structures import aperture_of
 from radar_service.scene_file.model.errors import RadarErrorsModel
-from radar_service.scene_file.model.structure import MultipleEchoesModel, StructureModel, check_structures
 from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
+from radar_service.stages.registry import effects, given_keys
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
@@ -117,12 +116,6 @@ class RadarModel(WaveformModel):
         max_length=16,
         description="no transmission between these angles, clockwise from the bow; [0, 360] is the full circle",
     )
-    structure: tuple[StructureModel, ...] = Field(
-        (), max_length=16, description="own ship's masts and funnels, which shadow sectors"
-    )
-    multiple_echoes: MultipleEchoesModel | None = Field(
-        None, description="between own ship and ships near by; default: none"
-    )
     errors: RadarErrorsModel | None = Field(None, description="of its antenna and its feed, on purpose")
     labels_within_db: Literal["none"] | Annotated[float, Field(strict=True, gt=0, le=200)] = Field(
         30.0,
@@ -155,7 +148,7 @@ class RadarModel(WaveformModel):
                     _check_repetition,
                     _check_beam,
                     _check_sectors,
-                    _check_structures,
+                    _check_effects,
                 ):
                     check(radar)
             except ValueError as error:
@@ -308,10 +301,11 @@ def _check_sectors(radar: RadarModel) -> None:
             )
 
 
-def _check_structures(radar: RadarModel) -> None:
-    pattern = antenna_pattern(radar.pattern, radar)
-    aperture = aperture_of(pattern, math.radians(radar.beamwidth_deg), SPEED_OF_LIGHT / radar.frequency_hz)
-    check_structures(radar.structure, aperture, pattern.description)
+def _check_effects(radar: RadarModel) -> None:
+    antenna = antenna_pattern(radar.pattern, radar), math.radians(radar.beamwidth_deg), SPEED_OF_LIGHT / radar.frequency_hz
+    for effect in effects():
+        if given := given_keys(radar, effect.radar_keys):
+            effect.check_radar(given, *antenna)
 
 
 def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:

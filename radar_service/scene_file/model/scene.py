@@ -4,17 +4,18 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
+from collections.abc import Iterator
 from functools import cache
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import BodyOfAKind, any_body
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.errors import ErrorsModel, PlatformErrorsModel
 from radar_service.scene_file.model.moving import MovingSection
-from radar_service.scene_file.model.platform import Radars, check_error_owners, check_radars
+from radar_service.scene_file.model.platform import Radars, any_radars, error_owner_problems, radar_models, radar_problems
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.stages.fields import EastNorth, Latitude, Longitude, Offset, Section, Whole, with_keys
 from radar_service.stages.registry import effects
@@ -44,13 +45,12 @@ class OwnShipModel(MovingSection):
         (0.0, 0.0), description="of the antenna whose position NMEA 0183 tells: starboard and forward of position_m"
     )
 
-    @model_validator(mode="after")
-    def _check_body(self) -> Self:
+    def problems(self) -> Iterator[str]:
+        yield from super().problems()
         if self.body is not None and (others := sorted(self.model_fields_set - {"body", "errors", "gnss_offset_m"})):
-            raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
+            yield f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}"
         if self.ais is not None and self.mmsi is None:
-            raise ValueError("ais: a transponder has a number; add mmsi")
-        return self
+            yield "ais: a transponder has a number; add mmsi"
 
 
 class SceneModel(Section):
@@ -58,7 +58,7 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: Radars = RadarModel()
+    radar: Radars = Field(default_factory=RadarModel)
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyOfAKind, ...] = Field((), max_length=MAX_BODIES)
@@ -66,23 +66,21 @@ class SceneModel(Section):
     ais: AisModel | None = Field(None, description="what happens to AIS reports, on purpose")
     bench: dict[str, Any] | None = Field(None, description="for the command `bench-tracker` alone")
 
-    @model_validator(mode="after")
-    def _check_scene(self) -> Self:
+    def problems(self) -> Iterator[str]:
         names, numbers = set[str](), {self.own_ship.mmsi}
         for i, body in enumerate(self.body):
             if body.name in names:
-                raise ValueError(f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique: rename one')
+                yield f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique: rename one'
             names.add(body.name)
             if body.mmsi is not None and body.mmsi in numbers:
-                raise ValueError(f"body[{i}].mmsi: {body.mmsi} is taken; numbers are unique: change one")
+                yield f"body[{i}].mmsi: {body.mmsi} is taken; numbers are unique: change one"
             numbers.add(body.mmsi)
             if self.origin is None and body.is_geographic:
-                raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
+                yield f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one"
         can_carry = {body.name: body.can_carry for body in self.body}
-        check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
+        yield from radar_problems(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         with_errors = {body.name: i for i, body in enumerate(self.body) if body.errors is not None}
-        check_error_owners(self.radar, self.own_ship.body, self.own_ship.errors is not None, with_errors)
-        return self
+        yield from error_owner_problems(self.radar, self.own_ship.body, self.own_ship.errors is not None, with_errors)
 
 
 @cache
@@ -91,8 +89,9 @@ def scene_model() -> type[SceneModel]:
     bodies = (tuple[any_body(), ...], SceneModel.model_fields["body"])  # type: ignore[misc]
     keys = {key: declared for effect in effects() for key, declared in effect.scene_keys.items()}
     of_environment = {key: declared for effect in effects() for key, declared in effect.environment_keys.items()}
-    environment = with_keys(EnvironmentModel, of_environment)
-    return with_keys(SceneModel, {"environment": (environment, environment()), "body": bodies, **keys})
+    environment, radars = with_keys(EnvironmentModel, of_environment), (any_radars(), radar_models()[0]())
+    tables = {"radar": radars, "environment": (environment, environment()), "body": bodies}
+    return with_keys(SceneModel, {**tables, **keys})
 
 
 @cache

@@ -1,6 +1,7 @@
 """What a format of files is here: how a file of it is recognised, checked and parsed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Literal, NamedTuple, TypeVar
 
@@ -36,7 +37,6 @@ class Format(Generic[Content]):
     """A format of mesh files, whose content is Triangles or a list of FileBody, or of height maps, whose content is a Raster.
 
     name: in messages.
-    endings: of the names of its files, in lower case.
     detect: whether bytes look like it.
     parse: returns the content of (bytes, location); location begins messages.
     examples: small files, with which a sandbox loads what the parser needs before its limits apply.
@@ -48,7 +48,6 @@ class Format(Generic[Content]):
     """
 
     name: str
-    endings: tuple[str, ...]
     detect: Callable[[bytes], bool]
     parse: Callable[[bytes, str], Content]
     examples: Callable[[], tuple[bytes, ...]]
@@ -75,8 +74,14 @@ def check_range(vertices: Floats, faces: Faces, location: str) -> None:
         )
 
 
-def unreadable(name: str, error: Exception, location: str) -> SceneError:
-    """Returns the refusal of a file of the format `name`, on which its parser raised `error`."""
-    text = " ".join(str(error).split())
-    reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
-    return SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again")
+@contextmanager
+def refusals(name: str, location: str) -> Iterator[None]:
+    """Raises SceneError for what the parser of the format `name` raises in the `with` block, whose bytes are arbitrary."""
+    try:
+        yield
+    except (SceneError, MemoryError):
+        raise
+    except Exception as error:
+        text = " ".join(str(error).split())
+        reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
+        raise SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again") from None

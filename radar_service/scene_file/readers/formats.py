@@ -5,6 +5,8 @@ Those of height maps are in `raster`.
 
 import re
 import shlex
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -25,10 +27,23 @@ OTHERS = (
 )  # fmt: skip
 
 
-def formats_of(ending: str) -> tuple[Format[Any], ...]:
-    """Returns the formats of files with that ending, without its dot. Raises PlugInError."""
-    part = plug_ins.load("readers", ending)
-    return part if isinstance(part, tuple) else (part,)
+def formats_of(ending: str, location: str = "", group: str = "readers") -> tuple[Format[Any], ...]:
+    """Returns the formats of files with that ending, without its dot. group: "rasters" for height maps. Raises SceneError."""
+    try:
+        part = plug_ins.load(group, ending)
+        formats = part if isinstance(part, tuple) else (part,)
+        with plug_ins.guarded(plug_ins.entry(group, ending)):
+            assert all(isinstance(each, Format) for each in formats), "it is no Format"
+    except plug_ins.PlugInError as error:
+        raise SceneError(f"{location}: {error}") from None
+    return formats
+
+
+def examples(group: str) -> Iterator[tuple[str, bytes]]:
+    """Yields names and contents of small files, of each format of a group whose reader works."""
+    for ending in plug_ins.names(group):
+        with suppress(Exception):  # of a stranger's reader: files of the others are read
+            yield from [(f"example.{ending}", each) for kind in formats_of(ending, group=group) for each in kind.examples()]
 
 
 def own_formats() -> list[Format[Any]]:
@@ -55,10 +70,7 @@ def format_of(content: bytes, name: str, location: str) -> Format[Any]:
         )
     if not content.strip():
         raise SceneError(f"{location}: the file is empty; export it again")
-    try:
-        formats = formats_of(ending[1:])
-    except plug_ins.PlugInError as error:
-        raise SceneError(f"{location}: {error}") from None
+    formats = formats_of(ending[1:], location)
     detected = detected_format(content, formats)
     if detected not in formats:
         seen = detected if isinstance(detected, str) else detected.name

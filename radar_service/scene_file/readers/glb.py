@@ -48,13 +48,7 @@ def _check_glb(content: bytes, location: str) -> None:
     check_face_count(faces, location)
 
 
-FORMATS = (
-    Format[Triangles](
-        name="glb",
-        endings=(".glb",),
-        detect=lambda content: content.startswith(b"glTF"),
-        check=_check_glb,
-        parse=partial(trimesh_triangles, "glb"),
-        examples=lambda: (exported_box("glb"),),
-    ),
-)
+FORMAT = Format[Triangles](
+    "glb", lambda content: content.startswith(b"glTF"), partial(trimesh_triangles, "glb"), lambda: (exported_box("glb"),),
+    _check_glb,
+)  # fmt: skip

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
+from radar_service.scene_file.readers.formats import examples
 from radar_service.scene_file.readers.mesh import LoadedBody
-from radar_service.scene_file.readers.raster import FORMATS, Raster, raster_from_bytes
+from radar_service.scene_file.readers.raster import Raster, raster_from_bytes
 from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
@@ -67,14 +68,11 @@ class HeightMapFile:
 
     @classmethod
     def examples(cls) -> list["HeightMapFile"]:
-        """Returns a small file of each format."""
+        """Returns a small file of each format whose reader works."""
         keys = {"low_m": 0.0, "high_m": 9.0, "south_west_deg": (50.0, 1.0), "north_east_deg": (50.1, 1.1)}
         body = HeightMapBodyModel.model_validate({"name": "example", "heightmap": "example", **keys})
         around, reached = (50.0, 1.0), Coverage(0.0, 0.0, 1e5)
-        contents = [(each.endings[0], content) for each in FORMATS for content in each.examples()]
-        return [
-            cls(content, f"example{ending}", body, np.zeros(3), around, reached, "example") for ending, content in contents
-        ]
+        return [cls(content, name, body, np.zeros(3), around, reached, "example") for name, content in examples("rasters")]
 
 
 def heightmap_terrain(

@@ -1,13 +1,11 @@
 """Reads mesh files as triangles. Their format checks what they declare and parses them (`formats`); the rest is checked here."""
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from radar_service import plug_ins
 from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene_file.readers.file_format import (
@@ -16,10 +14,10 @@ from radar_service.scene_file.readers.file_format import (
     Format,
     check_face_count,
     check_range,
-    unreadable,
+    refusals,
 )
 from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
-from radar_service.scene_file.readers.formats import format_of, formats_of
+from radar_service.scene_file.readers.formats import examples, format_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.large_mesh import row_marks
@@ -73,11 +71,8 @@ class MeshFile:
 
     @classmethod
     def examples(cls) -> Iterator["MeshFile"]:
-        """Yields a small file of each format whose reader works."""
-        for ending in plug_ins.names("readers"):
-            with suppress(Exception):  # of a stranger's reader: files of the others are read
-                for each in formats_of(ending):
-                    yield from [cls(content, f"example.{ending}", "example") for content in each.examples()]
+        """Returns a small file of each format whose reader works."""
+        return (cls(content, name, "example") for name, content in examples("readers"))
 
 
 def _loaded(parts: list[FileBody], unit: float, up: str, location: str) -> LoadedBody:
@@ -109,15 +104,11 @@ def _in_metres(points: Floats, unit: float, up: str) -> Floats:
 
 def _parsed(kind: Format[Any], content: bytes, location: str) -> list[FileBody]:
     """Returns what a file of this format holds, once it is checked. Raises SceneError."""
-    try:
+    with refusals(kind.name, location):
         kind.check(content, location)
         parsed = kind.parse(content, location)
         parts = parsed if isinstance(parsed, list) else [FileBody(*parsed)]
         return [FileBody(np.asarray(v, float), np.asarray(f, np.int64), str(name), at) for v, f, name, at in parts]
-    except (SceneError, MemoryError):
-        raise
-    except Exception as error:  # parsers of arbitrary bytes raise any exception
-        raise unreadable(kind.name, error, location) from None
 
 
 def _cleaned(points: Floats, faces: Faces, location: str) -> LoadedBody:

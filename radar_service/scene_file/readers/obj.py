@@ -90,13 +90,4 @@ def _is_obj(content: bytes) -> bool:
     return re.search(rb"^[ \t]*(v|f)[ \t]", content[: 2**20], re.MULTILINE) is not None
 
 
-FORMATS = (
-    Format[Triangles](
-        name="obj",
-        endings=(".obj",),
-        detect=_is_obj,
-        parse=obj_triangles,
-        examples=lambda: (exported_box("obj"),),
-        is_plain_text=True,
-    ),
-)
+FORMAT = Format[Triangles]("obj", _is_obj, obj_triangles, lambda: (exported_box("obj"),), is_plain_text=True)

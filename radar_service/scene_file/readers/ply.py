@@ -49,13 +49,7 @@ def _ply_bytes(words: list[bytes], location: str) -> int:
     return PLY_SIZES[name]
 
 
-FORMATS = (
-    Format[Triangles](
-        name="ply",
-        endings=(".ply",),
-        detect=lambda content: content.startswith((b"ply\n", b"ply\r")),
-        check=_check_ply,
-        parse=partial(trimesh_triangles, "ply"),
-        examples=lambda: (exported_box("ply"), exported_box("ply", encoding="ascii")),
-    ),
-)
+FORMAT = Format[Triangles](
+    "ply", lambda content: content.startswith((b"ply\n", b"ply\r")), partial(trimesh_triangles, "ply"),
+    lambda: (exported_box("ply"), exported_box("ply", encoding="ascii")), _check_ply,
+)  # fmt: skip

@@ -1,4 +1,7 @@
-"""Reads raster files as samples: grey PNG, .npy and TIFF, the FORMATS. Sizes are checked before the data is unpacked."""
+"""Reads raster files as samples. Their formats are the entry points `radar_service.rasters`, by the ending of their files.
+
+Ours, grey PNG, .npy and TIFF, check sizes before the data is unpacked.
+"""
 
 import io
 import warnings
@@ -9,8 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service import plug_ins
 from radar_service.numerics.types import Flags
-from radar_service.scene_file.readers.file_format import Format
+from radar_service.scene_file.readers.file_format import Format, refusals
+from radar_service.scene_file.readers.formats import formats_of
 from radar_service.world.error import SceneError
 
 MAX_SIDE = 4097
@@ -147,51 +152,30 @@ def _image_examples(kind: str, *compressions: str | None) -> tuple[bytes, ...]:
     return tuple(file.getvalue() for file in files)
 
 
-FORMATS = (
-    Format[Raster](
-        name="png",
-        endings=(".png",),
-        detect=lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"),
-        parse=partial(_image, "PNG"),
-        examples=partial(_image_examples, "PNG", None),
-    ),
-    Format[Raster](
-        name="npy",
-        endings=(".npy",),
-        detect=lambda content: content.startswith(b"\x93NUMPY"),
-        parse=_npy,
-        examples=_npy_example,
-    ),
-    Format[Raster](
-        name="tiff",
-        endings=(".tif", ".tiff"),
-        detect=lambda content: content.startswith((b"II*\0", b"MM\0*")),
-        parse=partial(_image, "TIFF"),
-        examples=partial(_image_examples, "TIFF", None, "tiff_lzw", "tiff_adobe_deflate"),
-    ),
-)
+PNG = Format[Raster](
+    "png", lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"), partial(_image, "PNG"), partial(_image_examples, "PNG", None)
+)  # fmt: skip
+NPY = Format[Raster]("npy", lambda content: content.startswith(b"\x93NUMPY"), _npy, _npy_example)
+TIFF = Format[Raster](
+    "tiff", lambda content: content.startswith((b"II*\0", b"MM\0*")), partial(_image, "TIFF"),
+    partial(_image_examples, "TIFF", None, "tiff_lzw", "tiff_adobe_deflate"),
+)  # fmt: skip
 
 
 def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
     """Returns the samples of a raster file; the ending of `name` gives the format. Raises SceneError at `location`."""
-    ending = PurePosixPath(name).suffix.lower()
-    kind = next((each for each in FORMATS if ending in each.endings), None)
-    if kind is None:
-        endings = ", ".join(each for kind in FORMATS for each in kind.endings)
+    ending, known = PurePosixPath(name).suffix.lower()[1:], plug_ins.names("rasters")
+    if ending not in known:
+        endings = ", ".join(f".{each}" for each in known)
         raise SceneError(f"{location}: the file name does not end in {endings}; convert it to one of them")
-    if not kind.detect(content):
-        raise SceneError(
-            f"{location}: this is not a {ending[1:].upper()} file (it begins with {content[:8]!r}); export it again"
-        )
-    try:
+    (kind,) = formats_of(ending, location, "rasters")
+    with refusals(kind.name, location):
+        if not kind.detect(content):
+            raise SceneError(
+                f"{location}: this is not a {ending.upper()} file (it begins with {content[:8]!r}); export it again"
+            )
         kind.check(content, location)
-        raster = kind.parse(content, location)
-    except SceneError:
-        raise
-    except Exception as error:  # decoders of arbitrary bytes raise any exception
-        raise SceneError(
-            f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
-        ) from None
+        raster = Raster(*kind.parse(content, location))
     unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
     if unknown.any():
         count = int(unknown.sum())

@@ -41,19 +41,8 @@ def _binary_triangles(content: bytes, location: str) -> Triangles:
     return corners.astype(np.float64), np.arange(len(corners)).reshape(-1, 3)
 
 
-BINARY = Format[Triangles](
-    name="stl",
-    endings=(".stl",),
-    detect=_is_binary,
-    check=_check_binary,
-    parse=_binary_triangles,
-    examples=lambda: (exported_box("stl"),),
-)
+BINARY = Format[Triangles]("stl", _is_binary, _binary_triangles, lambda: (exported_box("stl"),), _check_binary)
 ASCII = Format[Triangles](
-    name="stl_ascii",
-    endings=(".stl",),
-    detect=_is_ascii,
-    parse=partial(trimesh_triangles, "stl_ascii"),
-    examples=lambda: (exported_box("stl_ascii"),),
+    "stl_ascii", _is_ascii, partial(trimesh_triangles, "stl_ascii"), lambda: (exported_box("stl_ascii"),)
 )
 FORMATS = (BINARY, ASCII)  # binary files may begin with the word "solid" too

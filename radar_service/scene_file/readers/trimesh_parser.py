@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.scene_file.readers.file_format import Triangles, check_range, unreadable
+from radar_service.scene_file.readers.file_format import Triangles, check_range, refusals
 
 
 def trimesh_triangles(kind: str, content: bytes, location: str) -> Triangles:
@@ -19,17 +19,14 @@ def trimesh_triangles(kind: str, content: bytes, location: str) -> Triangles:
     """
     import trimesh  # here, because it takes a third of the start-up time
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about materials and normals, which are not read
-            scene = trimesh.load_scene(
-                io.BytesIO(content), file_type=kind, process=False, skip_materials=True, group_material=False
-            )
-            parts = [p for p in scene.dump(concatenate=False) if isinstance(p, trimesh.Trimesh)]
-            vertices = [np.asarray(part.vertices, dtype=np.float64) for part in parts]
-            faces = [np.asarray(part.faces, dtype=np.int64) for part in parts]
-    except Exception as error:  # parsers of arbitrary bytes raise any exception
-        raise unreadable(kind, error, location) from None
+    with refusals(kind, location), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about materials and normals, which are not read
+        scene = trimesh.load_scene(
+            io.BytesIO(content), file_type=kind, process=False, skip_materials=True, group_material=False
+        )
+        parts = [p for p in scene.dump(concatenate=False) if isinstance(p, trimesh.Trimesh)]
+        vertices = [np.asarray(part.vertices, dtype=np.float64) for part in parts]
+        faces = [np.asarray(part.faces, dtype=np.int64) for part in parts]
     if not faces:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     for points, triangles in zip(vertices, faces, strict=True):

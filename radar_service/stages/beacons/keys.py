@@ -1,12 +1,13 @@
 """The keys of racons and of search and rescue transponders (SARTs) in a scene file, and their records in SI units."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.stages.beacons.beacon import S_BAND, X_BAND, Beacon, Racon, Sart, morse_dots
-from radar_service.stages.fields import Number, Section
+from radar_service.stages.fields import Number, Section, record_of
 from radar_service.world.body import Mesh
 
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
@@ -51,21 +52,17 @@ class RaconModel(BeaconSection):
     )
     off_s: Annotated[float, Field(strict=True, ge=0, le=86_400)] = Field(0.0, description="silent so long; 0: never")
 
-    @model_validator(mode="after")
-    def _check_answer(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if self.dot_s is not None and "mark_m" in self.model_fields_set:
-            raise ValueError("dot_s: mark_m defines it too; remove one of the two")
+            yield "dot_s: mark_m defines it too; remove one of the two"
         if self.dot_s is not None and self.dot_s * morse_dots(self.letter) > MAX_ANSWER:
             most = MAX_ANSWER / morse_dots(self.letter)
-            raise ValueError(
-                f"dot_s: {self.dot_s:g} makes an answer longer than {MAX_ANSWER * 1e6:g} us; give at most {most:.2g}"
-            )
+            yield f"dot_s: {self.dot_s:g} makes an answer longer than {MAX_ANSWER * 1e6:g} us; give at most {most:.2g}"
         for key, mode in (("sweep_s", "sweep"), ("tuning_error_hz", "agile")):
             if key in self.model_fields_set and self.mode != mode:
-                raise ValueError(f'{key}: this key is of mode = "{mode}"; give that mode or remove {key}')
+                yield f'{key}: this key is of mode = "{mode}"; give that mode or remove {key}'
         if "on_s" in self.model_fields_set and self.off_s == 0.0:
-            raise ValueError("on_s: it is never silent; add off_s above 0 or remove on_s")
-        return self
+            yield "on_s: it is never silent; add off_s above 0 or remove on_s"
 
 
 class SartModel(BeaconSection):
@@ -76,50 +73,25 @@ class SartModel(BeaconSection):
     delay_s: Number = Field(0.5e-6, ge=0, le=1e-4, description="from the leading edge of a pulse to the answer")
     power_dbm: Number = Field(26.0, ge=-60, le=90, description="equivalent isotropic radiated power")
 
-    @model_validator(mode="after")
-    def _check_times(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if self.end_s is not None and self.end_s <= self.start_s:
-            raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
-        return self
+            yield f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them"
 
 
 def beacon_from_models(racon: RaconModel | None, sart: SartModel | None, mesh: Mesh | None) -> Beacon | None:
     """Returns the beacon of a body, None where it has none. mesh: of the body."""
     if racon is not None:
         return _racon(racon, mesh)
-    return None if sart is None else _sart(sart, mesh)
+    return None if sart is None else record_of(Sart, sart, offset=_offset(sart, mesh))
 
 
 def _racon(model: RaconModel, mesh: Mesh | None) -> Racon:
     dot = model.dot_s
     if dot is None:
         dot = 2.0 * model.mark_m / SPEED_OF_LIGHT / morse_dots(model.letter)
-    return Racon(
-        offset=_offset(model, mesh),
-        power=_watts(model.power_dbm),
-        sensitivity=_watts(model.sensitivity_dbm),
-        delay=model.delay_s,
-        max_pulse=model.max_pulse_s,
-        letters=model.letter,
-        dot=dot,
-        bands=BANDS[model.band],
-        tuning_error=model.tuning_error_hz,
-        sweep=model.sweep_s if model.mode == "sweep" else None,
-        on=model.on_s,
-        off=model.off_s,
-    )
-
-
-def _sart(model: SartModel, mesh: Mesh | None) -> Sart:
-    return Sart(
-        offset=_offset(model, mesh),
-        power=_watts(model.power_dbm),
-        sensitivity=_watts(model.sensitivity_dbm),
-        delay=model.delay_s,
-        max_pulse=model.max_pulse_s,
-        start=model.start_s,
-        end=model.end_s,
-    )
+    sweep = model.sweep_s if model.mode == "sweep" else None
+    offset, bands = _offset(model, mesh), BANDS[model.band]
+    return record_of(Racon, model, offset=offset, letters=model.letter, dot=dot, bands=bands, sweep=sweep)
 
 
 def _offset(model: BeaconSection, mesh: Mesh | None) -> tuple[float, float, float]:
@@ -131,7 +103,3 @@ def _offset(model: BeaconSection, mesh: Mesh | None) -> tuple[float, float, floa
     vertices = mesh.used_vertices
     east, north, up = vertices[vertices[:, 2].argmax()].tolist()
     return east, north, up + ABOVE
-
-
-def _watts(dbm: float) -> float:
-    return float(10.0 ** (dbm / 10.0 - 3.0))

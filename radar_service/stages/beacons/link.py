@@ -13,8 +13,8 @@ from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
-from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.stages.beacons.beacon import Beacon
+from radar_service.stages.registry import changed_pattern
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.world.scene import Scene
@@ -88,11 +88,11 @@ class BeaconLink:
 
     def azimuth_gain(self, link: Link, boresight: Floats, time: Floats) -> Floats:
         """One-way power gain (K,) of the antenna toward the beacon at boresights (K,) [rad] and times (K,) [s], over that on
-        boresight: sidelobes and own ship's structures included."""
+        boresight: sidelobes and what stands before it included."""
         offset = link.azimuth - boresight
-        if (shadow := structure_shadow(self._scene.radar)) is None:
+        if (pattern := changed_pattern(self._scene.radar)) is None:
             return self._scene.radar.azimuth_gain(wrap_angle(offset))
-        return np.abs(shadow.one_way(link.azimuth - self._scene.platform.heading(time), offset)) ** 2
+        return np.abs(pattern.one_way(link.azimuth - self._scene.platform.heading(time), offset)) ** 2
 
     def triggers(self, link: Link, gain: Floats, time: Floats) -> Flags:
         """Whether pulses at times (K,) [s] trigger the beacon, by azimuth gains (K,): in its band, strong enough, while it is

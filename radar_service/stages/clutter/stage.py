@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
-from radar_service.radar.structure_shadow import structure_shadow
+from radar_service.echo.moving import MovingEchoes
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
@@ -12,6 +12,7 @@ from radar_service.stages.clutter.effect import TEXTURE_SHAPE
 from radar_service.stages.clutter.rain import RAIN_HEIGHT
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.stages.clutter.sea import MAX_SEA_STATE
+from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
 from radar_service.world.scene import Scene
 
@@ -27,8 +28,8 @@ class ClutterStage(Stage):
         of, seeds = (context.scene, context.line_of_sight, context.compression), (context.seed, context.noise_seed)
         return cls(context, prepare_clutter(*of, *seeds))
 
-    def of_scene(self, scene: Scene) -> Self:
-        return self.of(self.context._replace(scene=scene))
+    def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
+        return self.of(self.context._replace(scene=scene, moving=moving))
 
     @classmethod
     def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
@@ -57,6 +58,6 @@ class ClutterStage(Stage):
         if rows is None:
             return
         scene = self.context.scene
-        if (shadow := structure_shadow(scene.radar)) is not None:
-            rows = rows.behind(shadow.clutter_power(azimuths.boresight - scene.platform.heading(azimuths.time)))
+        if (pattern := changed_pattern(scene.radar)) is not None:
+            rows = rows.behind(pattern.clutter_power(azimuths.boresight - scene.platform.heading(azimuths.time)))
         tile.add_field(rows)

@@ -1,14 +1,14 @@
 """The scene key of other radars that transmit, and what a scene keeps of it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radar_service.stages.effect import Effect, Source
-from radar_service.stages.fields import Bearing, EastNorth, Number, Section
+from radar_service.stages.fields import Bearing, EastNorth, Number, Section, record_of
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -33,18 +33,14 @@ class InterferenceModel(Section):
     rpm: Number = Field(24.0, ge=0.01, le=600)
     beamwidth_deg: Number = Field(1.9, ge=0.05, le=90, description="horizontal, half power; Taylor sidelobes of 30 dB")
 
-    @model_validator(mode="after")
-    def _check_position(self) -> Self:
+    def problems(self) -> Iterator[str]:
         if (self.bearing_deg is None) == (self.position_m is None):
-            raise ValueError(
-                "bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m; add or remove one"
-            )
+            yield "bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m; add or remove one"
         if self.pulse_s * self.prf_hz >= 0.5:
-            raise ValueError(
+            yield (
                 f"pulse_s: {self.pulse_s:g} s at {self.prf_hz:g} pulses a second transmits half the time or more; "
                 "shorten it or lower prf_hz"
             )
-        return self
 
 
 @dataclass(frozen=True)
@@ -63,16 +59,8 @@ class Interferer:
 
 def _interferer(model: InterferenceModel) -> Interferer:
     """Returns an interfering radar in SI units."""
-    return Interferer(
-        bearing=math.radians(model.bearing_deg or 0.0),
-        position=model.position_m,
-        level=10.0 ** (model.level_db / 10.0),
-        frequency_offset=model.frequency_offset_hz,
-        pulse=model.pulse_s,
-        prf=model.prf_hz,
-        rotation_period=60.0 / model.rpm,
-        beamwidth=math.radians(model.beamwidth_deg),
-    )
+    bearing = math.radians(model.bearing_deg or 0.0)
+    return record_of(Interferer, model, bearing=bearing, rotation_period=60.0 / model.rpm)
 
 
 class InterferenceEffect(Effect):

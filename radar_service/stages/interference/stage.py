@@ -17,11 +17,11 @@ from radar_service.numerics.random import generator
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.structure_shadow import structure_shadow
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.stages.interference.effect import InterferenceEffect, Interferer
+from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
 from radar_service.world.scene import Scene
 
@@ -90,10 +90,10 @@ class Interference:
 
     def _gain(self, bearing: Floats, boresight: Floats, time: Floats) -> Floats:
         """One-way power gain (P,) towards the other radar at bearings, boresights [rad] and times [s] (P,)."""
-        shadow = structure_shadow(self.scene.radar)
-        if shadow is None:
+        pattern = changed_pattern(self.scene.radar)
+        if pattern is None:
             return self.scene.radar.azimuth_gain(wrap_angle(boresight - bearing))
-        field = shadow.one_way(bearing - self.scene.platform.heading(time), bearing - boresight)
+        field = pattern.one_way(bearing - self.scene.platform.heading(time), bearing - boresight)
         return np.abs(field) ** 2
 
     def _phase(self, pulse: int) -> float:

@@ -8,7 +8,8 @@ import pytest
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
 from radar_service.bench.trackers.reckoning import ReckonedTracker
-from radar_service.bench.trackers.trackers import program_digest, tracker_for, tuning_of
+from radar_service.bench.trackers.stone_soup import tuning_of
+from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.trackers.websocket_tracker import WebsocketTracker
 from tests.bench.test_scenario import SMALL
 from tests.bench.trackers.test_websocket_tracker import plots_as_tracks, server

@@ -86,6 +86,19 @@ def one_bird_and_a_point() -> float:
     return float(20 * np.log10(np.abs(birds.field - points.field).max() / np.abs(points.field).max()))
 
 
+def behind_a_radome() -> dict[str, Any]:
+    """A buoy at rest 40 degrees to port of the bow, with and without a radome of 3 dB one way there, that is damaged."""
+    content = WORLD | {"own_ship": {"heading_deg": 40}, "environment": {}}
+    damaged = content | {"radar": RADAR | {"radome": {"bearing_deg": 320, "width_deg": 90, "loss_db": 3}}}
+    (sim, scan), (_, plain) = played(damaged), played(content)
+    return {
+        "weaker_db": float(10 * np.log10(plain.power.max() / scan.power.max())),
+        "truth_db": sim.crossings(1)[0].as_dict()["structure_db"],
+        "plan": next(choice.how for choice in sim.plan.choices if choice.what == "radome"),
+        "hash": scene_hash(sim.scene) != scene_hash(rs.load_scene(content)),
+    }
+
+
 def served() -> dict[str, Any]:
     """A scan of a service in processes of its own, with labels and truth, against one of this process."""
     content = WORLD | {"flock": [FLOCK], "jammer": [JAMMER]}
@@ -103,7 +116,9 @@ def served() -> dict[str, Any]:
 def refusals() -> list[str]:
     """What is said of scenes that are wrong."""
     texts = []
-    for keys in ({"flok": [FLOCK]}, {"flock": [FLOCK | {"birds": 0}]}, {"flock": [{"position_m": [0, 0, 0], "bird": 1}]}):
+    narrow = {"radar": RADAR | {"radome": {"bearing_deg": 0, "width_deg": 1, "loss_db": 1}}}
+    flocks = [{"flok": [FLOCK]}, {"flock": [FLOCK | {"birds": 0}]}, {"flock": [{"position_m": [0, 0, 0], "bird": 1}]}]
+    for keys in (*flocks, narrow):
         try:
             rs.load_scene(WORLD | keys)
         except rs.SceneError as error:
@@ -117,6 +132,7 @@ if __name__ == "__main__":
         told |= {
             "both": with_birds_and_jammer(),
             "one_db": one_bird_and_a_point(),
+            "radome": behind_a_radome(),
             "refusals": refusals(),
             "served": served(),
         }

@@ -1,8 +1,7 @@
-"""Effects of another package: birds with echoes and truth, and a jammer, without a line in the product."""
+"""Effects of another package: birds with echoes and truth, a jammer, and a radome, without a line in the product."""
 
 import ast
 import json
-import os
 import subprocess
 import sys
 from functools import cache
@@ -12,42 +11,35 @@ from typing import Any
 import numpy as np
 import pytest
 
-HERE, ROOT = Path(__file__).parent, Path(__file__).parents[3]
+from tests.plug_ins.fixtures import PACKAGES, ROOT, Foreign
+
 KNOT = 1852.0 / 3600.0
 
 
 @cache
-def told(package: str) -> dict[str, Any]:
-    """What the scenes of `played` give in a process of its own. package: the folder where it is installed, "" for none."""
-    paths = os.pathsep.join([str(ROOT), *([package] if package else [])])
-    command = [sys.executable, "-m", "tests.plug_ins.effects.played", *(["installed"] if package else [])]
-    done = subprocess.run(
-        command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=False
-    )
+def told(python: Path | str, *words: str) -> dict[str, Any]:
+    """What the scenes of `played` give in a process of its own. python: of an environment."""
+    command = [python, "-m", "tests.plug_ins.effects.played", *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return result
 
 
 @pytest.fixture(scope="module")
-def package(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The folder in which the package is installed."""
-    source, target = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("packages")
-    for name in ("pyproject.toml", "radar_hazards"):
-        (source / name).symlink_to(HERE / name)
-    options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--target", str(target)]
-    subprocess.run([sys.executable, "-m", "pip", "install", *options, str(source)], check=True, capture_output=True)
-    return str(target)
+def package(foreign: Foreign) -> dict[str, Any]:
+    """What they give where the package is installed, with the effects too."""
+    return told(foreign.python, "installed")
 
 
 def test_the_package_knows_nothing_of_the_product_but_its_facade() -> None:
-    for file in (HERE / "radar_hazards").glob("*.py"):
+    for file in (PACKAGES / "radar_hazards" / "radar_hazards").glob("*.py"):
         modules = [node.module for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.ImportFrom)]
         assert {name for name in modules if name and name.startswith("radar_service")} <= {"radar_service.effects"}, file
 
 
-def test_birds_and_a_jammer_are_echoes_labels_powers_costs_truth_and_keys(package: str) -> None:
-    both = told(package)["both"]
+def test_birds_and_a_jammer_are_echoes_labels_powers_costs_truth_and_keys(package: dict[str, Any]) -> None:
+    both = package["both"]
     assert both["numbers"] == {"birds": 128, "jammer": 129}
     assert both["labelled"]["birds"] > 20 and both["labelled"]["jammer"] > 500 and min(both["powers"].values()) > 0.0
     assert both["strobe_deg"] == pytest.approx(200.0, abs=1.0)
@@ -59,24 +51,32 @@ def test_birds_and_a_jammer_are_echoes_labels_powers_costs_truth_and_keys(packag
     assert both["in two processes"]
 
 
-def test_a_service_serves_them(package: str) -> None:
+def test_a_service_serves_them(package: dict[str, Any]) -> None:
     """The processes of the service find the package by its entry points; clients get labels and truth."""
-    assert told(package)["served"] == {"same bytes": True, "names": ["birds", "birds"], "same truth": True}
+    assert package["served"] == {"same bytes": True, "names": ["birds", "birds"], "same truth": True}
 
 
-def test_a_bird_is_a_point_that_moves_over_the_sea(package: str) -> None:
+def test_a_bird_is_a_point_that_moves_over_the_sea(package: dict[str, Any]) -> None:
     """The same range, phase, beam, spread and sea as of a body: single precision and the steps of visibility are between them."""
-    assert told(package)["one_db"] < -70.0
+    assert package["one_db"] < -70.0
 
 
-def test_what_is_wrong_with_its_keys_is_said_as_of_all_others(package: str) -> None:
-    misspelt, few, unknown = told(package)["refusals"]
+def test_a_radome_takes_from_the_beam(package: dict[str, Any]) -> None:
+    """3 dB one way are 6 dB there and back, in echoes at rest and in the truth."""
+    radome = package["radome"]
+    assert radome["weaker_db"] == pytest.approx(6.0, abs=0.05) and radome["truth_db"] == pytest.approx(6.0, abs=1e-6)
+    assert radome["plan"] == "29% of the field one way, in its sector" and radome["hash"]
+
+
+def test_what_is_wrong_with_its_keys_is_said_as_of_all_others(package: dict[str, Any]) -> None:
+    misspelt, few, unknown, narrow = package["refusals"]
     assert misspelt.startswith('flok: this is not a known key; did you mean "flock"?')
     assert few == "flock[0].birds: 0 is not allowed; a whole number from 1 to 2000; raise it"
     assert unknown.startswith('flock[0].bird: this is not a known key; did you mean "birds"?')
-    assert told(package)["schema"]["properties"]["birds"]["maximum"] == 2000
+    assert narrow == "radar.radome.width_deg: 1 is less than a beamwidth; widen it"
+    assert package["schema"]["properties"]["birds"]["maximum"] == 2000
 
 
-def test_other_scenes_do_not_know_that_it_is_installed(package: str) -> None:
+def test_other_scenes_do_not_know_that_it_is_installed(package: dict[str, Any]) -> None:
     """Field, labels, powers, truth, hash, names and plan."""
-    assert told(package)["plain"] == told("")["plain"]
+    assert package["plain"] == told(sys.executable)["plain"]

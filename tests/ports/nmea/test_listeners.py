@@ -5,8 +5,8 @@ import socket
 
 import pytest
 
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, Connection, TcpListener, bound, may_come
+from radar_service.ports.udp.addresses import Address
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.reading import fields_of
 from tests.ports.nmea.test_senders import HERE, free_port

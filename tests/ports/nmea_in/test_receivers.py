@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea_in.receivers import (
     AT_ONCE,
     IDLE,
@@ -21,6 +20,7 @@ from radar_service.ports.nmea_in.receivers import (
     TcpReceiver,
     UdpReceiver,
 )
+from radar_service.ports.udp.addresses import Address
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.test_senders import HERE, free_port
 

@@ -22,14 +22,15 @@ from radar_service.commands.command_line import parser
 from radar_service.numerics.constants import KNOT
 from radar_service.ports import registry
 from radar_service.ports.app import create_app
-from radar_service.ports.nmea.addresses import Address
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.nmea.senders import TcpSender, UdpSender
+from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.nmea_in.receivers import RATE, TcpReceiver, UdpReceiver
 from radar_service.ports.nmea_in.steering_port import POSES, NmeaSteering, SteeringPort, unfitness
 from radar_service.ports.port import Port
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest.rest_port import RestPort
+from radar_service.ports.udp.addresses import Address
+from radar_service.ports.udp.sender import UdpSender
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest

@@ -106,8 +106,8 @@ def amplitude(draw: Draw, folder: Path, fidelity: str) -> float:
 def spokes(made: rs.Scene, fidelity: str, scan: int, wanted: NDArray[np.int64]) -> Complexes:
     """Fields (K, N) of spokes `wanted` (K,) of a scan, computed as `rs.Simulator` does, without the rest of the turn."""
     settings = chosen_fidelity(made, fidelity)
-    culling = cull(made, settings)
-    prepared = prepare(made, settings, 0, culling.silent, culling.transparent)
+    culled = cull(made, settings)
+    prepared = prepare(made, settings, 0, culled, [key for key in culled if not culled[key].occludes])
     starts = {int(start) for start in wanted // prepared.tile * prepared.tile}
     tiles = {start: profiles(prepared, tile_azimuths(prepared, scan, start)) for start in starts}
     return np.array([tiles[int(k) // prepared.tile * prepared.tile][int(k) % prepared.tile] for k in wanted])

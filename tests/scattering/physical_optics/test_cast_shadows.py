@@ -28,7 +28,7 @@ def onlooker(north: float, picture: Picture = FLAT, by_sea: bool = False) -> Onl
     legs = (picture, picture._replace(by_sea=True)) if by_sea else (picture,)
     low, high = np.array([-4.0, north, 0.0]), np.array([4.0, north + 0.1, 6.0])
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
-    return Onlooker(corners, legs, 2)
+    return Onlooker(corners, legs)
 
 
 def lit_area(shadows: CastShadows, north: float) -> float:

@@ -1,8 +1,8 @@
-"""Flat patches, facing triangles and outer sides of shapes whose answers are known."""
+"""Shared edges, facing triangles and outer sides of shapes whose answers are known."""
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_spans
+from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, shared_edges
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
@@ -12,16 +12,6 @@ def united(*parts: Mesh) -> Mesh:
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
     return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
-
-
-def test_coplanar_neighbours_make_one_patch() -> None:
-    """The side of a box is one patch of two triangles, whose size is its diagonal; a sphere's facets stand alone."""
-    sizes = np.linalg.norm(patch_spans(box(90.0, 13.0, 18.0)), axis=1)
-    assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
-    ball = sphere(1.0)
-    corners = ball.vertices[ball.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
-    assert np.linalg.norm(patch_spans(ball), axis=1).max() < 1.8 * longest
 
 
 def test_convex_bodies_face_nothing_and_corners_do() -> None:
@@ -64,5 +54,5 @@ def test_neighbours_share_an_edge_though_not_its_vertices() -> None:
     """A box of 16 triangles has 24 edges, each of which joins two; the same with vertices of its own for each triangle."""
     mesh = box(2.0, 3.0, 4.0)
     apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
-    for one, other in (neighbours(mesh), neighbours(apart)):
-        assert len(one) == 24 and (np.bincount(np.concatenate([one, other])) == 3).all()
+    for one, other in (shared_edges(mesh), shared_edges(apart)):
+        assert len(one) == 24 and (np.bincount(np.concatenate([one, other]) // 3) == 3).all()

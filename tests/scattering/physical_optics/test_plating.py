@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.special import j0, jv
 
 import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics import plating
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
-from radar_service.scattering.physical_optics.patches import patch_spans
+from radar_service.scattering.physical_optics.patches import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.surface_sampling import normals_and_areas
 from tests.measurements.cross_sections import fields, sections_dbsm
@@ -41,8 +43,13 @@ def scene_of(setting: Setting, body: dict[str, Any]) -> rs.Scene:
 def walls_of(scene: rs.Scene) -> PlatedWalls:
     body = scene.bodies[0]
     assert body.mesh is not None
-    spans = patch_spans(body.mesh), body.plating, scene.radar.wavelength
-    walls = PlatedWalls.of(body.mesh, normals_and_areas(body.mesh)[0], *spans)
+    normal, corners = normals_and_areas(body.mesh)[0], body.mesh.vertices[body.mesh.faces]
+    one, other = (edge // 3 for edge in shared_edges(body.mesh))
+    flat = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1) < COPLANAR
+    links = coo_array((np.ones(int(flat.sum())), (one[flat], other[flat])), shape=(len(normal), len(normal)))
+    patch = connected_components(links, directed=False)[1]
+    spans = np.array([np.ptp(corners[patch == number].reshape(-1, 3), axis=0) for number in range(patch.max() + 1)])[patch]
+    walls = PlatedWalls.of(body.mesh, normal, spans, body.plating, scene.radar.wavelength)
     assert walls is not None
     return walls
 

@@ -57,8 +57,8 @@ def scene_of(case: Case, folder: Path) -> rs.Scene:
 def spokes(made: rs.Scene, fidelity: str | Fidelity, numbers: np.ndarray) -> np.ndarray:
     """Fields (K, N) of spokes (K,), numbered from the start, as `rs.Simulator` computes them."""
     settings = chosen_fidelity(made, fidelity)
-    culling = cull(made, settings)
-    prepared = prepare(made, settings, 0, culling.silent, culling.transparent)
+    culled = cull(made, settings)
+    prepared = prepare(made, settings, 0, culled, [key for key in culled if not culled[key].occludes])
     scan, index = np.divmod(numbers, made.radar.azimuths)
     start = index // prepared.tile * prepared.tile
     tiles = {

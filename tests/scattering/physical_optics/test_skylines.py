@@ -85,7 +85,7 @@ def test_an_outline_of_terrain_hides_what_rays_do_not_reach(seed: int, monkeypat
     columns, rows = (int(n) for n in draw.integers([20, 30], [60, 120]))
     land = terrain(draw, columns, rows, distance * draw.uniform(0.5, 0.98), draw.uniform(5.0, 40.0))
     corners = body_box(distance, draw.uniform(10.0, 200.0), draw.uniform(5.0, 40.0))
-    made = Onlooker(corners, tuple(Picture(antenna, earth, by_sea) for by_sea in (False, True)), 500)
+    made = Onlooker(corners, tuple(Picture(antenna, earth, by_sea) for by_sea in (False, True)))
     exact, drawn = (made.shadows([(TriangleClusters(land, is_ground), MAP_POSE)]) for is_ground in (False, True))
     for triangles, outline in zip(exact, drawn, strict=True):
         assert len(outline) <= max(2, 0.6 * len(triangles))
@@ -104,7 +104,7 @@ def test_what_ground_hides_does_not_depend_on_what_was_asked_before() -> None:
         along = 0.15 * k * np.array([1.0, -1.0, 0.1])
         antenna, shift = np.array([0.0, 0.0, 15.0]) + along, np.array([2.0, -1.0, 0.5]) * along
         legs = tuple(Picture(antenna, EARTH, by_sea) for by_sea in (False, True))
-        made = Onlooker(body_box(1000.0, 30.0, 9.0) + shift, legs, 500)
+        made = Onlooker(body_box(1000.0, 30.0, 9.0) + shift, legs)
         own = made.windows()
         anew, shared = made.before(land, MAP_POSE, own), made.ground(land, MAP_POSE, own)
         np.testing.assert_array_equal(shared, anew)
@@ -141,7 +141,7 @@ def test_land_in_which_a_body_stands_hides_it_up_to_its_middle(monkeypatch: pyte
         np.concatenate([slab.vertices for slab in slabs]),
         np.concatenate([slab.faces + 8 * k for k, slab in enumerate(slabs)]),
     )
-    made = Onlooker(body_box(100.0, 10.0, 6.0), (Picture(np.array([0.0, 0.0, 15.0]), np.inf, False),), 500)
+    made = Onlooker(body_box(100.0, 10.0, 6.0), (Picture(np.array([0.0, 0.0, 15.0]), np.inf, False),))
     (shadows,) = made.shadows([(TriangleClusters(joined, True), MAP_POSE)])
     up = np.linspace(0.1, 5.9, 581)
     near, far = (lit(shadows, np.stack([0.0 * up, 0.0 * up + north, up], axis=1)) for north in (100.0, 102.0))

@@ -45,5 +45,5 @@ def test_hulls_out_of_range_are_refused(keys: dict[str, Any], message: str) -> N
 @pytest.mark.parametrize("key", ["list_deg", "trim_deg", "hull"])
 def test_land_neither_lists_nor_floats(key: str) -> None:
     land = {"name": "land", "heightmap": "map.png", key: {} if key == "hull" else 1.0}
-    with pytest.raises(rs.SceneError, match=rf"body\[0\].{key}: a height map cannot move; remove {key}"):
+    with pytest.raises(rs.SceneError, match=rf"body\[0\].{key}: a height map is land, .* at rest, .*; remove {key}"):
         scene([land])

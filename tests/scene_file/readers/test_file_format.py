@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scene_file.readers.file_format import MAX_FACES, check_face_count, check_range, unreadable
+from radar_service.scene_file.readers.file_format import MAX_FACES, check_face_count, check_range, refusals
 from radar_service.world.error import SceneError
 
 
@@ -28,7 +28,9 @@ def test_points_on_a_plane_are_refused_only_where_faces_need_them() -> None:
 
 
 def test_a_refusal_is_one_line_with_the_reason_if_there_is_one() -> None:
-    assert str(unreadable("ply", ValueError("a\nb"), "m")) == (
-        "m: the file is not readable as PLY (ValueError: a b); export it again"
-    )
-    assert "(KeyError); export" in str(unreadable("ply", KeyError(), "m"))
+    for error, reason in ((ValueError("a\nb"), "ValueError: a b"), (KeyError(), "KeyError")):
+        with pytest.raises(SceneError) as refused, refusals("ply", "m"):
+            raise error
+        assert str(refused.value) == f"m: the file is not readable as PLY ({reason}); export it again"
+    with pytest.raises(MemoryError), refusals("ply", "m"):
+        raise MemoryError

@@ -14,7 +14,7 @@ from tests.scene_file.readers.mesh_files import exported, refused
 def test_each_format_recognises_its_examples_and_reads_them(kind: Format[Triangles]) -> None:
     for content in kind.examples():
         assert detected_format(content) is kind
-        assert format_of(content, f"A{kind.endings[0].upper()}", "m") is kind
+        assert format_of(content, f"A.{kind.name[:3].upper()}", "m") is kind
         vertices, faces = kind.parse(content, "m")
         assert vertices.shape[1:] == faces.shape[1:] == (3,) and 0 <= faces.min() < faces.max() < len(vertices)
 
@@ -27,7 +27,7 @@ def test_a_check_comes_before_the_parser_and_errors_of_a_parser_are_refusals(mon
         checked.append(location)
 
     checked: list[str] = []
-    kind = Format[Triangles]("one", (".one",), lambda content: content.startswith(b"one"), parse, lambda: (), check)
+    kind = Format[Triangles]("one", lambda content: content.startswith(b"one"), parse, lambda: (), check)
     join(monkeypatch, "readers", "one", kind)
     assert "is not readable as ONE (IndexError: list index out of range); export it again" in refused(b"one", "a.one")
     assert checked == ["body[0].mesh: a"]

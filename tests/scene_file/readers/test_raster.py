@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from PIL import TiffImagePlugin
 
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.readers.raster import MAX_SIDE, raster_from_bytes
+from radar_service.scene_file.readers.file_format import Format
+from radar_service.scene_file.readers.raster import MAX_SIDE, Raster, raster_from_bytes
 from radar_service.world.error import SceneError
 from radar_service.world.geo import map_from_geographic
+from tests.plug_ins import join
 from tests.scene_file.readers.height_maps import load, picture, world_vertices
 
 
@@ -25,6 +27,19 @@ def geotiff(samples: NDArray[Any], keys: list[int], **extra: Any) -> bytes:
     for tag, value in extra.items():
         tags[int(tag.removeprefix("tag"))] = value
     return picture(samples, "TIFF", tiffinfo=tags)
+
+
+def test_a_reader_of_another_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def parse(content: bytes, location: str) -> Raster:
+        return Raster(np.array([row.split() for row in content.decode().splitlines()[1:]], dtype=np.float64), grey=False)
+
+    join(monkeypatch, "rasters", "grid", Format("grid", lambda content: content.startswith(b"grid"), parse, lambda: ()))
+    (body,) = load(tmp_path, "h.grid", b"grid\n1 2\n3 4\n", extent_m=[100, 100]).bodies
+    assert sorted({*world_vertices(body)[:, 2].tolist()}) == [1.0, 2.0, 3.0, 4.0]
+    with pytest.raises(SceneError, match="does not end in .grid, .npy, .png, .tif, .tiff; convert it to one of them"):
+        raster_from_bytes(b"grid", "h.jpg", "m")
+    with pytest.raises(SceneError, match="not readable as GRID"):
+        raster_from_bytes(b"grid\n1 x", "h.grid", "m")
 
 
 GEOGRAPHIC = [1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326]
@@ -123,5 +138,5 @@ def test_claimed_sizes_are_checked_before_memory_is_taken() -> None:
     with pytest.raises(SceneError, match="2 x 4098 samples"):
         raster_from_bytes(wide, "h.png", "m")
     bomb = wide[:16] + (200_000).to_bytes(4, "big") * 2 + wide[24:]
-    with pytest.raises(SceneError, match="cannot be read|samples"):
+    with pytest.raises(SceneError, match="is not readable as|samples"):
         raster_from_bytes(bomb, "h.png", "m")

@@ -38,7 +38,7 @@ def sandbox() -> Iterator[Sandbox]:
 @pytest.mark.parametrize("kind", own_formats(), ids=lambda kind: kind.name)
 def test_a_mesh_equals_that_read_in_process(sandbox: Sandbox, kind: Format[Triangles]) -> None:
     for content in kind.examples():
-        file = MeshFile(content, f"box{kind.endings[0]}", "place", 2.0, "y")
+        file = MeshFile(content, f"box.{kind.name[:3]}", "place", 2.0, "y")
         ((there,), (here,)) = (who.read(file) for who in (sandbox, IN_PROCESS))
         np.testing.assert_array_equal(there.mesh.vertices, here.mesh.vertices)
         np.testing.assert_array_equal(there.mesh.faces, here.mesh.faces)

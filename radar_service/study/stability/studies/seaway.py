@@ -29,7 +29,7 @@ SPOKES = (-4, 0, 4)  # of the main beam, about the second crossing
 class UnheededMotion(SeawayMotion):
     """The same motion, whose rates the choice of nodes does not see."""
 
-    def rate_envelope(self, time: Floats, path: Path) -> Floats:
+    def rates_about(self, time: Floats, path: Path) -> Floats:
         """Returns 0."""
         return np.zeros((1, 4))
 
@@ -55,7 +55,7 @@ def ships_in_waves(fine: int = 1) -> Finding:
         response="another method",
         instead="aspects as close as roll, pitch and heave ask",
         details="Between two instants at which metal is evaluated, roll turns its facets and heave moves its waterline. "
-        "Instants are as close as the envelope of the rates asks. "
+        "Instants are as close as these rates ask. "
         "Motions are linear at any height: waves above 5 m in 5 s cannot exist.",
     )
 

@@ -17,4 +17,4 @@ def parse(content: bytes, location: str) -> list[FileBody]:
     return bodies
 
 
-FORMAT = Format("tetra", (".tetra",), lambda content: content.startswith(b"tetra"), parse, lambda: (b"tetra\na 0 0 0 1",))
+FORMAT = Format("tetra", lambda content: content.startswith(b"tetra"), parse, lambda: (b"tetra\na 0 0 0 1",))

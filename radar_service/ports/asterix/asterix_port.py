@@ -1,0 +1,51 @@
+"""The port of ASTERIX: the video of all radars of a service, each with a system identification code (SIC) of its own."""
+
+from collections.abc import Sequence
+
+from typing_extensions import override
+
+from radar_service.ports.asterix.video_blocks import Form, summary, video
+from radar_service.ports.udp.udp_port import Sender, UdpPort
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
+
+
+class AsterixPort(UdpPort):
+    """Sends spokes as they come, and a video summary with the first spoke of an epoch and of each scan."""
+
+    name = "asterix"
+
+    def __init__(self, senders: Sequence[Sender], form: Form) -> None:
+        super().__init__(senders)
+        self._form = form
+        self._sics: dict[str, int] = {}  # by the id of a radar
+
+    @override
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        sic = self._sics.setdefault(radar, len(self._sics) % 255 + 1)
+        return (AsterixSink(self, self._form, sic),)
+
+
+class AsterixSink:
+    """The spokes of one radar."""
+
+    def __init__(self, port: UdpPort, form: Form, sic: int) -> None:
+        self._port, self._form, self._sic = port, form, sic
+        self._radar: RadarInfo | None = None
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Notes what the next spokes are of."""
+        self._radar = radar
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Sends spokes; one whose heading is lost is counted as lost."""
+        assert self._radar is not None, "open_epoch comes first"
+        spokes = list(video(batch, self._form, self._sic))
+        begins = batch.first == 0 or batch.block.index == 0
+        self._port.lost += spokes.count([])
+        self._port.send([summary(self._radar, self._form, self._sic)] * begins + sum(spokes, []))
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Sends nothing: readers see it by the sequence numbers."""
+
+    def close(self, reason: str) -> None:
+        """Sends nothing."""

@@ -1,0 +1,112 @@
+"""Blocks of ASTERIX category 240, edition 1.3 (EUROCONTROL-SPEC-0149-240): video summaries and video. No I/O.
+
+A block is the category, its length, and one record: a list of which items follow, and these. Cell k of a spoke reaches from k to
+k + 1 durations; a spoke reaches from half a spoke before its azimuth to half a spoke behind it.
+"""
+
+import math
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.display.video import DB_PER_STEP, decibels
+from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.world.geo import true_bearing
+
+CATEGORY = 240
+LIGHT = 299_792_458.0  # m/s: ranges are times there
+CIRCLE = 2**16  # units of azimuth
+DAY = 86_400 * 128  # units of the time of day
+OCTETS = ((0x40, 4, 255), (0x20, 64, 255), (0x10, 256, 254))  # of items 050, 051, 052: presence bit, unit, most units
+VIDEO_ITEMS, MORE_ITEMS = 0xE7, 0x88  # 010, 000, 020, 041, 048; 049, 140
+SUMMARY_ITEMS = 0xD0  # 010, 000, 030
+SUMMARY, VIDEO = 1, 2  # message types
+HEAD = 35  # octets of a block of video without its cells
+RESOLUTION = {8: 4, 16: 5}  # codes of item 048
+FLOOR_DB, PER_DB = -100.0, 100.0  # of 16 bits: level 0, and units of a decibel
+
+
+@dataclass(frozen=True)
+class Form:
+    """How video is sent. sac: system area code; bits: of a cell, 8 or 16; largest: octets of a block."""
+
+    sac: int = 0
+    bits: int = 8
+    largest: int = 1400
+
+    @property
+    def cells(self) -> int:
+        """How many cells fit a block."""
+        room = self.largest - HEAD
+        return max(min(room // unit, most) * unit for _, unit, most in OCTETS) * 8 // self.bits
+
+    @property
+    def law(self) -> str:
+        """What the value of a cell means."""
+        if self.bits == 8:
+            return f"8 bit: 0 below threshold, else value x {DB_PER_STEP} dB above it at most (log, after gain, sea, rain)"
+        return f"16 bit: value / {PER_DB:g} {FLOOR_DB:+g} dB over mean noise (log, before gain, sea, rain), 0 at most that"
+
+
+def summary(radar: RadarInfo, form: Form, sic: int) -> bytes:
+    """Returns the block that says what the video of a radar is, in ASCII."""
+    name = radar.epoch.info.scene.name.encode("ascii", "replace").decode()[:40]
+    text = f"{name}, radar {radar.identity[:20]}. Azimuth from true north, mid spoke. Cell k from k to k+1 durations. {form.law}"
+    return _block(struct.pack(">BBBBB", SUMMARY_ITEMS, form.sac, sic, SUMMARY, len(text)) + text.encode("ascii", "replace"))
+
+
+def video(batch: SpokeBatch, form: Form, sic: int) -> Iterator[list[bytes]]:
+    """Yields the blocks of each spoke of a batch; none for one whose heading is lost, as its azimuth is not known.
+
+    Sequence numbers follow from those of the spokes: blocks that are missing were lost.
+    """
+    block, to, known = batch.block, batch.epoch.layout(None), batch.epoch.info
+    rows, starts = _cells(batch, form), range(0, to.bins, form.cells)
+    north = true_bearing(0.0, block.position, known.scene.origin) if known.scene.origin else np.zeros(len(block))
+    azimuth, half = CIRCLE * (block.azimuth + north) / (2.0 * math.pi), 0.5 * CIRCLE / known.radar.azimuths
+    near = round((to.first - 0.5 * to.step) / to.step)  # cells before the first one
+    duration = round(2.0 * to.step / LIGHT * 1e15)  # fs
+    for k, time in enumerate(_times(batch)):
+        blocks = list[bytes]()
+        for part, start in enumerate(() if math.isnan(block.heading[k]) else starts):
+            head = struct.pack(
+                ">BBBIHHIIBB", form.sac, sic, VIDEO, ((batch.first + k) * len(starts) + part) % 2**32,
+                round(azimuth[k] - half) % CIRCLE, round(azimuth[k] + half) % CIRCLE, near + start, duration,
+                0, RESOLUTION[form.bits],
+            )  # fmt: skip
+            blocks.append(_video_block(head, rows[k, start : start + form.cells], time))
+        yield blocks
+
+
+def _cells(batch: SpokeBatch, form: Form) -> NDArray[np.generic]:
+    """The cells of a batch (K, bins) as they are sent."""
+    to = batch.epoch.layout(None)
+    if form.bits == 8:
+        return batch.video_bytes(to)
+    level = decibels(batch.block.power[:, : to.samples]) - 10.0 * math.log10(batch.epoch.info.noise_power)
+    units: NDArray[np.generic] = np.rint(np.clip((level - FLOOR_DB) * PER_DB, 0.0, 65535.0)).astype(">u2")
+    return units
+
+
+def _times(batch: SpokeBatch) -> list[int]:
+    """The UTC of each spoke in units of the time of day."""
+    start = batch.epoch.start_utc
+    midnight = start.replace(hour=0, minute=0, second=0, microsecond=0)
+    return [round(128.0 * ((start - midnight).total_seconds() + time)) % DAY for time in batch.block.time.tolist()]
+
+
+def _video_block(head: bytes, cells: NDArray[np.generic], time: int) -> bytes:
+    """Returns a block of some cells in the smallest of the items that takes them. head: the items before; time: of day."""
+    octets = cells.tobytes()
+    bit, unit, _ = next(item for item in OCTETS if len(octets) <= item[1] * item[2])
+    repeats = -(-len(octets) // unit)
+    count = struct.pack(">HBHB", len(octets), cells.size >> 16, cells.size & 0xFFFF, repeats)
+    items = bytes((VIDEO_ITEMS, MORE_ITEMS | bit)) + head + count
+    return _block(items + octets.ljust(repeats * unit, b"\0") + time.to_bytes(3, "big"))
+
+
+def _block(record: bytes) -> bytes:
+    return struct.pack(">BH", CATEGORY, 3 + len(record)) + record

@@ -1,0 +1,143 @@
+"""Datagrams of a Garmin xHD: heartbeat, reports and spokes out, commands in. No I/O. All integers are little-endian."""
+
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+GROUP, FINDERS = "239.254.2.0", "239.254.2.2"  # of reports and spokes, of heartbeats
+SPOKES = 1440  # a revolution
+MAX_SAMPLES = 705  # of a spoke: what readers take
+TABLE = (
+    232, 463, 926, 1389, 1852, 2778, 3704, 5556, 7408, 11112, 14816, 22224, 29632, 44448, 66672, 88896,
+)  # fmt: skip  # m: ranges that are offered, 1/8 to 48 nautical miles
+STANDBY, SPINNING_UP, TRANSMIT = 3, 4, 5  # states of the scanner
+AUTO = 2  # a mode of gain and of sea
+# What readers may change: transmit, range, gain and its mode, rain, sea, interference rejection (two of the names it has).
+FEATURES = (0x13, 0x4A, 0x4B, 0x4C, 0x4F, 0x50, 0x51, 0x52, 0x53, 0x37, 0x38)
+LEAST_RANGE = 10.0  # m
+
+
+class IgnoredError(ValueError):
+    """A command that is not followed. The text is a word for the reason: form, unknown or value."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is reported. state: of the scanner; range: shown [m]; range_max: of the scene [m]; level: of auto gain, 0 or 1;
+    controls: ours, as REST gives them."""
+
+    state: int = STANDBY
+    range: int = 0
+    range_max: float = 0.0
+    level: int = 0
+    controls: Mapping[str, Any] | None = None
+
+
+def heartbeat(identity: int, count: int) -> bytes:
+    """Returns the datagram by which a radar is found. identity: unique; count: of heartbeats before."""
+    product = struct.pack("<BBHBBBBB3x4s", 2, 0, 0x06D0, 0, 5, 2, 1, 1, b"\1\0\2\0")
+    return struct.pack("<II", 0x038E, 26) + product + struct.pack("<IBBI", identity, 1, 4, count % 2**32)
+
+
+def spoke(number: int, metres: int, samples: bytes) -> bytes:
+    """Returns a spoke. number: clockwise from the bow, of SPOKES; metres: where the last sample ends."""
+    length, count = 28 + len(samples), len(samples)
+    return struct.pack(
+        "<IIHHHHIIBBHHIH", 0x0998, length, 1, length, 8 * number, 0, metres, metres, 0, 0, count, 0x0108, count, 0
+    ) + samples  # fmt: skip
+
+
+def reports(of: Setting) -> list[bytes]:
+    """Returns all reports, in the order that readers need."""
+    has, sends = of.controls or {}, of.state == TRANSMIT
+    sea, rain = round(100 * has.get("sea", 0)), round(100 * has.get("rain", 0))
+    rejects = bool(has.get("interference_rejection"))
+    ranges = [each for each in TABLE if each <= of.range_max] or [int(of.range_max)]
+    bits = sum(1 << bit for bit in FEATURES)
+    return [
+        _byte(0x0992, of.state), _long(0x0993, 0), _byte(0x0918, 1 if sends else 2), _byte(0x0919, bool(has.get("transmit"))),
+        _byte(0x0916, 0), _byte(0x091C, 0), _long(0x091E, of.range),
+        _byte(0x0924, AUTO * bool(has.get("gain_auto"))), _short(0x0925, round(100 * has.get("gain", 0))),
+        _byte(0x091D, of.level), _byte(0x0933, rain > 0), _short(0x0934, rain),
+        _byte(0x0939, AUTO if has.get("sea_auto") else sea > 0), _short(0x093A, sea), _byte(0x093B, 0),
+        _byte(0x0932, rejects), _byte(0x091B, rejects), _long(0x0930, 0), _byte(0x093F, 0), _long(0x0940, 0), _long(0x0941, 0),
+        _byte(0x0942, 0),
+        struct.pack("<II", 0x09B1, 48) + bytes.fromhex("010030009d000a00") + bits.to_bytes(40, "little"),
+        struct.pack(f"<IIHHI{len(ranges)}I", 0x09B2, 8 + 4 * len(ranges), 1, 8 + 4 * len(ranges), len(ranges), *ranges),
+    ]  # fmt: skip
+
+
+def changed_by(command: bytes, of: Setting) -> tuple[dict[str, Any], int]:
+    """Returns our controls that a command changes, and the level of auto gain after it. Raises IgnoredError."""
+    if len(command) < 9 or struct.unpack_from("<I", command, 4)[0] != len(command) - 8:
+        raise IgnoredError("form")
+    number = struct.unpack_from("<I", command)[0]
+    if number not in COMMANDS:
+        raise IgnoredError("unknown")
+    size, change = COMMANDS[number]
+    if len(command) != 8 + size:
+        raise IgnoredError("form")
+    value = int.from_bytes(command[8:], "little")
+    changed = change(value, of)
+    return changed, value if number == 0x091D else of.level
+
+
+def _byte(number: int, value: int) -> bytes:
+    return struct.pack("<IIB", number, 1, value)
+
+
+def _short(number: int, value: int) -> bytes:
+    return struct.pack("<IIH", number, 2, value)
+
+
+def _long(number: int, value: int) -> bytes:
+    return struct.pack("<IIi", number, 4, value)
+
+
+Change = Callable[[int, Setting], dict[str, Any]]
+
+
+def _one_of(changes: Mapping[int, dict[str, Any]]) -> Change:
+    """A change for each value that a command may have."""
+
+    def change(value: int, of: Setting) -> dict[str, Any]:
+        if value not in changes:
+            raise IgnoredError("value")
+        return changes[value]
+
+    return change
+
+
+def _percent(name: str, **also: bool) -> Change:
+    """A change of a number from 0 to 100, given as hundredths. also: controls that it sets besides."""
+
+    def change(value: int, of: Setting) -> dict[str, Any]:
+        if value > 100_00:
+            raise IgnoredError("value")
+        return {name: value / 100.0, **also}
+
+    return change
+
+
+def _rejection(value: int, of: Setting) -> dict[str, Any]:
+    return {"interference_rejection": value > 0}
+
+
+def _range(value: int, of: Setting) -> dict[str, Any]:
+    return {"range_m": min(max(float(value), LEAST_RANGE), of.range_max)}
+
+
+COMMANDS: dict[int, tuple[int, Change]] = {  # bytes of the value, and what it changes
+    0x0919: (1, _one_of({0: {"transmit": False}, 1: {"transmit": True}})),
+    0x091E: (4, _range),
+    0x0924: (1, _one_of({0: {"gain_auto": False}, AUTO: {"gain_auto": True}})),
+    0x0925: (2, _percent("gain", gain_auto=False)),
+    0x091D: (1, _one_of({0: {}, 1: {}})),
+    0x0939: (1, _one_of({0: {"sea": 0.0, "sea_auto": False}, 1: {"sea_auto": False}, AUTO: {"sea_auto": True}})),
+    0x093A: (2, _percent("sea", sea_auto=False)),
+    0x0933: (1, _one_of({0: {"rain": 0.0}, 1: {}})),
+    0x0934: (2, _percent("rain")),
+    0x0932: (1, _rejection),
+    0x091B: (1, _rejection),
+}

@@ -1,0 +1,119 @@
+"""Addresses of the command line, and who may be there.
+
+These protocols have no login. So beyond this machine a socket opens only where an option, as `--nmea-allow`, names the other
+side, or with `--insecure`.
+"""
+
+import argparse
+import errno
+import re
+import socket
+from collections.abc import Callable
+from ipaddress import ip_address
+from typing import NamedTuple
+
+from radar_service.service.access import is_loopback
+from radar_service.terminal.arguments import UsageError
+
+HERE = "127.0.0.1"
+LINK_LOCAL = re.compile("fe[89ab]|ff.[12]:", re.IGNORECASE)  # of IPv6, RFC 4291
+
+
+class Address(NamedTuple):
+    """host: a numeric address or a name; interface: of multicast, "" for the system's choice."""
+
+    host: str
+    port: int
+    interface: str = ""
+
+    def __str__(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{host}:{self.port}" + (f"%{self.interface}" if self.interface else "")
+
+    @property
+    def family(self) -> socket.AddressFamily:
+        """The family of IPv6 for an address with colons, otherwise of IPv4."""
+        return socket.AF_INET6 if ":" in self.host else socket.AF_INET
+
+    @property
+    def for_sockets(self) -> tuple[str, int] | tuple[str, int, int, int]:
+        """The tuple that `bind` and `connect` take. Raises OSError for an interface that is absent."""
+        if self.family == socket.AF_INET6:
+            if not self.interface and LINK_LOCAL.match(self.host):
+                raise OSError(errno.EINVAL, f"a link-local address needs an interface, as [{self.host}]:{self.port}%eth0")
+            return self.host, self.port, 0, self.interface_index
+        return self.host, self.port
+
+    @property
+    def interface_index(self) -> int:
+        """The number of the interface of IPv6, 0 for the system's choice. Raises OSError where none has that name."""
+        try:
+            return socket.if_nametoindex(self.interface) if self.interface else 0
+        except OSError:
+            raise OSError(errno.ENODEV, f"no interface has the name {self.interface}, as IPv6 needs it") from None
+
+    @property
+    def interface_address(self) -> bytes:
+        """The address of the interface of IPv4, 0.0.0.0 for the system's choice. Raises OSError for what is no address."""
+        try:
+            return socket.inet_aton(self.interface or "0.0.0.0")
+        except OSError:
+            raise OSError(errno.ENODEV, f"{self.interface} is not the address of an interface, as IPv4 needs it") from None
+
+
+def address(text: str) -> Address:
+    """Returns the address of [HOST:]PORT[%INTERFACE]. Raises ArgumentTypeError."""
+    form = re.fullmatch(
+        r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]:|(?P<host>[^:%\[\]\s]+):)?(?P<port>\d{1,5})(?:%(?P<interface>\S+))?", text
+    )
+    if form is None or not 0 < int(form["port"]) < 65536:
+        raise argparse.ArgumentTypeError(
+            f'"{text}" is not [HOST:]PORT with a port from 1 to 65535, as 10110 or 192.168.0.7:10110'
+        )
+    return Address(form["six"] or form["host"] or HERE, int(form["port"]), form["interface"] or "")
+
+
+def numeric(text: str) -> str:
+    """Returns the address of another machine. Raises ArgumentTypeError."""
+    try:
+        return str(ip_address(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'"{text}" is not an address; give numbers, as 192.168.0.7') from None
+
+
+def check_reach(
+    option: str, where: Address, allowed: list[str], insecure: bool, *, listens: bool, allow: str = "--nmea-allow"
+) -> None:
+    """Raises UsageError for an address beyond this machine that no option allows. listens: others come to it; allow: the option
+    that names those who are allowed."""
+    try:
+        host = numeric(where.host)
+    except argparse.ArgumentTypeError:
+        host = ""
+    if is_loopback(where.host) or insecure or (listens and allowed) or host in allowed:
+        return
+    remedy = f"{allow} {host}" if host else f"an address in numbers, here and to {allow}"
+    if listens:
+        remedy = f"{allow} ADDRESS of those who may connect"
+    raise UsageError(
+        f"{option}: {where.host} is beyond this machine, and nothing asks for a login; give {remedy}, or --insecure"
+    )
+
+
+def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callable[[socket.socket], None]) -> socket.socket:
+    """Returns a socket of this machine that does not wait.
+
+    option: with which messages begin; prepare: is called once the socket is bound.
+    Raises UsageError where the port is taken, or the address is not this machine's.
+    """
+    result = socket.socket(where.family, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        result.bind(where.for_sockets)
+        prepare(result)
+    except OSError as error:
+        result.close()
+        raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
+    result.setblocking(False)
+    return result

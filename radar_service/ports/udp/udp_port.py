@@ -1,0 +1,54 @@
+"""A port that sends datagrams, or what else does not wait: what is lost is counted as dropped by its thread."""
+
+import contextlib
+from collections.abc import Sequence
+from typing import Protocol
+
+from typing_extensions import override
+
+from radar_service.ports.port import Port, Service
+from radar_service.ports.port_thread import PortThread
+
+
+class Sender(Protocol):
+    """Takes pieces: sentences, or datagrams. lost: of those that could not go out; `send` and `close` belong to one thread."""
+
+    lost: int
+
+    def send(self, pieces: Sequence[bytes]) -> None:
+        """Sends pieces to whoever is there, without waiting; an empty list lets others connect."""
+
+    def close(self) -> None:
+        """Closes its sockets."""
+
+
+class UdpPort(Port):
+    """A port with senders. lost: what it did not hand to any of them."""
+
+    def __init__(self, senders: Sequence[Sender]) -> None:
+        self.senders, self.lost = senders, 0
+        self._counted = 0
+        self._thread: PortThread | None = None  # counts what is lost
+
+    @override
+    async def start(self, service: Service) -> None:
+        self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
+
+    @override
+    def close(self) -> None:
+        for sender in self.senders:
+            with contextlib.suppress(OSError):
+                sender.close()
+
+    def send(self, pieces: Sequence[bytes]) -> None:
+        """Sends pieces by all senders, and counts those that did not go out as dropped."""
+        for sender in self.senders:
+            sender.send(pieces)
+        self.count_lost()
+
+    def count_lost(self) -> None:
+        """Counts what was lost since the last call as dropped."""
+        lost = self.lost + sum(sender.lost for sender in self.senders)
+        if self._thread is not None and lost > self._counted:
+            self._thread.note_dropped(lost - self._counted)
+        self._counted = lost

@@ -1,0 +1,66 @@
+"""A reader of category 240, written from the specification alone."""
+
+import struct
+from typing import Any, NamedTuple
+
+FEMTO, LIGHT = 1e-15, 299_792_458.0
+
+
+class Video(NamedTuple):
+    """One block of video; cells: their values; azimuths in turns, first: range where its first cell begins [m]."""
+
+    source: tuple[int, int]
+    sequence: int
+    begin: float
+    end: float
+    first: float
+    cell: float
+    cells: tuple[int, ...]
+    time: float
+
+
+def blocks(datagram: bytes) -> list[bytes]:
+    """The records of the blocks of a datagram."""
+    found = []
+    while datagram:
+        category, length = struct.unpack_from(">BH", datagram)
+        assert category == 240 and 3 < length <= len(datagram)
+        found.append(datagram[3:length])
+        datagram = datagram[length:]
+    return found
+
+
+def record(content: bytes) -> str | Video:
+    """The text of a summary, or video."""
+    present, at = list[bool](), 0
+    while True:
+        octet, at = content[at], at + 1
+        present += [bool(octet & (0x80 >> bit)) for bit in range(7)]
+        if not octet & 1:
+            break
+    items: dict[str, Any] = {}
+    sizes = [("010", 2), ("000", 1), ("020", 4), ("030", -1), ("040", 12), ("041", 12), ("048", 2), ("049", 5), ("050", -4),
+             ("051", -64), ("052", -256), ("140", 3)]  # fmt: skip
+    for is_present, (name, size) in zip(present, sizes, strict=False):
+        if is_present:
+            start = at + (size < 0)
+            at = start + (size if size > 0 else -size * content[at])
+            items[name] = content[start:at]
+    assert at == len(content) and items["000"] in (b"\x01", b"\x02")
+    if items["000"] == b"\x01":
+        assert set(items) == {"010", "000", "030"}
+        return str(items["030"].decode("ascii"))
+    begin, end, first, duration = struct.unpack(">HHII", items["041"])
+    code, count = items["048"], int.from_bytes(items["049"][2:], "big")
+    form = {4: "B", 5: "H"}[code[1]]
+    valid = items[next(name for name in ("050", "051", "052") if name in items)][: int.from_bytes(items["049"][:2], "big")]
+    cell = duration * FEMTO * LIGHT / 2.0
+    return Video(
+        (items["010"][0], items["010"][1]), int.from_bytes(items["020"], "big"), begin / 65536, end / 65536, first * cell, cell,
+        struct.unpack(f">{count}{form}", valid), int.from_bytes(items["140"], "big") / 128.0,
+    )  # fmt: skip
+
+
+def videos(datagrams: list[bytes]) -> list[Video]:
+    """The video of some datagrams."""
+    return [got for each in datagrams for content in blocks(each) if isinstance(got := record(content), Video)]

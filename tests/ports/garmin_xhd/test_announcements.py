@@ -1,0 +1,46 @@
+"""What an xHD sends by the clock and at changes."""
+
+import struct
+from collections.abc import Sequence
+
+from radar_service.ports.garmin_xhd.announcements import Announcements, XhdSenders
+from radar_service.ports.garmin_xhd.datagrams import STANDBY, TRANSMIT
+
+
+class Kept:
+    """A sender that keeps the ids and first bytes of what it gets."""
+
+    lost = 0
+
+    def __init__(self) -> None:
+        self.got: list[tuple[int, int]] = []
+
+    def send(self, pieces: Sequence[bytes]) -> None:
+        self.got += [struct.unpack_from("<I4xB", each) for each in pieces]
+
+    def close(self) -> None:
+        pass
+
+
+def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() -> None:
+    senders, now = XhdSenders(Kept(), Kept(), Kept()), [0.0]
+    beats, reports, spokes = (sender.got for sender in senders)  # type: ignore[attr-defined]
+    announced = Announcements(senders, lambda: now[0])
+    announced.what_is_due("0")
+    assert len(beats) == 1 and not reports  # no controls are known yet
+    announced.report(controls={"transmit": True}, range=500, range_max=1000.0)
+    size = len(reports)
+    for now[0], count in ((0.4, 1), (0.5, 2), (0.9, 2), (1.0, 3)):
+        announced.what_is_due("0")
+        assert len(reports) == count * size
+    assert len(beats) == 2
+    announced.what_is_due("0", at_once=True)
+    assert len(reports) == 4 * size
+    announced.become(STANDBY)
+    assert len(reports) == 4 * size  # as before
+    announced.spokes([b"12345678x"])
+    announced.become(TRANSMIT)
+    announced.become(STANDBY)
+    announced.spokes([b"12345678x"], transmits=False)  # the last ones, after it went to standby
+    states = [value for number, value in reports[4 * size :] if number == 0x0992]
+    assert states == [4, 5, 3] and len(spokes) == 2

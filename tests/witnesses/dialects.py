@@ -1,0 +1,210 @@
+"""Programs of others as witnesses of ASTERIX, Garmin xHD and ROS 2 bags: five reflectors against the truth.
+
+A service runs in a network namespace of its own, with a bridge in 172.16/12, which needs root. tshark captures there what it
+sends by UDP, and decodes it; libasterix and asterix-decoder, each in an environment of its own below FOLDER, decode it too. The
+receiver and the control of radar_pi for a Garmin xHD, built from its sources (RADAR_PI names their folder, with `src` and
+`include`) by g++ with wxWidgets and the stubs of `radar_pi/`, find the radar, draw it and command it. rosbags reads a bag.
+"""
+
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radar_service.scene_file.load import load_scene
+from radar_service.simulator import Simulator
+from tests.ports.asterix.reading import blocks
+from tests.ports.reflectors import crossings, scene
+from tests.ports.udp.test_capture import frames
+from tests.reference.true_north import true_deg
+
+HERE = Path(__file__).parent
+PORT = 8600
+OTHERS = {"libasterix": "libasterix", "asterix-decoder": "asterix-decoder"}
+LIGHT = 299_792_458.0
+# What the reader is told, and which line it says then, with the longest time between both [s].
+TALK = [
+    ("range 1000", "range 1000", 0.2), ("gain 33", "gain 33", 0.2), ("sea 20", "sea 20", 0.2), ("rain 7", "rain 7", 0.2),
+    ("rejection 1", "rejection 1", 0.2), ("off", "power 1", 0.2), ("on", "power 8", 0.2), ("gain-auto", "gain-state 1", 0.2),
+    ("sea-auto", "sea-state 1", 0.2), ("range 1852", "range 1852", 0.2),
+]  # fmt: skip
+NAMESPACE = """ip link set lo up && ip link add br0 type bridge && ip addr add 172.16.2.0/12 dev br0 &&
+ip addr add 172.16.3.150/12 dev br0 && ip link set br0 up && exec "$@" """
+SOURCES = ["include/RadarReceive.h", "include/RadarControl.h", "include/socketutil.h", "src/socketutil.cpp"]
+SOURCES += [f"include/garminxhd/GarminxHD{part}.h" for part in ("Receive", "Control")]
+SOURCES += [f"src/garminxhd/GarminxHD{part}.cpp" for part in ("Receive", "Control")]
+
+
+def still_scene() -> dict[str, Any]:
+    """Weak reflectors, below the highest video, from a ship at rest, whose picture is the same in each revolution."""
+    moving = scene()
+    bodies = [{**body, "rcs_dbsm": body["rcs_dbsm"] - 25} for body in moving["body"]]
+    return {**moving, "own_ship": {"heading_deg": 33}, "body": bodies}
+
+
+def truth() -> list[dict[str, Any]]:
+    """The truth of the first scan."""
+    return crossings(Simulator(load_scene(still_scene()), "fast", 1))
+
+
+def serving(folder: Path, *options: str) -> list[str]:
+    """The command of a service that sends the reflectors."""
+    (folder / "reflectors.json").write_text(json.dumps(still_scene()))
+    command = [sys.executable, "-m", "radar_service", "serve", str(folder / "reflectors.json"), "--port", "0"]
+    return [*command, "--fidelity", "fast", *options]
+
+
+def alone(command: list[str]) -> list[str]:
+    """A command in a namespace of its own."""
+    return ["unshare", "-n", "sh", "-c", NAMESPACE, "sh", *command]
+
+
+def environment(folder: Path, package: str) -> Path:
+    """The Python of an environment with a package."""
+    python = folder / f"with-{package}" / "bin" / "python"
+    if not python.exists():
+        subprocess.run([sys.executable, "-m", "venv", str(python.parents[1])], check=True)
+        subprocess.run([str(python), "-m", "pip", "install", "-q", package], check=True)
+    return python
+
+
+def asterix(folder: Path) -> str:
+    """Decodes 8 and 16 bits, split and whole, of running services. Raises AssertionError."""
+    told = []
+    for bits, largest in ((8, 1400), (16, 1400), (16, 65507)):
+        captures = [folder / f"asterix-{name}.pcap" for name in ("tshark", "own")]
+        form = ["--asterix-bits", str(bits), "--asterix-datagram", str(largest)]
+        run = " ".join(
+            [*serving(folder, "--asterix", f"127.0.0.1:{PORT}", *form, "--pcap", str(captures[1]), "--overwrite"), "& S=$!;",
+             f"timeout 20 tshark -q -i lo -F pcap -s 0 -f 'udp port {PORT}' -a duration:14 -w {captures[0]}; kill $S; wait $S"]
+        )  # fmt: skip
+        subprocess.run(alone(["sh", "-c", run]), check=False, capture_output=True)
+        seen, own = ([frame[42:] for _, frame in frames(file)] for file in captures)
+        whole = [each for each in seen if len(each) > 3]
+        assert len(whole) > 1000 and set(whole) <= set(own)
+        dump = subprocess.run(
+            ["tshark", "-r", str(captures[1]), "-c", "1600", "-V"], capture_output=True, text=True, check=True
+        ).stdout
+        assert "alformed" not in dump and dump.count("Category: 240") >= 1600
+        one_scan = own[: 1 + 720 * (1 if bits == 8 or largest > 1400 else 2)]
+        assert all(len(blocks(each)) == 1 for each in one_scan)
+        content = b"".join(len(each).to_bytes(4, "big") + each for each in one_scan)
+        for name in OTHERS:
+            command = [str(environment(folder, name)), str(HERE / "asterix_decoded.py"), name]
+            lines = subprocess.run(command, input=content, capture_output=True, check=True).stdout.splitlines()
+            judge_video([json.loads(line) for line in lines], bits)
+        told.append(f"{bits} bits of {largest} bytes")
+    return f"tshark, {' and '.join(OTHERS)} have 5 reflectors in their cell and sector: {', '.join(told)}"
+
+
+def judge_video(decoded: list[Any], bits: int) -> None:
+    """Whether each reflector is in the strongest cell near it."""
+    rows: dict[float, bytes] = {}
+    for each in decoded:
+        if not isinstance(each, str):
+            assert len(rows.get(each[0], b"")) * 8 // bits == each[2]
+            rows[each[0]] = rows.get(each[0], b"") + bytes.fromhex(each[4])
+    ends = {each[0]: each[1] for each in decoded if not isinstance(each, str)}
+    cell = next(each[3] for each in decoded if not isinstance(each, str)) * 1e-15 * LIGHT / 2.0
+    image = np.array([np.frombuffer(row, ">u2" if bits == 16 else "u1") for row in rows.values()]).astype(int)
+    assert image.shape[0] == 720 and len(truth()) == 5
+    for crossing in truth():
+        near = abs(np.arange(image.shape[1]) * cell - crossing["range"]) < 30.0
+        row, number = np.unravel_index(np.argmax(np.where(near, image, -1)), image.shape)
+        assert number * cell <= crossing["range"] < (number + 1) * cell, crossing
+        begin = list(rows)[row]
+        bearing = true_deg(crossing["bearing"], [0.0, 0.0], (50.0, 1.0))
+        assert (bearing - begin) % 360.0 <= (ends[begin] - begin) % 360.0 + 0.011, crossing
+
+
+def built_reader(folder: Path, sources: Path) -> Path:
+    """radar_pi's receiver and control of an xHD, with what `radar_pi/` has in place of the rest."""
+    build = folder / "xhd-reader"
+    build.mkdir(exist_ok=True)
+    for file in [*(HERE / "radar_pi").iterdir(), *(sources / name for name in SOURCES)]:
+        shutil.copy(file, build)
+    names = sorted(set(re.findall("CT_[A-Z_0-9]+", (build / "GarminxHDControl.cpp").read_text())))
+    (build / "items.h").write_text(",".join(names))
+    flags = " ".join(subprocess.run(["wx-config", f"--{of}", "base"], capture_output=True, text=True, check=True).stdout.strip()
+                     for of in ("cxxflags", "libs"))  # fmt: skip
+    command = f"g++ -w -O1 -include RadarControl.h -o reader *.cpp {flags}"
+    subprocess.run(command, shell=True, cwd=build, check=True)
+    return build / "reader"
+
+
+def radar_pi(folder: Path) -> str:
+    """Lets radar_pi's code find, draw and command the radar. Raises AssertionError."""
+    sources = os.environ.get("RADAR_PI", "")
+    if not sources:
+        return "not asked, without RADAR_PI"
+    reader, image = built_reader(folder, Path(sources)), folder / "xhd.image"
+    service = " ".join(serving(folder, "--garmin-xhd", "br0"))
+    with subprocess.Popen(
+        alone(["sh", "-c", f"{service} >&2 & sleep 5; {reader}; kill $!"]), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdin is not None and process.stdout is not None
+        time.sleep(12.0)
+        for word in (*(word for word, _, _ in TALK), "wait", f"image {image}", "quit"):
+            if word == "wait":
+                time.sleep(6.0)
+                continue
+            process.stdin.write(word + "\n")
+            process.stdin.flush()
+            time.sleep(1.0)
+        lines = process.communicate(timeout=30)[0].splitlines()
+    (folder / "xhd.log").write_text("\n".join(lines))
+    said = [(float(line.split()[0]), line.split(maxsplit=1)[1]) for line in lines]
+    first = {text: when for when, text in reversed(said)}
+    started = first["started 1"]
+    spoke = next(when for when, text in said if text.startswith("spoke "))
+    slowest = 0.0
+    for word, answer, limit in TALK:
+        begin = next(when for when, text in said if text.startswith(f"say-{word.split()[0]} ") and word.split()[-1] in (
+            word.split()[0], text.split()[-1]))  # fmt: skip
+        delay = min((when - begin for when, text in said if text == answer and when >= begin), default=math.inf)
+        assert delay <= limit, (word, delay)
+        slowest = max(slowest, delay)
+    values = {text.split()[0]: int(text.split()[1]) for _, text in said}
+    assert values["broken"] == 0
+    judge_picture(np.frombuffer(image.read_bytes(), np.uint8).reshape(1440, 705), values["samples"], values["metres"])
+    return (
+        f"found {1000 * (first['found 1'] - started):.0f} ms and drawn {1000 * (spoke - started):.0f} ms after its start, "
+        f"commands back within {1000 * slowest:.0f} ms, 5 reflectors within a sample and a spoke"
+    )
+
+
+def judge_picture(image: np.ndarray[Any, Any], samples: int, metres: int) -> None:
+    """Whether each reflector is in the strongest sample near it, and within a spoke."""
+    width = metres / samples
+    for crossing in truth():
+        sample = int(crossing["range"] / width)
+        near = image[:, sample - 5 : sample + 6]
+        rows, columns = np.nonzero(near == near.max())
+        assert set(columns) == {5}, (crossing, columns)
+        angle = math.degrees(crossing["relative_bearing"]) * 4.0
+        assert abs(math.remainder(float(np.median(rows)) - angle, 1440.0)) <= 1.5, (crossing, rows)
+
+
+def ros2_bag(folder: Path) -> str:
+    """Lets rosbags read a bag. Raises CalledProcessError."""
+    bag = folder / "bag.mcap"
+    serving(folder)
+    command = [sys.executable, "-m", "radar_service", "record", str(folder / "reflectors.json"), "--ros2", "--overwrite"]
+    subprocess.run([*command, "-o", str(bag)], check=True, capture_output=True)
+    read = [str(environment(folder, "rosbags")), str(HERE / "bag_read.py"), str(bag)]
+    got = json.loads(subprocess.run(read, capture_output=True, check=True).stdout)
+    image, angles, ranges = np.array(got["image"]), np.array(got["angles"]), np.linspace(*got["range"], len(got["image"][0]))
+    for crossing in truth():
+        ray, cell = np.unravel_index(np.argmax(np.where(abs(ranges - crossing["range"]) < 30.0, image, -1.0)), image.shape)
+        assert abs(ranges[cell] - crossing["range"]) <= (ranges[1] - ranges[0]) / 2.0 + 1e-3
+        assert abs(math.remainder(angles[ray] + crossing["relative_bearing"], 2 * math.pi)) < math.pi / 720 + 1e-3
+    return f"{got['messages']} messages of {got['types']} types; 5 reflectors within half a cell and half a spoke"
