@@ -13,15 +13,14 @@ from radar_service.numerics.types import Singles
 from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import NOTHING_KNOWN, Plan, plan_for
 from radar_service.plan.statistics import EngineStatistics
-from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request
+from radar_service.records.cell_sources import PowersOf, source_request
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import Spoke, SpokeBlock
 from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.scans.sector import Sector
 from radar_service.scene_file.error_tables import changed_errors
-from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin
+from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
@@ -35,7 +34,7 @@ from radar_service.truth.truth_file import header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_origin, scene_at_rpm
+from radar_service.world.scene import Scene, scene_at_rpm
 from radar_service.world.steering import Steering
 
 if TYPE_CHECKING:
@@ -70,21 +69,16 @@ class Simulator:
         scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
-        self._requested, self._threads, self._ends = fidelity, threads, sector
+        self._threads, self._ends = threads, sector
         self._made = engine_set_up(steering.scene, self.fidelity, fidelity, seed)
         self.range, self.range_step = self._made.engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
-        self._join(steering, source_request(labels, powers))
-        if commands := tuple(commands):
-            self.replay(commands)
-
-    def _join(self, steering: Steering, request: SourceRequest) -> None:
-        """Puts truth, sources and stream together, around the engine. Raises ValueError for what the radar cannot tell."""
+        request = source_request(labels, powers)
         engine, _, line_of_sight, pulses = self._made
         if steering.past is not steering.scene:
             line_of_sight = line_of_sight.following(steering.past.bodies, steering.past.revision)
         self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
-        self._sources = SourceTruth(steering, self.fidelity, self._requested, self.seed, pulses)
+        self._sources = SourceTruth(steering, self.fidelity, fidelity, self.seed, pulses)
         reporter = ErrorReporter(
             self.scene.radar,
             self.seed,
@@ -98,16 +92,8 @@ class Simulator:
         self.sources.check(request)
         self._processes = TileProcesses(tiles, steering, self._threads)
         self._stream = SpokeStream(self._processes, steering, Sector(self.scene.radar, self._ends), reporter)
-
-    @BLAS_LIMIT.held()
-    def begin_at(self, origin: Origin) -> None:
-        """Lets the rotation begin at another origin, as of a simulator of the scene with that origin, but much sooner than to
-        make one. Comes before all commands and spokes."""
-        steering = self._stream.steering
-        steering.begin_at(origin)
-        self.scene = scene_at_origin(self.scene, origin)
-        self._made = set_up_at_origin(self._made, steering.scene, self.fidelity, self._requested, self.seed)
-        self._join(steering, self._stream.request)
+        if commands := tuple(commands):
+            self.replay(commands)
 
     def __repr__(self) -> str:
         name, fidelity, scan = self.scene.name, self.fidelity.name, self._stream.next_scan
@@ -225,7 +211,7 @@ class Simulator:
         return self._sources.powers(self._latest(scan))
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0 at t = 0, or the first one that this simulator has."""
+        """Makes `scan` the next one, counted from 0 at t = 0."""
         self._stream.skip_to(scan)
 
     def command(
@@ -257,20 +243,18 @@ class Simulator:
         self._stream.steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
 
     def at_rpm(self, rpm: float) -> "Simulator":
-        """Returns a simulator that goes on with the next scan at another rate of rotation.
+        """Returns a simulator of the same scene at another rate of rotation, next the first scan after those of this one.
 
-        Simulated time, positions, commands, errors and the numbers of scans and spokes go on. Its bytes depend on the scene, the
-        fidelity, the seed, the commands, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a
-        spoke.
+        Simulated time, positions, commands and errors go on; scans and spokes are counted as if the antenna had always turned at
+        that rate. Raises SceneError where the rate leaves no pulse for a spoke.
         """
-        radar = self.scene.radar
-        origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
-        scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
-        commands = [each.after_change_of_rpm(scene.radar) for each in self.commands]
-        request = self._stream.request
-        return Simulator(
+        scene, request = scene_at_rpm(replace(self.scene, errors=self.errors), rpm), self._stream.request
+        commands = [scene.steerable.seen(each, each.body) for each in self.commands]
+        sim = Simulator(
             scene, self.fidelity, self.seed, self._threads, self._ends, commands, request.labels, powers=request.powers
         )
+        sim.skip_to(scene.radar.first_scan(self.scene.radar.time_of_turns(float(self._stream.next_scan))))
+        return sim
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
@@ -320,7 +304,7 @@ class Simulator:
         return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
-        return max(self.scene.radar.origin.scan, self._stream.next_scan - 1) if scan is None else scan
+        return max(0, self._stream.next_scan - 1) if scan is None else scan
 
     @BLAS_LIMIT.held()
     def _measured(self, crossings: tuple[Crossing, ...]) -> tuple[Crossing, ...]:

@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Origin, Radar
+from radar_service.radar.parameters import Radar
 from radar_service.records.cell_sources import PowersOf, SourceList
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
@@ -39,10 +39,6 @@ class SpokeSourceInfo:
     def radar(self) -> Radar:
         """The radar that turns."""
         return self.scene.radar
-
-    def at_origin(self, origin: Origin) -> Self:
-        """Returns the same with another origin of the radar's rotation."""
-        return replace(self, scene=self.scene.at_origin(origin))
 
 
 class TruthLine(NamedTuple):
@@ -121,11 +117,3 @@ class TellsSources(Protocol):
         Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.requests` says
         how many requests a block follows. From any thread.
         """
-
-
-@runtime_checkable
-class Continuing(Protocol):
-    """A source that can go on with the rotation and the time of another one."""
-
-    def begin_at(self, origin: Origin) -> None:
-        """Lets the scene go on from an origin. Comes before `replay` and `blocks`."""

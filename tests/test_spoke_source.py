@@ -6,17 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.radar.parameters import Origin
 from radar_service.recording.recording import Recording
 from radar_service.service.radio.scene_process import SceneProcess
 from radar_service.service.scene_request import Spared
 from radar_service.simulator import Simulator
-from radar_service.spoke_source import Commanded, Continuing, SpokeSource, TellsSources
+from radar_service.spoke_source import Commanded, SpokeSource, TellsSources
 from tests.recording.scenes import recorded, simulator
 from tests.service.fake import FakeEngine, scene
 
 MEMBERS = {"info", "blocks", "skip_to", "truth", "truth_lines", "close"}
-CAPABILITIES = (Commanded, TellsSources, Continuing, Spared)
+CAPABILITIES = (Commanded, TellsSources, Spared)
 
 
 def members_of(protocol: type) -> set[str]:
@@ -32,7 +31,7 @@ def test_a_source_of_spokes_has_six_members_which_each_kind_has() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "can"),
-    [(Simulator, (Commanded, TellsSources, Continuing)), (Recording, ()), (SceneProcess, CAPABILITIES)],
+    [(Simulator, (Commanded, TellsSources)), (Recording, ()), (SceneProcess, CAPABILITIES)],
 )
 def test_what_else_a_source_can_do_is_told_by_its_methods(kind: type, can: tuple[type, ...]) -> None:
     for capability in CAPABILITIES:
@@ -52,11 +51,6 @@ def test_a_simulator_and_a_recording_of_it_say_the_same(tmp_path: Path) -> None:
     assert (made.seed, made.fidelity, made.noise_power) == (read.seed, read.fidelity, read.noise_power)
     assert made.radar == read.radar and made.range.tobytes() == read.range.tobytes()
     assert made.plan.keys() == read.plan.keys() and made.plan["arithmetic"] == read.plan["arithmetic"]
-
-
-def test_another_origin_is_that_of_the_radar_and_of_what_is_steered() -> None:
-    moved = Simulator(scene()).info.at_origin(Origin(5.0, 2))
-    assert moved.radar.origin == Origin(5.0, 2) and moved.scene.steerable.radar == moved.radar
 
 
 def test_the_lines_of_the_truth_are_those_of_a_truth_file() -> None:

@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from radar_service.batch.jobs import Executor
+from radar_service.processes.channel import portable
 from radar_service.processes.limits import limit_memory
 
 ATTEMPTS = 3  # of a job whose workers die, as Dask has it by default: then the job itself is the likely cause
@@ -183,7 +184,8 @@ def _work(pipe: Connection, memory: int | None) -> None:
         try:
             pipe.send((True, function(*arguments)))
         except Exception as error:
-            pipe.send((False, _sendable(error)))
+            error.add_note(f"in a worker process:\n{traceback.format_exc()}")
+            pipe.send((False, portable(error)))
 
 
 def _end_with_parent() -> None:
@@ -192,15 +194,3 @@ def _end_with_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
-
-
-def _sendable(error: Exception) -> Exception:
-    """An error that crosses a pipe, with its traceback as a note."""
-    error.add_note(f"in a worker process:\n{traceback.format_exc()}")
-    try:
-        from multiprocessing.reduction import ForkingPickler
-
-        ForkingPickler.loads(ForkingPickler.dumps(error))
-    except Exception:
-        return RuntimeError(f"{type(error).__name__}: {error}")
-    return error

@@ -36,7 +36,7 @@ NO_PART = (
     "clients",
     "scenes",
 )  # of what makes plots and truth
-OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py")  # files of the bench that have a part in it
+OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py", "recorded.py")  # files of the bench that have a part in it
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
     """Returns a hash of all that plots and truth depend on: the scene with its files, settings, this program, the arithmetic."""
-    files = named_files(scenario.scene, scenario.folder).values()
+    files = named_files([scenario.scene, scenario.recorded], scenario.folder).values()
     made_of = {
         "schema": SCHEMA, "source": source_digest(), "arithmetic": arithmetic(), "scene": scenario.scene_for(seed),
-        "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "radar", "plots", "plot_errors"}),
+        "settings": scenario.model_dump(mode="json", include={"scans", "fidelity", "radar", "plots", "plot_errors", "recorded"}),
         "targets": scenario.tracked, "files": [hashlib.blake2b(path.read_bytes()).hexdigest() for path in files],
     }  # fmt: skip
     return hashlib.blake2b(json.dumps(made_of).encode(), digest_size=16).hexdigest()

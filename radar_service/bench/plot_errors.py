@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.bench.scenario import PlotErrors
+from radar_service.bench.scenario import OTHERS_M, PlotErrors
 from radar_service.bench.scores.scan_result import TargetTruth, as_reported
 from radar_service.numerics.frames import wrap_bearing
 from radar_service.numerics.random import PLOT_ERRORS, generator
@@ -31,10 +31,25 @@ def with_errors(
     draws = generator(seed, PLOT_ERRORS, scan).standard_normal((len(plots), 3))
     phase = float(generator(seed, PLOT_ERRORS).uniform(0.0, 2.0 * np.pi))
     reported = [as_reported(truth) for truth in truths]
-    return tuple(
+    shares = generator(seed, PLOT_ERRORS, scan, 1)
+    seen = shares.random(len(plots)) >= errors.missed
+    erring = [
         plot if _is_extended(plot, reported) else _with_errors(plot, reported, errors, heading, phase, draw)
-        for plot, draw in zip(plots, draws, strict=True)
-    )
+        for plot, draw, is_seen in zip(plots, draws, seen, strict=True)
+        if is_seen
+    ]
+    return (*erring, *_others(plots, errors, shares)) if errors.others else tuple(erring)
+
+
+def _others(plots: Sequence[Plot], errors: PlotErrors, draws: np.random.Generator) -> list[Plot]:
+    """Further plots of a scan: copies of its first one at other places about own ship."""
+    others = []
+    for _ in range(int(draws.poisson(errors.others)) if plots else 0):
+        like, distance, turn = plots[0], float(draws.uniform(10.0, OTHERS_M)), float(draws.uniform(0.0, 2.0 * np.pi))
+        east, north = like.east - like.range * np.sin(like.bearing), like.north - like.range * np.cos(like.bearing)
+        east, north = float(east + distance * np.sin(turn)), float(north + distance * np.cos(turn))
+        others.append(replace(like, range=distance, bearing=turn, east=east, north=north))
+    return others
 
 
 def roll_error(relative: float, roll: float, period: float, phase: float, time: float) -> float:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.bench.plot_errors import with_errors
+from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -57,7 +58,11 @@ def simulator_of(scenario: Scenario, seed: int) -> Simulator:
 
 
 def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None = None) -> Iterator[ScanResult]:
-    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor. Raises SceneError."""
+    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor. Raises SceneError, and
+    ScenarioError for a recording that is not whole."""
+    if scenario.recorded:
+        yield from recorded_scans(scenario)
+        return
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)

@@ -13,7 +13,15 @@ from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_inter
 from radar_service.bench.junit import write_junit
 from radar_service.bench.report import comparison, summary_table, verdict_table, write_report
 from radar_service.bench.run import simulator_of
-from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
+from radar_service.bench.scenario import (
+    PROFILES,
+    Scenario,
+    ScenarioError,
+    load_scenario,
+    load_scenarios,
+    scenarios,
+    with_profile,
+)
 from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.commands.record import RADAR, record_scans
@@ -31,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list the scenarios")
     add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail")
+    parser.add_argument("--profile", choices=sorted(PROFILES), help="plots err as those of a real set do")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
     parser.add_argument(
@@ -75,6 +84,8 @@ def _bench(options: argparse.Namespace) -> int:
         from radar_service.recording import recording_file  # noqa: F401  # an extra that is missing is told first
     shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
+    if options.profile:
+        loaded = [with_profile(scenario, options.profile) for scenario in loaded]
     print(_plan(options.seeds, options.smoke))
     with executor_of(options) as executor:
         report, runs = bench(

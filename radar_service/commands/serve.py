@@ -6,7 +6,6 @@ Scenes start in processes of their own, and meanwhile the server: what takes lon
 import argparse
 import contextlib
 import gc
-import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -24,6 +23,7 @@ from radar_service.commands.shared_options import (
 )
 from radar_service.commands.simulator_options import simulator_options
 from radar_service.ports.registry import add_ports, opened
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
@@ -87,7 +87,7 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
         on_end.callback(gc.enable)
         on_end.enter_context(ended_by_signals())
         scenes: list[Future[list[SceneProcess]]] = []
-        start = Start()
+        start = Progress()
         fork_server = ForkServer(SCENES_NEED, OTHERS_NEED)
         for close in (partial(_close, scenes), fork_server.close, start.close):  # the last one comes first
             on_end.callback(close)
@@ -110,35 +110,6 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
             return run(options, access, lambda: [scene.result() for scene in scenes], make, fork_server, ports)
         except SpokeSourceFault as error:
             raise StartError(f"scene: {error}") from None
-
-
-class Start:
-    """The preparation of the first scenes: a `processes.call.Progress`. `close` ends it early."""
-
-    in_background = False
-
-    def __init__(self) -> None:
-        self._closes: list[Callable[[], None]] = []
-        self._closed = False
-        self._lock = threading.Lock()
-
-    def stage(self, text: str) -> None:
-        """Ignores it."""
-
-    def ends_with(self, close: Callable[[], None]) -> None:
-        """Notes what ends a preparation early."""
-        with self._lock:
-            self._closes.append(close)
-        if self._closed:
-            close()
-
-    def close(self) -> None:
-        """Ends all preparations, those to come too."""
-        self._closed = True
-        with self._lock:
-            closes = list(self._closes)
-        for close in closes:
-            close()
 
 
 def _started(

@@ -74,10 +74,6 @@ class LandPassages:
         self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
 
-    def of_scene(self, scene: Scene) -> "LandPassages":
-        """Returns the passages in a scene whose rotation has another origin."""
-        return LandPassages(scene, self._key, self._line_of_sight, self._max_range, self.points)
-
     def is_regular(self, first: float, last: float) -> bool:
         """Whether pieces hold from one azimuth number to another: own ship meets no corner."""
         return self.track.is_smooth(first, last)

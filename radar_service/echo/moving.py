@@ -68,10 +68,6 @@ class MovingEchoes:
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent, at_rest
         )
 
-    def of_scene(self, scene: Scene) -> "MovingEchoes":
-        """Returns the same echoes as a scene has them whose rotation has another origin."""
-        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest, self._paths)
-
     def __len__(self) -> int:
         """How many bodies there are."""
         return len(self._bodies)

@@ -72,10 +72,6 @@ class Visibility:
         state = self.line_of_sight.presences.state(time)
         return self._snapshots.get((number, state), lambda: self._computed(number, half, time))
 
-    def of_scene(self, scene: Scene) -> "Visibility":
-        """Returns the visibility in a scene whose rotation has another origin."""
-        return Visibility(scene, self.scatterers, self.line_of_sight, self.max_range, self.step)
-
     def all_round(self, number: int) -> BodyEchoes:
         """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""
         return self.scatterers.echoes(*self.observed_at(number))
@@ -93,7 +89,7 @@ class Visibility:
         time, line_of_sight = instant.time, self.line_of_sight.as_of(presence_time)
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
-        boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
+        boresight = rate * time % (2.0 * np.pi)
         wedge = BearingWedge(antenna, boresight, width, self.step / MAX_BEARING_DRIFT)
         echoes = self.scatterers.steady.echoes(antenna, replace(instant, wedge=wedge, line_of_sight=line_of_sight))
         present = line_of_sight.present(time)[self.scatterers.key]

@@ -74,7 +74,7 @@ class LandRows:
     ) -> None:
         radar = scene.radar
         self.passages, self.echoes = passages, echoes
-        self._scene, self._fidelity, self._compression = scene, fidelity, compression
+        self._scene, self._compression = scene, compression
         band = BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # cycles per radian, either way
         band += 2.0 / radar.wavelength * passages.top_way * WIDTHS * radar.beamwidth  # of the phase that is left beside S
         least = 4.0 * np.pi * band / radar.azimuths  # rows an azimuth without oversampling
@@ -91,11 +91,6 @@ class LandRows:
         covered = 2.0 * (self._extent / radar.azimuth_step * self._rows_per_azimuth + EDGE + self._kernel.width)
         pieces = 2 + int(covered) // self._rows_per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
-
-    def of_scene(self, scene: Scene) -> "LandRows":
-        """Returns the rows in a scene whose rotation has another origin."""
-        passages, echoes = self.passages.of_scene(scene), self.echoes.of_scene(scene)
-        return LandRows(scene, passages, echoes, self._fidelity, self._compression)
 
     def holds(self, azimuths: AzimuthTimes) -> bool:
         """Whether the land at these azimuths is taken from the grid."""

@@ -1,7 +1,7 @@
 """What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, stages."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -20,7 +20,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.aperture import ChangedPattern
-from radar_service.radar.parameters import Origin, Radar
+from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -34,7 +34,7 @@ from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene, scene_at_origin
+from radar_service.world.scene import Scene
 
 MAX_TILE = 32  # azimuths
 ECHOES_PER_PART = 8192  # resting echoes in a changed beam that are computed together
@@ -72,14 +72,6 @@ class Prepared:
     shadowed: MovingEchoes
     compression: Compression
     stages: Mapping[str, Stage]
-
-    def at_origin(self, origin: Origin) -> "Prepared":
-        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again."""
-        scene = scene_at_origin(self.scene, origin)
-        moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
-        land = None if self.land is None else self.land.of_scene(scene)
-        stages = {name: stage.of_scene(scene, moving) for name, stage in self.stages.items()}
-        return replace(self, scene=scene, moving=moving, land=land, shadowed=shadowed, stages=stages)
 
 
 @BLAS_LIMIT.held()

@@ -191,10 +191,10 @@ def _spread(count: int) -> list[int]:
 
 
 def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
-    """Computes a tile of the second scan, counted from its first one, as the engine and the simulator do; times each stage."""
+    """Computes a tile of the second scan, as the engine and the simulator do; times each stage."""
     radar = prepared.scene.radar
     tiles = -(-radar.azimuths // prepared.tile)
-    scan, number = divmod((radar.origin.scan + SCAN) * tiles + tile, tiles)
+    scan, number = divmod(SCAN * tiles + tile, tiles)
     watch.start()
     azimuths = tile_azimuths(prepared, scan, number * prepared.tile)
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)

@@ -1,10 +1,11 @@
 """Calls one function in a process of its own, with limits, and returns its result; and how one follows what takes long."""
 
 import signal
+import threading
 from collections.abc import Callable
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import Channel, portable
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.limits import (
     BACKSTOP,
@@ -19,32 +20,41 @@ from radar_service.processes.limits import (
 MEMORY = 2**30  # bytes above what an idle process has
 
 
-class Progress(Protocol):
-    """Takes the progress of a preparation, and can end it. in_background: whether the feed of a radar comes first."""
+class Progress:
+    """The progress of a preparation, which can end it; from any thread.
 
-    @property
-    def in_background(self) -> bool: ...
+    in_background: whether the feed of a radar comes first. doing: what is being done now.
+    """
+
+    in_background, doing = False, ""
+
+    def __init__(self) -> None:
+        self._closes: list[Callable[[], None]] = []
+        self._closed, self._closing = False, threading.Lock()
 
     def stage(self, text: str) -> None:
         """Notes what is being done now."""
+        self.doing = text
 
     def ends_with(self, close: Callable[[], None]) -> None:
-        """Notes what to call where the preparation is to end early."""
+        """Notes what to call where the preparation is to end early; calls it where it has been ended."""
+        with self._closing:
+            if not self._closed:
+                return self._closes.append(close)
+        close()
 
+    def close(self) -> None:
+        """Ends the preparation early, all that is still to come too."""
+        with self._closing:
+            self._closed = True
+            closes, self._closes = self._closes, []
+        for close in closes:
+            close()
 
-class NoProgress:
-    """A preparation that nobody follows or ends, because a radar waits for it."""
-
-    in_background = False
-
-    def stage(self, text: str) -> None:
-        """Ignores it."""
-
-    def ends_with(self, close: Callable[[], None]) -> None:
-        """Ignores it."""
-
-
-UNFOLLOWED = NoProgress()
+    def finish(self) -> None:
+        """Forgets what would end it: what was prepared is the caller's."""
+        with self._closing:
+            self._closes.clear()
 
 
 class ProcessFault(Exception):
@@ -96,5 +106,5 @@ def run_call(
     except MemoryError:
         return  # which the service takes for the end that it is
     except Exception as error:
-        answer = False, error
+        answer = False, portable(error)
     control.send(answer)

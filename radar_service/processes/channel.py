@@ -6,14 +6,18 @@ memory; nothing is copied in between (docs/decisions/0014-world-processes.md has
 
 import contextlib
 import errno
+import os
 import pickle
 import select
 import socket
 import struct
+import sys
 import threading
+import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
+CAN_FORK = sys.platform == "linux"
 HEAD = struct.Struct("<II")  # bytes of the pickled object, number of arrays
 LENGTH = struct.Struct("<Q")  # bytes of an array
 
@@ -45,7 +49,7 @@ class Channel:
         text = self._read(size)
         return pickle.loads(text, buffers=[self._read(length) for length in lengths])
 
-    def send_ends(self, ends: Sequence[socket.socket]) -> None:
+    def send_ends(self, ends: "Sequence[socket.socket | Channel]") -> None:
         """Hands sockets to the other process, which calls `receive_ends` next. Raises OSError."""
         with self._sending:
             socket.send_fds(self._end, [b"e"], [end.fileno() for end in ends])
@@ -117,6 +121,31 @@ class Channel:
                 raise EOFError("the other process has ended")
             at += count
         return data
+
+
+def forked(count: int) -> "tuple[int, list[Channel]]":
+    """Forks this process. Returns the number of the new process, 0 in that itself, and the near ends of `count` channels between
+    the two. Raises OSError: no memory, too many processes or descriptors, or a system whose libraries do not survive a fork."""
+    if not CAN_FORK:
+        raise OSError(errno.ENOSYS, "this system's libraries do not survive a fork")
+    with contextlib.ExitStack() as ends:
+        pairs = [tuple(map(ends.enter_context, socket.socketpair())) for _ in range(count)]
+        with warnings.catch_warnings():  # of threads: none of them holds a lock that the process needs
+            warnings.simplefilter("ignore", DeprecationWarning)
+            process = os.fork()
+        ends.pop_all()
+    near = 0 if process else 1
+    for pair in pairs:
+        pair[1 - near].close()
+    return process, [Channel(pair[near]) for pair in pairs]
+
+
+def portable(error: Exception, kinds: tuple[type[Exception], ...] = (Exception,)) -> Exception:
+    """Returns an error that another process can read: the same one where it is of these kinds and crosses, else its text."""
+    with contextlib.suppress(Exception):
+        if isinstance(error, kinds):
+            return cast(Exception, pickle.loads(pickle.dumps(error)))
+    return RuntimeError(f"{type(error).__name__}: {error}")
 
 
 def first_ready(channels: Sequence[Channel]) -> list[int]:

@@ -21,17 +21,6 @@ EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind s
 
 
 @dataclass(frozen=True)
-class Origin:
-    """Where an epoch begins: the boresight points north at `time` [s], and the scan of number `scan` begins."""
-
-    time: float = 0.0
-    scan: int = 0
-
-
-START = Origin()  # of the first epoch
-
-
-@dataclass(frozen=True)
 class NearPulse:
     """A pulse that serves the ranges from the end of the one before to its own; fields as of Radar."""
 
@@ -77,7 +66,6 @@ class Radar:
     rays: per azimuth, for sampling by rays.
     blind_sectors: start and end clockwise from the bow [rad].
     near_pulses: other pulses, which serve the nearer ranges, by rising range.
-    origin: of its rotation; a change of its rate gives another one.
     effects: what effects keep of it, by their names.
     label_floor: lowest power that is labelled as a body's, over the body's peak in the spoke; 0: every power.
     """
@@ -111,7 +99,6 @@ class Radar:
     blind_sectors: tuple[tuple[float, float], ...]
     compression: str = field(default="matched", metadata={"added": 1})  # see truth.truth_file.scene_hash
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
-    origin: Origin = field(default=START, metadata={"added": 1})
     effects: Mapping[str, Any] = field(default_factory=dict, hash=False)
     label_floor: float = field(default=1e-3, metadata={"added": 1})
 
@@ -174,11 +161,11 @@ class Radar:
 
     def time_of_spokes(self, number: Value) -> Value:
         """Time [s] of spokes numbered from the start of the simulation, also between spokes."""
-        return self.origin.time + (number - self.origin.scan * self.azimuths) * self.spoke_period
+        return number * self.spoke_period
 
     def spokes_at(self, time: Value) -> Value:
         """Numbers of spokes at times [s], also between spokes."""
-        return (time - self.origin.time) / self.spoke_period + self.origin.scan * self.azimuths
+        return time / self.spoke_period
 
     def first_spoke(self, time: float) -> int:
         """Number of the first spoke that is not before a time [s], exactly as `time_of_spokes` rounds."""
@@ -189,13 +176,17 @@ class Radar:
             number -= 1
         return number
 
+    def first_scan(self, time: float) -> int:
+        """Number of the first scan that does not begin before a time [s]."""
+        return -(-self.first_spoke(time) // self.azimuths)
+
     def time_of_turns(self, turns: Value) -> Value:
         """Time [s] at which the boresight has turned so many times since the start of the simulation."""
-        return self.origin.time + (turns - self.origin.scan) * self.rotation_period
+        return turns * self.rotation_period
 
     def turns_at(self, time: Value) -> Value:
         """How many times the boresight has turned at times [s]."""
-        return (time - self.origin.time) / self.rotation_period + self.origin.scan
+        return time / self.rotation_period
 
     def is_blind(self, from_bow: Floats) -> Flags:
         """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector."""

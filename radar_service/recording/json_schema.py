@@ -6,6 +6,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.stages.registry import own_effects
+from radar_service.world.commands import KEYS, Command
 
 NAMES: dict[type, str] = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
 
@@ -62,10 +63,7 @@ COMMAND: dict[str, Any] = {
         "spoke": {"type": "integer", "description": "the first one that follows it"},
         "time": {"type": "number"},
         "body": {"type": ["string", "null"], "description": "null is own ship"},
-        **{name: {"type": "number"} for name in ("course_deg", "speed_kn", "turn_rate_deg_s", "heading_deg")},
-        "position_m": {"type": "array", "items": {"type": "number"}},
-        "present": {"type": "boolean"},
-        "at_once": {"type": "boolean"},
+        **{name: schema_of(get_args(kind)[0]) for name, kind in get_type_hints(Command).items() if name in KEYS},
         "by": {"type": "string", "description": "what sent it: rest, poses or nmea"},
     },
     "required": ["spoke", "time"],

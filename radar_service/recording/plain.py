@@ -13,6 +13,7 @@ from typing import Any
 from radar_service.recording.error import RecordingError
 
 HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # as files name them, of the classes that are made again
+LEFT_OUT = ("type", "origin")  # of a record; earlier versions had an origin of the rotation, which spokes tell themselves
 MOVED = {  # where a class is that files name as it was
     "radar_service.fidelity.Fidelity": "radar_service.records.fidelity.Fidelity",
     "radar_service.radar.structures.Structure": "radar_service.stages.structures.structure.Structure",
@@ -39,7 +40,7 @@ def restored(value: Any) -> Any:
         return tuple(restored(item) for item in value)
     if not isinstance(value, Mapping):
         return value
-    content = {key: restored(item) for key, item in value.items() if key != "type"}
+    content = {key: restored(item) for key, item in value.items() if key not in LEFT_OUT}
     if value.get("type") == "float":
         return float(content["value"])
     kind = _record_class(str(value.get("type")))

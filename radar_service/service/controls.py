@@ -113,7 +113,7 @@ CONTROLS = (
     ),
     _display_switch("scan_correlation", "Scan correlation", "removes what only one scan has, such as sea spikes, and fast craft"),
     Control(
-        "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch at the end of a scan",
+        "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch, north first, when it is prepared",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
         rebuild=lambda request, value: replace(request, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
     ),

@@ -12,6 +12,8 @@ from threading import RLock
 from time import monotonic
 from typing import Any, Literal, TypeVar
 
+from radar_service.processes.call import Progress
+
 Result = TypeVar("Result")
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
 
@@ -33,11 +35,11 @@ class DuplicateJob(Exception):
     """Another job has that name."""
 
 
-class Job:
-    """One piece of work: a `processes.call.Progress` for the function that does it. Belongs to the event loop, but for that.
+class Job(Progress):
+    """One piece of work, and its progress for the function that does it. Belongs to the event loop, but for that.
 
     It runs until `JobQueue.run` has what it made: until then what ends it early closes that, afterwards it is the caller's.
-    `_ending` guards the state and `_close`.
+    `_ending` guards the state.
 
     name: part of its address; kind: what it is for.
     """
@@ -45,11 +47,11 @@ class Job:
     in_background = True
 
     def __init__(self, name: str, kind: str) -> None:
+        super().__init__()
         self.name, self.kind = name, kind
         self.state: State = "waiting"
         self.doing = "waiting for a worker"
         self._began, self._ended = monotonic(), 0.0
-        self._close: Callable[[], None] | None = None
         self._ending = RLock()
         self.result: asyncio.Future[Any] | None = None  # what `JobQueue.run` waits for
 
@@ -58,29 +60,12 @@ class Job:
         """Whether it has ended, well or not."""
         return self.state in ("done", "failed", "cancelled")
 
-    def stage(self, text: str) -> None:
-        """Notes what is being done now; called from the job's thread."""
-        self.doing = text
-
-    def ends_with(self, close: Callable[[], None]) -> None:
-        """Notes what ends the work early; called from the job's thread."""
-        with self._ending:
-            if not self.is_over:
-                self._close = close
-                return
-        if self.state == "cancelled":
-            close()
-
     def cancel(self) -> None:
         """Ends the work now, or as soon as its process has started; who waits for the job is told at once."""
-        with self._ending:
-            close = self._close
-            if not self._over("cancelled"):
-                return
-        if self.result:
-            self.result.cancel()
-        if close:
-            close()
+        if self._over("cancelled"):
+            if self.result:
+                self.result.cancel()
+            self.close()
 
     def perform(self, work: Callable[["Job"], Result]) -> Result:
         """Runs the work in this thread. Raises the errors of the work, and Cancelled."""
@@ -110,8 +95,9 @@ class Job:
             if self.is_over:
                 return False
             self.state, self._ended, self.doing = state, monotonic(), ""
-            self._close = None  # it holds what the job has made, and the job stays listed
-            return True
+        if state != "cancelled":
+            self.finish()  # it holds what the job has made, and the job stays listed
+        return True
 
 
 class JobQueue:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from radar_service.display.video import Layout, layout
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin
-from radar_service.spoke_source import Commanded, Continuing, SpokeSource, SpokeSourceInfo, TellsShips, TellsSources
+from radar_service.spoke_source import Commanded, SpokeSource, SpokeSourceInfo, TellsShips, TellsSources
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -21,7 +20,7 @@ class SceneRequest:
     scene_input: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene_file.readers.sandbox.
     rpm: rate of rotation instead of the scene's own.
-    origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.
+    goes_on: whether it goes on with the time, the commands and the errors of a scene that runs.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this scene request before; it is not made again.
     measured_later: whether its first spokes come before the counts and costs of its plan.
@@ -31,16 +30,11 @@ class SceneRequest:
     scene_input: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
-    origin: Origin | None = None
+    goes_on: bool = False
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     measured_later: bool = field(default=False, compare=False)
     folder: object = field(default=None, compare=False, repr=False)
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether it goes on with the time, the commands and the errors of a scene that runs."""
-        return self.origin is not None
 
     def __getstate__(self) -> dict[str, Any]:
         return vars(self) | {"folder": None}  # another process does not own the folder
@@ -67,7 +61,7 @@ class Spared(Protocol):
         """Returns another source of the same scene that is ready at once; None where there is none."""
 
 
-class ProcessSimulator(SpokeSource, Commanded, TellsSources, TellsShips, Continuing, Protocol):
+class ProcessSimulator(SpokeSource, Commanded, TellsSources, TellsShips, Protocol):
     """What computes in the process of a scene: a `Simulator`."""
 
     @property

@@ -1,7 +1,6 @@
 """Sets up what computes the scans of a simulator, for a scene, a fidelity and a seed."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -85,20 +84,7 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
         )
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    return _of_pulses(set_up, prepared_pulses(scene, set_up.prepared, requested, seed))
-
-
-def set_up_at_origin(
-    earlier: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int
-) -> EngineSetUp:
-    """Returns the engine of the same scene whose rotation has another origin; arguments as `engine_set_up`."""
-    if earlier.set_up is None:
-        return engine_set_up(scene, fidelity, requested, seed)
-    pulses = tuple(prepared.at_origin(scene.radar.origin) for prepared in earlier.pulses)
-    return _of_pulses(replace(earlier.set_up, prepared=pulses[-1]), pulses)
-
-
-def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...]) -> EngineSetUp:
+    pulses = prepared_pulses(scene, set_up.prepared, requested, seed)
     engines = [LabellingEngine(prepared) for prepared in pulses]
     engine = LabellingStitchedEngine(engines) if len(engines) > 1 else engines[0]
     return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight, pulses)

@@ -33,8 +33,7 @@ class SpokeStream:
     def __init__(self, tiles: TileProcesses, steering: Steering, sector: Sector, reporter: ErrorReporter) -> None:
         """tiles: what the engine computes."""
         self.steering, self.reporter = steering, reporter
-        self.next_scan = steering.scene.radar.origin.scan
-        self.next_spoke = self.next_scan * steering.scene.radar.azimuths
+        self.next_scan = self.next_spoke = 0
         self._tiles, self._sector = tiles, sector
         self._radar = steering.scene.radar
         self.request, self._requests, self._again = tiles.request, 0, math.inf
@@ -59,8 +58,8 @@ class SpokeStream:
             left -= 1 if back is None else back // azimuths - scan
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, or the first one that there is."""
-        self.next_scan = max(scan, self._radar.origin.scan)
+        """Makes `scan` the next one."""
+        self.next_scan = max(scan, 0)
         self.next_spoke = self.next_scan * self._radar.azimuths
         self.reporter = self.reporter.restarted(self.next_spoke)
 
@@ -79,8 +78,7 @@ class SpokeStream:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
         with self._commanding:
             self.request, self._requests = request, self._requests + 1
-            first = self._radar.origin.scan * self._radar.azimuths
-            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, first))
+            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, 0))
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
@@ -131,8 +129,7 @@ class SpokeStream:
     def _overtaken(self) -> int | None:
         """The spoke to go on from where a command or a request acts that the last blocks do not show; else None."""
         with self._commanding:
-            due = max(self._due, self._radar.origin.scan * self._radar.azimuths)
-            return int(due) if due <= self.next_spoke else None
+            return int(self._due) if self._due <= self.next_spoke else None
 
     def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
         number = scan * self._radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))

@@ -7,23 +7,19 @@ that has prepared the scene forks others, which share its memory (docs/decisions
 import contextlib
 import gc
 import os
-import pickle
 import signal
-import socket
-import sys
-import warnings
 import weakref
 from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import count
 from time import thread_time
-from typing import NamedTuple, NoReturn, cast
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags
-from radar_service.processes.channel import Channel, first_ready
+from radar_service.processes.channel import CAN_FORK, Channel, first_ready, forked, portable
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.simulation.tile_sender import Computed, TileSender
@@ -32,7 +28,6 @@ from radar_service.trace.embree import TREES
 from radar_service.world.commands import Command
 from radar_service.world.steering import Steering, same_at_first
 
-CAN_FORK = sys.platform == "linux"  # elsewhere libraries of the system do not survive a fork
 UNEVEN = 1.25  # times that new shares take, from which shares are made anew: what was computed ahead is lost then
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
@@ -131,14 +126,17 @@ class TileProcesses:
 
     def _forked(self) -> bool:
         """Forks the processes. Returns False where that is not possible now."""
-        own_end: socket.socket | None = None
+        own_end: Channel | None = None
         with BLAS_LIMIT.alone() as is_alone, self._steering.unchanged(), TREES.unchanged(), _signals_waiting():
             while is_alone and len(self._children) < self._count and own_end is None:
                 try:
-                    child, own_end = _fork()
+                    new = _fork()
                 except OSError:  # no memory, or too many processes
                     break
-                self._children += [child] if child else []
+                if isinstance(new, Channel):
+                    own_end = new
+                else:
+                    self._children.append(new)
         if own_end:
             _live(own_end, self._tiles, self._steering)
         return bool(self._children)
@@ -236,27 +234,18 @@ class _Child:
         os.close(self._handle)
 
 
-def _fork() -> "tuple[_Child | None, socket.socket | None]":
-    """Forks a process. Returns it; in the process itself, the end of its connection instead. Raises OSError."""
-    near, far = socket.socketpair()
-    with warnings.catch_warnings():  # of threads: none of them holds a lock that the process needs
-        warnings.simplefilter("ignore", DeprecationWarning)
-        try:
-            process = os.fork()
-        except OSError:
-            near.close()
-            far.close()
-            raise
+def _fork() -> "_Child | Channel":
+    """Forks a process. Returns it; in the process itself, the end of its channel instead. Raises OSError."""
+    process, (channel,) = forked(1)
     if not process:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its children
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        return None, far
-    far.close()
+        return channel
     try:
-        return _Child(Channel(near), process), None
+        return _Child(channel, process)
     except OSError:  # no descriptor is left for it
-        near.close()
+        channel.close()
         os.kill(process, signal.SIGKILL)
         os.waitpid(process, 0)
         raise
@@ -282,14 +271,13 @@ def _end(channel: Channel, process: int, handle: int) -> None:
     os.close(handle)
 
 
-def _live(end: socket.socket, tiles: SourceTiles, steering: Steering) -> NoReturn:
+def _live(channel: Channel, tiles: SourceTiles, steering: Steering) -> NoReturn:
     """Runs a process: it obeys orders until its parent is gone."""
     try:
         gc.freeze()  # nothing of the parent is tidied up here
         highest = max(int(descriptor) for descriptor in os.listdir("/proc/self/fd"))
-        os.closerange(STANDARD_STREAMS, end.fileno())
-        os.closerange(end.fileno() + 1, highest + 1)
-        channel = Channel(end)
+        os.closerange(STANDARD_STREAMS, channel.fileno())
+        os.closerange(channel.fileno() + 1, highest + 1)
         sender = TileSender(channel)
         commands: tuple[Command, ...] = ()
         while True:
@@ -313,7 +301,7 @@ def _obey(sender: TileSender, tiles: SourceTiles, steering: Steering, order: Ord
                 sender.drop()
                 break
     except Exception as error:
-        answer = _portable(error)
+        answer = portable(error)
     sender.put(answer)
 
 
@@ -326,13 +314,6 @@ def _sent(sender: TileSender, tiles: Iterator[SourceTile], most: int) -> bool:
             return False
         begin = thread_time()
     return True
-
-
-def _portable(error: Exception) -> Exception:
-    """The error itself where its kind can be handed on, else one that tells of it."""
-    with contextlib.suppress(Exception):
-        return cast(Exception, pickle.loads(pickle.dumps(error)))
-    return RuntimeError(f"{type(error).__name__}: {error}")
 
 
 def _forget_all() -> None:

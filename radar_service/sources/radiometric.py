@@ -72,16 +72,15 @@ class RadiometricTruth:
     def _gated(self, body: int, spoke: int) -> tuple[PowerWindow, Flags]:
         """The azimuths about a crossing that hold the gate of a body, and the gate (K, bins)."""
         half_scan, step = self._radar.azimuths // 2, self._radar.azimuth_step
-        start = self._radar.origin.scan * self._radar.azimuths  # nothing is before
         (offset,), _ = self._track(body, self._time(spoke))
         size = self._scene.bodies[body].diagonal / max(float(np.hypot(offset[0], offset[1])), 1.0)
         half = int(np.ceil((BEAMS * self._radar.beamwidth + size) / step)) + 1
         while True:
             half = min(half, half_scan)
-            first = max(start, spoke - half)
+            first = max(0, spoke - half)  # nothing is before
             window = PowerWindow(self._pulses, first, min(spoke + half + 1, first + self._radar.azimuths))
             gate = _gate(window.power(BODY + body))
-            cut = bool(gate[0].any() and window.number[0] > start or gate[-1].any())
+            cut = bool(gate[0].any() and window.number[0] > 0 or gate[-1].any())
             if not cut or half == half_scan:
                 return window, gate
             half *= 2

@@ -142,10 +142,6 @@ class Stage:
         """Returns further paths of the echoes of all bodies, of an effect that `has_paths`; echo_sources: as of `Context`."""
         return ()
 
-    def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
-        """Returns the stage of the same scene whose rotation has another origin; moving: as of `Context`."""
-        return self
-
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """Echoes (E,) before the receiver's filter at consecutive azimuths (K,); also of earlier instants, where those of earlier
         pulses count."""

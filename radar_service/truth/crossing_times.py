@@ -12,7 +12,6 @@ import numpy as np
 
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.radar.parameters import START, Origin
 
 FULL_CIRCLE = 2.0 * np.pi
 STEPS = 8  # of a scan, for points that are not near, where the antenna does not sway
@@ -34,15 +33,13 @@ class Crossings(NamedTuple):
 class CrossingSearch:
     """Finds crossings.
 
-    offsets: of the points, as the antenna observes them; count: number of points; period, origin: of the rotation [s]; spokes:
+    offsets: of the points, as the antenna observes them; count: number of points; period: of the rotation [s]; spokes:
     in a scan; steps: of a scan, for points that are not near.
     """
 
-    def __init__(
-        self, offsets: Offsets, count: int, period: float, spokes: int, origin: Origin = START, steps: int = STEPS
-    ) -> None:
+    def __init__(self, offsets: Offsets, count: int, period: float, spokes: int, steps: int = STEPS) -> None:
         self._offsets, self._points, self._spokes, self._steps = offsets, np.arange(count), spokes, steps
-        self._period, self._origin = period, origin
+        self._period = period
 
     def within(self, scan: int) -> Crossings:
         """Returns the crossings of one scan, which begins with the boresight to the north; its end belongs to the next one."""
@@ -107,7 +104,7 @@ class CrossingSearch:
 
     def _time(self, turns: Floats) -> Floats:
         """Times (E,) [s] after turns (E,) since the start of the simulation."""
-        return self._origin.time + (turns - self._origin.scan) * self._period
+        return turns * self._period
 
 
 def _are_near(track: Floats) -> Flags:

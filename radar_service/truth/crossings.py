@@ -50,7 +50,7 @@ class CrossingTruth:
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
         steps = search_steps(self._scene)
-        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin, steps)
+        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, steps)
 
     @BLAS_LIMIT.held()
     def crossings(self, scan: int) -> tuple[Crossing, ...]:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.radar.parameters import Origin
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.world.scene import Scene
 
@@ -41,7 +40,7 @@ def scene_hash(scene: Scene) -> str:
 
 def _is_default(content: Any, default: Any) -> bool:
     """Whether a field has its default; arrays are not compared."""
-    return content is default or (isinstance(content, str | float | tuple | Origin) and content == default)
+    return content is default or (isinstance(content, str | float | tuple) and content == default)
 
 
 def _add(digest: Any, value: Any) -> None:

@@ -72,10 +72,6 @@ class Command:
         by = {} if self.by is None else {"by": self.by}
         return {"spoke": self.spoke, "time": self.time, "body": self.body, **self.values, **by}
 
-    def after_change_of_rpm(self, radar: Radar) -> "Command":
-        """Returns the same command as a radar has it that goes on at another rate; before that spokes keep their numbers."""
-        return self if self.time < radar.origin.time else replace(self, spoke=radar.first_spoke(self.time))
-
 
 @dataclass(frozen=True)
 class Steerable:
@@ -104,7 +100,8 @@ class Steerable:
         return Command(_spoke_at(self.radar, time, spoke), time, body, **checked)
 
     def seen(self, command: Command, body: str | None) -> Command:
-        """Returns a command to `body` as this radar shows it; it was made by another radar of the same world."""
+        """Returns a command to `body` as this radar shows it; it was made by another radar of the same world, or at another rate
+        of rotation."""
         assert self.radar  # else nothing is steerable
         return replace(command, body=body, spoke=_spoke_at(self.radar, command.time, None))
 
@@ -213,15 +210,10 @@ def _check_spoke(spoke: Any) -> None:
 
 
 def _spoke_at(radar: Radar, time: float, spoke: int | None) -> int:
-    """Returns the spoke of a command that acts at a time [s]. spoke: as it is given; those before the origin of the radar stay.
-
-    Raises CommandError where the spoke that is given is another one.
-    """
+    """Returns the spoke of a command that acts at a time [s]. Raises CommandError where the spoke that is given is another
+    one."""
     _number("time", time, 0.0, radar.time_of_spokes(float(MAX_SPOKE)))
-    begin = radar.origin.scan * radar.azimuths
-    if spoke is not None and spoke < begin and time < radar.origin.time:
-        return spoke
-    first = max(radar.first_spoke(time), begin)
+    first = radar.first_spoke(time)
     if spoke not in (None, first):
         raise CommandError(f"time: {time:g} s is that of spoke {first}, not of spoke {spoke}; give one of both alone")
     return first

@@ -1,9 +1,9 @@
 """A scene as a service knows it: the bodies and their meshes stay with what computes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from radar_service.radar.parameters import FIRST_ID, Origin, Radar
+from radar_service.radar.parameters import FIRST_ID, Radar
 from radar_service.world.ais import Ais
 from radar_service.world.commands import Steerable
 from radar_service.world.error_settings import ErrorSettings
@@ -42,11 +42,6 @@ class SceneOutline:
     stream: Stream = NO_STREAM
     ais: Ais = Ais()
     gnss_offset: tuple[float, float] = (0.0, 0.0)
-
-    def at_origin(self, origin: Origin) -> "SceneOutline":
-        """Returns the outline with another origin of the radar's rotation."""
-        radar = replace(self.radar, origin=origin)
-        return replace(self, radar=radar, steerable=replace(self.steerable, radar=radar))
 
 
 def outline_of(scene: "Scene") -> SceneOutline:

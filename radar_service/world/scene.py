@@ -14,7 +14,7 @@ from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.random import name_key
 from radar_service.numerics.result_cache import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats
-from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar, horizon, max_rpm
+from radar_service.radar.parameters import FIRST_ID, Radar, horizon, max_rpm
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
@@ -208,8 +208,8 @@ def known_radar(radar_id: str | None, ids: Sequence[str]) -> str:
     return radar_id
 
 
-def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
-    """Returns the scene with another rotation rate of its radar, from an origin on.
+def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
+    """Returns the scene with another rotation rate of its radar.
 
     Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
     """
@@ -219,9 +219,4 @@ def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
             f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
             f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
-    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
-
-
-def scene_at_origin(scene: Scene, origin: Origin) -> Scene:
-    """Returns the scene with another origin of the rotation of its radar."""
-    return replace(scene, radar=replace(scene.radar, origin=origin))
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))

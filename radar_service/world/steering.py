@@ -13,11 +13,10 @@ import numpy as np
 
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.result_cache import Revision
-from radar_service.radar.parameters import Origin
 from radar_service.world.commands import Command, check_count
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence, SteeredPresence
-from radar_service.world.scene import Scene, scene_at_origin
+from radar_service.world.scene import Scene
 from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
 from radar_service.world.stream import NO_STREAM, Stream
 
@@ -92,13 +91,6 @@ class Steering:
         """Keeps commands away during a `with` block."""
         with self._lock:
             yield
-
-    def begin_at(self, origin: Origin) -> None:
-        """Gives the rotation of the radar another origin. Comes before any command."""
-        is_steered = self.past is not self.scene
-        self.scene = scene_at_origin(self.scene, origin)
-        self.past = scene_at_origin(self.past, origin) if is_steered else self.scene
-        self.steerable = replace(self.steerable, radar=self.scene.radar)
 
     def add(
         self, spoke: int | None, body: str | None, values: Mapping[str, Any], reached: int = -1, time: float | None = None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.bench.plot_errors import roll_error, with_errors
-from radar_service.bench.scenario import PlotErrors
+from radar_service.bench.scenario import PROFILES, PlotErrors
 from tests.bench.scores.test_scoring import truth
 from tests.bench.trackers.test_stone_soup import plot
 
@@ -25,6 +25,17 @@ def test_plots_of_points_err_as_the_scenario_says_and_those_of_hulls_do_not() ->
         == (exact,)
         == with_errors([exact], [], None, 0.0, 1, 0)
     )
+
+
+def test_a_profile_misses_plots_and_has_others() -> None:
+    """400 scans of ten plots at the inland profile: shares within 4 standard errors, others within 500 m of own ship."""
+    given = [plot(1.0, 3000.0 + 10.0 * k, 4000.0) for k in range(10)]
+    scans = [with_errors(given, [], PROFILES["inland"], 0.0, 1, scan) for scan in range(400)]
+    kept = [[one for one in scan if one.range > 2000.0] for scan in scans]
+    others = [one for scan in scans for one in scan if one.range <= 500.0]
+    assert np.mean([len(scan) for scan in kept]) == pytest.approx(9.0, abs=4 * np.sqrt(0.9 / 400))
+    assert len(others) / 400 == pytest.approx(2.5, abs=4 * np.sqrt(2.5 / 400))
+    assert all(np.hypot(one.east, one.north) == pytest.approx(one.range) for one in others)
 
 
 def test_glint_wanders_along_the_ship() -> None:

@@ -15,12 +15,10 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.radar.parameters import Origin
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
-from radar_service.world.scene import scene_at_rpm
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.test_ships_under_way import spokes as spoke_fields
 from tests.scenes import point, scene
@@ -166,27 +164,6 @@ def test_the_boresight_points_at_the_body_at_its_crossing(scan: int, bearing_deg
     crossed = spoke / radar.azimuths
     assert abs(crossed - scan - bearing_deg / 360) < 0.2  # 14 and 9 kn for up to 100 s
     assert {each.crossing(0, crossed + d) for d in (-0.24, -0.1, 0.0, 0.2, 0.24)} == {spoke}
-
-
-def test_crossings_and_nodes_count_from_the_origin_of_the_rotation() -> None:
-    """After a change of rpm in scan 5, at 7.3 s: those of a scene whose ship starts where she is then, five scans on."""
-
-    def ship(after: float) -> rs.Scene:
-        north = 200.0 - after * 60 * 1852 / 3600
-        body = {"name": "s", "shape": "hull", "length_m": 60, "beam_m": 9, "height_m": 6, "scattering": "optics",
-                "position_m": [150, north, 0], "speed_kn": 60, "course_deg": 180, "heading_deg": 180}  # fmt: skip
-        return scene([body], radar=RADAR | {"rpm": 25})
-
-    own, shifted = passages(scene_at_rpm(ship(0.0), 25, Origin(7.3, 5))), passages(ship(7.3))
-    for turns in (0.6, 1.5):
-        crossing = shifted.crossing(0, turns)
-        assert own.crossing(0, 5 + turns) == crossing + 5 * 720
-        nodes = shifted.nodes(0, crossing)
-        assert len(nodes) > 2
-        np.testing.assert_array_equal(own.nodes(0, crossing + 5 * 720), nodes + 5 * 720)
-    time = shifted.crossing(0, 0.6) / 720 * 60 / 25
-    bearing = float(np.arctan2(150.0, 200.0 - (7.3 + time) * 60 * 1852 / 3600))
-    assert own.passing(7.3 + time, bearing, 0.01) == [(0, own.crossing(0, 5.6))]
 
 
 def test_a_passage_due_north_is_one_over_the_boundary_of_scans() -> None:

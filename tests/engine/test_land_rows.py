@@ -13,12 +13,10 @@ import pytest
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine import land_rows
-from radar_service.engine.pipeline import land_spectra
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Profiles
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
-from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.echo.test_moving import EARTH, Floats, observed, reference_echo
@@ -359,16 +357,6 @@ def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
     replayed.skip_to(1)
     assert np.array_equal(replayed.scan().field, after.field, equal_nan=True)
     assert not np.array_equal(before.field, after.field, equal_nan=True)
-
-
-def test_another_rpm_has_the_same_land(tmp_path: Path) -> None:
-    prepared = on_grid(coast(tmp_path))
-    other = prepared.at_origin(Origin(3, 8.0))
-    assert prepared.land is not None and other.land is not None
-    assert other.land.passages.points is prepared.land.passages.points
-    azimuths = AzimuthTimes(number := np.arange(4096, 4128), *other.scene.radar.schedule(number))
-    spectra = land_spectra(other, azimuths)
-    assert spectra is not None and spectra.any()
 
 
 def test_blind_sectors_eclipsing_and_moving_ships_hold_beside_land(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from radar_service.ports.app import create_app
 from radar_service.ports.http.requests import Requests
 from radar_service.ports.http.server import Server, configuration, listening_socket
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.pacing import Schedule
@@ -72,7 +72,7 @@ def engine(azimuths: int, bins: int, name: str, fork_server: ForkServer) -> Spok
     """The engine of a scene, or where none is named of the same noise over and over."""
     if not name:
         return ReplayEngine(azimuths, bins)
-    return SceneProcessMaker(fork_server, WithAzimuths(azimuths))(SceneRequest(name), UNFOLLOWED)
+    return SceneProcessMaker(fork_server, WithAzimuths(azimuths))(SceneRequest(name), Progress())
 
 
 def main(azimuths: int, bins: int, name: str = "") -> None:

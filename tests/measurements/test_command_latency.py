@@ -20,7 +20,7 @@ from radar_service import wire
 from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED
 from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.ports.app import create_app
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.scene_process import SceneProcessMaker
@@ -103,9 +103,9 @@ async def latencies(host: str, port: int, radars: Sequence[str]) -> list[float]:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_command_shows_within_a_tenth_of_a_second(name: str, fork_server: ForkServer) -> None:
     maker = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast"))
-    first = maker(SceneRequest(SCENES[name]), UNFOLLOWED)
+    first = maker(SceneRequest(SCENES[name]), Progress())
     radars, world = first.scene.radar_ids, RadarGroup()
-    others = {each: maker(SceneRequest(SCENES[name], radar=each), UNFOLLOWED) for each in radars[1:]}
+    others = {each: maker(SceneRequest(SCENES[name], radar=each), Progress()) for each in radars[1:]}
     stations = [Station(each, source, maker, group=world) for each, source in ({radars[0]: first} | others).items()]
     with served(create_app(stations, fork_server=fork_server), stations) as (host, port):
         times = 1e3 * np.array(asyncio.run(asyncio.wait_for(latencies(host, port, radars), 120)))

@@ -26,7 +26,7 @@ import radar_service
 from radar_service import wire
 from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED
 from radar_service.ports.app import create_app
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.fanout.client_queue import QueueItem
@@ -152,7 +152,7 @@ def walked(kind: str) -> tuple[set[str], set[str]]:
         fork_server.start()
         maker = SceneProcessMaker(fork_server, watched_engine)
         threading.setprofile(walk)
-        source = maker(SceneRequest(SCENE), UNFOLLOWED)
+        source = maker(SceneRequest(SCENE), Progress())
         station = Station("0", source, maker, settings=Settings(pace=Pace("pause")))
         with served(create_app([station], fork_server=fork_server), [station]) as (host, port):
             asyncio.run(asyncio.wait_for(play(kind, host, port, walk), 30))

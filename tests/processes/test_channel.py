@@ -1,6 +1,7 @@
 """Messages between processes: what is sent arrives, and a missing end is noticed."""
 
 import fcntl
+import os
 import socket
 import sys
 import termios
@@ -9,7 +10,7 @@ import threading
 import numpy as np
 import pytest
 
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import CAN_FORK, Channel, forked, portable
 from tests.descriptors import descriptors_left, open_descriptors
 
 SOON = 60.0  # s, for what should take milliseconds
@@ -132,3 +133,36 @@ def test_a_forgotten_end_ends_no_connection() -> None:
     assert there.receive(SOON) == 3
     here.close()
     there.close()
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
+def test_a_forked_process_has_the_other_ends_alone() -> None:
+    process, (first, second) = forked(2)
+    if not process:
+        try:
+            second.send(first.receive() + 1)
+        finally:
+            os._exit(0)
+    first.send(41)
+    assert second.receive(SOON) == 42
+    os.waitpid(process, 0)
+    with pytest.raises(EOFError):
+        first.receive(SOON)
+    first.close()
+    second.close()
+    with descriptors_left(3), pytest.raises(OSError, match="descriptors|files"):
+        forked(2)
+
+
+class Uncommon(Exception):
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(one)
+
+
+def test_an_error_crosses_as_it_is_or_as_its_text() -> None:
+    noted = ValueError("not so")
+    noted.add_note("where")
+    same = portable(noted)
+    assert type(same) is ValueError and same.args == noted.args and same.__notes__ == ["where"]
+    assert repr(portable(Uncommon("a", "b"))) == "RuntimeError('Uncommon: a')"  # which cannot be made again
+    assert repr(portable(noted, (KeyError,))) == "RuntimeError('ValueError: not so')"

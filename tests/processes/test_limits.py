@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from radar_service.processes import limits
-from radar_service.processes.call import UNFOLLOWED, call_in_process
+from radar_service.processes.call import Progress, call_in_process
 from radar_service.processes.fork_server import ForkServer
 from tests.processes import tasks
 from tests.service.held import resident_memory
@@ -99,7 +99,7 @@ def test_set_up_has_a_low_priority_and_what_follows_has_not(only_threads: None) 
 
 @pytest.mark.skipif(not limits.SESSION.exists(), reason="this system does not group processes by session")
 def test_so_has_its_session(fork_server: ForkServer) -> None:
-    assert call_in_process(fork_server, UNFOLLOWED, tasks.set_up_session_niceness) == [limits.SET_UP_NICENESS, 0]
+    assert call_in_process(fork_server, Progress(), tasks.set_up_session_niceness) == [limits.SET_UP_NICENESS, 0]
 
 
 @pytest.mark.parametrize("error", [FileNotFoundError, PermissionError])
@@ -153,7 +153,7 @@ def test_what_follows_set_up_may_use_all_processors(fork_server: ForkServer, onl
     left = usable - {min(usable)} or usable
     assert limits.at_low_priority(lambda: os.sched_getaffinity(0)) == left
     assert os.sched_getaffinity(0) == usable
-    assert call_in_process(fork_server, UNFOLLOWED, os.sched_getaffinity, 0) == left
+    assert call_in_process(fork_server, Progress(), os.sched_getaffinity, 0) == left
 
 
 @linux_only

@@ -1,12 +1,11 @@
 """What follows from a radar's parameters, against the textbook's figures."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from radar_service.radar.parameters import START, Origin, horizon
+from radar_service.radar.parameters import horizon
 from tests.scenes import radar, scene
 
 EARTH = 4.0 / 3.0 * 6_371_000.0
@@ -35,12 +34,11 @@ def test_a_scene_knows_its_horizon() -> None:
     assert scene(environment={"earth": "flat"}).horizon() == np.inf
 
 
-@pytest.mark.parametrize("origin", [START, Origin(3.7, 5)])
-def test_the_first_spoke_not_before_a_time_is_exact(origin: Origin) -> None:
+def test_the_first_spoke_and_scan_not_before_a_time_are_exact() -> None:
     """At the time of each spoke, and one rounding before and after it; a period of 1/11 s is not a binary number."""
-    made = replace(radar(azimuths=120, rpm=60 / 11 / 120 * 60), origin=origin)
-    begin = origin.scan * made.azimuths
+    made = radar(azimuths=120, rpm=60 / 11 / 120 * 60)
     for number in (0, 1, 7, 119, 120, 12345, 10**9 + 7):
-        time = made.time_of_spokes(float(begin + number))
+        time = made.time_of_spokes(float(number))
         before, after = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        assert [made.first_spoke(each) - begin for each in (before, time, after)] == [number, number, number + 1]
+        assert [made.first_spoke(each) for each in (before, time, after)] == [number, number, number + 1]
+        assert [made.first_scan(each) for each in (time, after)] == [-(-number // 120), number // 120 + 1]

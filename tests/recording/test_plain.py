@@ -37,8 +37,7 @@ def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
     """Whatever module they are in: a recording is read by later versions."""
     assert types_in(plain(PRESETS["balanced"])) == {"radar_service.fidelity.Fidelity"}
     assert types_in(plain(radar(pattern="taylor", tilt_deg=1))) == {
-        "radar_service.radar.parameters.Radar", "radar_service.radar.parameters.Origin",
-        "radar_service.radar.patterns.Taylor",
+        "radar_service.radar.parameters.Radar", "radar_service.radar.patterns.Taylor",
     }  # fmt: skip
     behind = plain(radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}))
     assert [*behind][-3:] == ["structures", "multiple", "label_floor"]
@@ -46,6 +45,11 @@ def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
         "radar_service.radar.structures.Structure", "radar_service.radar.parameters.MultipleEchoes", "float",
     }  # fmt: skip
     assert plain(radar())["structures"] == [] and plain(radar())["multiple"] is None
+
+
+def test_an_origin_of_the_rotation_that_earlier_versions_recorded_is_left_out() -> None:
+    origin = {"type": "radar_service.radar.parameters.Origin", "time": 7.5, "scan": 3}
+    assert restored(plain(radar()) | {"origin": origin}) == radar()
 
 
 def test_only_records_of_radars_are_made() -> None:

@@ -186,7 +186,7 @@ INTERFACES = (
     "radar_service.scene_file.readers.mesh_reader:BodyFile",
     "radar_service.stages.effect:Effect", "radar_service.stages.effect:EffectTruth", "radar_service.stages.stage:Stage",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
-    "radar_service.spoke_source:TellsSources", "radar_service.spoke_source:Continuing",
+    "radar_service.spoke_source:TellsSources",
     "radar_service.service.scene_request:Spared",
     "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
     "radar_service.ports.registry:PortPackage", "radar_service.ports.port:Port",

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import START, Origin
 from radar_service.records.cell_sources import PowersOf, SourceList, SourceRequest
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
@@ -21,7 +20,7 @@ from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.truth.ground_truth import ship_states
 from radar_service.world.commands import Command
 from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_origin, scene_at_rpm
+from radar_service.world.scene import Scene, scene_at_rpm
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 OWN_SHIP = OwnShipTruth(
@@ -90,7 +89,7 @@ class FakeEngine:
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
-        self._first = self._next = of.radar.origin.scan
+        self._first = self._next = 0
         self.commands: list[Command] = []
         self.sources, self.requests = SourceList(SOURCES), 0
         self._request = SourceRequest()
@@ -143,13 +142,8 @@ class FakeEngine:
         with self._made:
             assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
 
-    def begin_at(self, origin: Origin) -> None:
-        self.scene, self.scene_request = scene_at_origin(self.scene, origin), replace(self.scene_request, origin=origin)
-        self._first = self._next = origin.scan
-        self.commands = []
-
     def skip_to(self, scan: int) -> None:
-        self._first = max(scan, self.scene.radar.origin.scan)
+        self._first = scan
 
     def block(self, number: int, count: int) -> SpokeBlock:
         if self._dies_at is not None and number + count > self._dies_at:
@@ -234,7 +228,7 @@ def scene_in(order: SceneRequest) -> Scene:
     if not isinstance(order.scene_input, Scene):
         return scene_of(order)
     of = order.scene_input.for_radar(order.radar)
-    return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin or START)
+    return of if order.rpm is None else scene_at_rpm(of, order.rpm)
 
 
 def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneRequest, Progress], FakeEngine]:

@@ -1,9 +1,7 @@
 """A simulator that a station of the test's own process runs."""
 
-from dataclasses import replace
 from typing import Any
 
-from radar_service.radar.parameters import Origin
 from radar_service.service.radio.scene_process_main import scene_of
 from radar_service.service.scene_request import SceneRequest
 from radar_service.simulator import Simulator
@@ -15,7 +13,3 @@ class InProcess(Simulator):
     def __init__(self, order: SceneRequest, *arguments: Any, **options: Any) -> None:
         super().__init__(scene_of(order), *arguments, **options)
         self.scene_request = order
-
-    def begin_at(self, origin: Origin) -> None:
-        super().begin_at(origin)
-        self.scene_request = replace(self.scene_request, origin=origin)

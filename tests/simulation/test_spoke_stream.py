@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import SpokeBlock
@@ -18,7 +17,6 @@ from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.simulator import Simulator
 from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.scene import scene_at_rpm
 from radar_service.world.steering import Steering
 from tests.scenes import point
 
@@ -108,17 +106,3 @@ def test_it_skips_scans_forward_and_back(stream: SpokeStream) -> None:
     assert next(stream.blocks(1, 4)).first == 7 * 32
     stream.skip_to(1)
     assert next(stream.blocks(1, 4)).scan == 1
-
-
-def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() -> None:
-    """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
-    scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
-    steering = Steering(scene)
-    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0)
-    tiles = TileProcesses(SourceTiles(engine, pulses, SourceRequest()), steering, 1)
-    made = SpokeStream(tiles, steering, Sector(scene.radar, None), ErrorReporter(scene.radar, 0, None))
-    blocks = made.blocks(1, 8)
-    assert [next(blocks).first, next(blocks).first] == [7 * 32, 7 * 32 + 8]
-    made.command(None, 200, 6.3, {"speed_kn": 10})
-    again = list(blocks)
-    assert again[0].first == 7 * 32 and again[0].speed[0] > 5 and sum(map(len, again)) == 32

@@ -18,11 +18,10 @@ import pytest
 import radar_service as rs
 from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.processes.channel import Channel
-from radar_service.radar.parameters import Origin
+from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
-from radar_service.simulation.tile_processes import CAN_FORK, Order
+from radar_service.simulation.tile_processes import Order
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
@@ -172,14 +171,6 @@ def test_two_readers_by_turns_have_the_scans_that_they_began() -> None:
         return [digest(blocks) for blocks in zip(*pairs, strict=True)] + [digest(sim.blocks(scans=1))]
 
     assert run(simulator(2)) == run(simulator(1))
-
-
-def test_a_request_from_a_spoke_before_the_first_one_acts_from_the_first_one() -> None:
-    sim = simulator(2)
-    sim.begin_at(Origin(sim.scene.radar.time_of_turns(2.0), 2))
-    sim.request_sources(labels=True, spoke=200)
-    block = next(sim.blocks())
-    assert block.first == 256 and block.labels is not None
 
 
 def test_where_a_process_is_killed_the_scan_goes_on_here_and_the_next_one_has_others() -> None:

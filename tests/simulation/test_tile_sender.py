@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.simulation import tile_sender
 from radar_service.simulation.source_tiles import SourceTile
-from radar_service.simulation.tile_processes import CAN_FORK
 from radar_service.simulation.tile_sender import Computed, TileSender
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")

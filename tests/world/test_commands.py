@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from radar_service.numerics.constants import KNOT
-from radar_service.radar.parameters import Origin
 from radar_service.world.commands import (
     CHECKS,
     KEYS,
@@ -123,18 +122,6 @@ def test_times_that_are_refused(time: Any, words: str) -> None:
     with pytest.raises(CommandError) as refused:
         ALL.command(7, "ferry", {"speed_kn": 3}, time)
     assert words in str(refused.value)
-
-
-def test_commands_before_a_change_of_rpm_keep_their_spokes() -> None:
-    """From 60 s on, the start of scan 1, spokes are 0.25 s apart."""
-    after = replace(ALL, radar=replace(radar(azimuths=120, rpm=2), origin=Origin(60.0, 1)))
-    assert after.radar
-    commands = [ALL.command(spoke, "ferry", {"speed_kn": 3}) for spoke in (7, 119, 120, 122)]
-    kept = [command.after_change_of_rpm(after.radar) for command in commands]
-    assert [each.spoke for each in kept] == [7, 119, 120, 124] and [each.time for each in kept] == [3.5, 59.5, 60.0, 61.0]
-    for each in kept:
-        assert after.command(each.spoke, each.body, each.values, each.time) == each
-    assert after.command(None, "ferry", {"speed_kn": 3}, 59.0).spoke == 120  # the first that there is
 
 
 def added(log: CommandLog, spoke: int, body: str | None, values: dict[str, float]) -> Command:

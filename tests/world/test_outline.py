@@ -2,7 +2,6 @@
 
 import pickle
 
-from radar_service.radar.parameters import Origin
 from radar_service.scene_file.load import load_scene
 from radar_service.world.outline import outline_of
 
@@ -15,8 +14,3 @@ def test_an_outline_says_what_may_be_steered_and_holds_no_bodies() -> None:
     assert (outline.name, outline.origin, outline.body_count) == ("harbour", (50, 1), 1)
     assert outline.radar is scene.radar and outline.steerable.names == {"buoy"} and outline.has_sensors
     assert pickle.loads(pickle.dumps(outline)) == outline
-
-
-def test_another_origin_is_that_of_commands_too() -> None:
-    moved = outline_of(load_scene({"body": [BUOY]})).at_origin(Origin(7.5, 3))
-    assert moved.radar.origin == Origin(7.5, 3) and moved.steerable.radar == moved.radar

@@ -7,8 +7,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.numerics.random import name_key
-from radar_service.radar.parameters import Origin, max_rpm
-from radar_service.world.scene import Scene, World, scene_at_origin, scene_at_rpm
+from radar_service.radar.parameters import max_rpm
+from radar_service.world.scene import Scene, World, scene_at_rpm
 from tests.scenes import point, scene
 
 
@@ -87,13 +87,6 @@ def test_only_an_id_of_its_own_keys_random_numbers() -> None:
     assert several().random_key == (name_key("bow"),)
     assert scene(radar=[{"id": "0"}]).random_key == scene().random_key == ()
     assert (several().own_id, scene().own_id) == ("bow", "")
-
-
-def test_spokes_come_at_the_other_rate_from_the_origin_on() -> None:
-    scene = rs.load_scene({"radar": {"azimuths": 360, "rpm": 24}})
-    faster = scene_at_rpm(scene, 48, Origin(7.5, 1080))
-    assert faster.radar.rotation_period == 1.25 and faster.radar.origin == Origin(7.5, 1080)
-    assert scene_at_origin(scene, Origin(7.5, 1080)).radar.rotation_period == 2.5 == scene.radar.rotation_period
 
 
 def test_each_spoke_has_a_pulse_of_its_own() -> None:

@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable
 
 from radar_service.service.radio.command_worker import CommandQueue, Steered
-from radar_service.service.radio.handover import Handover
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.pacing import LATE_LIMIT
 from radar_service.service.radio.transmitter_state import State, TransmitterState
@@ -66,11 +65,10 @@ class CommandedTransmitter:
     """
 
     def __init__(
-        self, state: TransmitterState, pacer: Pacer, supervisor: WorkerSupervisor, handover: Handover,
-        clock: Callable[[], float],
-    ) -> None:  # fmt: skip
+        self, state: TransmitterState, pacer: Pacer, supervisor: WorkerSupervisor, clock: Callable[[], float]
+    ) -> None:
         """clock: of the wall [s]; the rest is the transmitter's."""
-        self._state, self._pacer, self._supervisor, self._handover = state, pacer, supervisor, handover
+        self._state, self._pacer, self._supervisor = state, pacer, supervisor
         self.commands = CommandQueue(pacer.group_clock.let_command)
         self.unsent, self.newest = 0, -math.inf
         self.pace = CommandPace(clock)
@@ -83,8 +81,7 @@ class CommandedTransmitter:
     @property
     def takes_commands(self) -> bool:
         """Whether commands may come: enough was sent since the last ones, or nothing can be sent now."""
-        cannot_send = self._state.now is State.RESTARTING or self._handover.is_due(self.unsent)
-        return cannot_send or self.pace.allows(self._pacer.waiting)
+        return self._state.now is State.RESTARTING or self.pace.allows(self._pacer.waiting)
 
     @property
     def steered(self) -> Steered | None:
@@ -100,14 +97,15 @@ class CommandedTransmitter:
         self._pacer.waiting = False
 
     def claim(self, first: int, count: int, commands: int) -> bool:
-        """Whether so many spokes are to be sent now, as far as commands and handovers go; then commands act after them.
+        """Whether so many spokes are still to be sent, and as they are; then commands act after them.
 
         commands: how many they know. The clock's lock is held.
         """
         worker, end = self._supervisor.worker, first + count
-        if worker.commands.first_unknown(commands) < end or not self._handover.claim(first, end):
+        last = worker.spoke_source.info.radar.time_of_spokes(float(end - 1))
+        if worker.commands.first_unknown(commands) < end or last >= self._supervisor.due:
             return False
-        self.unsent, self.newest = end, worker.spoke_source.info.radar.time_of_spokes(float(end - 1))
+        self.unsent, self.newest = end, last
         self.pace.give(count)
         self._pacer.group_clock.let_command()
         return True

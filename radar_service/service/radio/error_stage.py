@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
+from typing_extensions import override
+
 from radar_service.errors.history import ReadingsHistory
 from radar_service.numerics.types import Singles
 from radar_service.records.spokes import SpokeBlock
@@ -28,7 +30,7 @@ SCANS_KEPT = 2  # of true readings, besides the longest latency: the truth of a 
 MAX_KEPT = 2**18  # spokes: 15 MB
 
 
-class ErrorStage:
+class ErrorStage(SinkGroup):
     """A sink of true spokes. The sinks of the feed receive from it what is reported and sent, under numbers of its own.
 
     `_lock` guards the reports; `set_errors` and `completed` may be called from any thread. `errors`, of the spokes to come, is
@@ -36,7 +38,7 @@ class ErrorStage:
     """
 
     def __init__(self, spoke_source: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
-        self._sinks = SinkGroup(sinks)
+        super().__init__(sinks)
         self._lock = threading.Lock()
         self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the source that runs
         self._running = self._reports_of(spoke_source)
@@ -53,6 +55,7 @@ class ErrorStage:
             self.errors = changed_errors(self.errors, tables, self._running.has_sensors)
             self._running.set(self.errors)
 
+    @override
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch. Another source begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
@@ -61,8 +64,9 @@ class ErrorStage:
             if is_new and radar.epoch.goes_on:
                 self._running.set(self.errors)
             self.errors = self._running.errors
-        self._sinks.open_epoch(radar)
+        super().open_epoch(radar)
 
+    @override
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""
         with self._lock:
@@ -74,16 +78,13 @@ class ErrorStage:
             before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
             passed = batch if same else replace(batch, first=self._number, block=block, before=before)
             self._number += len(block)  # also where a sink fails: the number is used, and the feed announces its loss
-            self._sinks.send(passed)
+            super().send(passed)
 
+    @override
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Passes on the notice, under the numbers that clients count."""
         first, self._number = self._number, self._number + count
-        self._sinks.skip(epoch, first, count, reason)
-
-    def close(self, reason: str) -> None:
-        """Passes on the notice."""
-        self._sinks.close(reason)
+        super().skip(epoch, first, count, reason)
 
     def laws_at(self, time: float) -> "SensorLaws | None":
         """Returns the laws of own ship's sensors at a time [s]; None where no errors are in force."""

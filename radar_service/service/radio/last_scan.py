@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.display.video import Controls, Layout
@@ -74,36 +75,30 @@ class LastScan:
         """Keeps the rows: the picture stays."""
 
 
-class CorrelationStage:
+class CorrelationStage(SinkGroup):
     """A sink that passes spokes on, with the power of the scan before while `scan_correlation` is on.
 
     Its memory begins when the control is switched on and ends with it, or with the source.
     """
 
     def __init__(self, sinks: Sequence[SpokeSink]) -> None:
-        self._sinks = SinkGroup(sinks)
+        super().__init__(sinks)
         self._memory: tuple[SpokeSource, ScanMemory] | None = None
 
-    def open_epoch(self, radar: RadarInfo) -> None:
-        """Passes on the notice; another display range keeps the memory."""
-        self._sinks.open_epoch(radar)
-
+    @override
     def send(self, batch: SpokeBatch) -> None:
         """Passes on spokes, and remembers them."""
         if batch.video.scan_correlation:
             batch = replace(batch, earlier=self._memory_of(batch.epoch).take(batch.block))
         else:
             self._memory = None
-        self._sinks.send(batch)
+        super().send(batch)
 
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Passes on the notice."""
-        self._sinks.skip(epoch, first, count, reason)
-
+    @override
     def close(self, reason: str) -> None:
         """Passes on the notice, and forgets."""
         self._memory = None
-        self._sinks.close(reason)
+        super().close(reason)
 
     def _memory_of(self, epoch: Epoch) -> ScanMemory:
         if self._memory is None or self._memory[0] is not epoch.spoke_source:

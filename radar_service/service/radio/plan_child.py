@@ -6,16 +6,13 @@ own, so what it computes ahead disturbs no spoke, whatever is commanded meanwhil
 
 import contextlib
 import os
-import socket
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import Channel, forked
 from radar_service.processes.limits import set_up_niceness
 
-CAN_FORK = sys.platform == "linux"  # as spares are forked
 Plan = Mapping[str, Any]
 
 
@@ -38,24 +35,19 @@ class PlanChild:
 
         ends: the channels of this process, which the child gives up at once: they close when this process ends.
         """
-        near, far = socket.socketpair()
         try:
-            process = os.fork()
-        except OSError:  # no memory, or too many processes
-            near.close()
-            far.close()
+            process, (channel,) = forked(1)
+        except OSError:
             return None
         if not process:
             try:
-                near.close()
                 for end in ends:
                     end.forget()
                 os.nice(set_up_niceness())
-                Channel(far).send(measure())
+                channel.send(measure())
             finally:
                 os._exit(0)
-        far.close()
-        return cls(Channel(near))
+        return cls(channel)
 
     @property
     def is_awaited(self) -> bool:

@@ -37,6 +37,7 @@ class SpokeWorker:
     All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
 
     commands: to its world so far.
+    first: number of the first spoke that is queued.
     """
 
     def __init__(
@@ -46,8 +47,8 @@ class SpokeWorker:
         first: int = 0,
         commands: Iterable[Command] = (),
     ) -> None:
-        """first: number of the first spoke that is queued; commands: that the spoke source follows from its start."""
-        self.spoke_source, self._first = spoke_source, first
+        """commands: that the spoke source follows from its start."""
+        self.spoke_source, self.first = spoke_source, first
         self.commands = CommandLog(spoke_source.info.scene.steerable, commands)
         self._told, self._telling = len(self.commands), threading.Lock()  # commands that the spoke source knows
         if self.commands and isinstance(spoke_source, Commanded):
@@ -62,6 +63,11 @@ class SpokeWorker:
         self._passed = 0  # bytes of spokes since free memory was returned
         self._requests = self._needed = 0  # how many there were; the last one that a block must follow
         self._thread = threading.Thread(target=self._run, name="radar engine", daemon=True)
+
+    @property
+    def begins(self) -> float:
+        """Time of its first spoke [s]."""
+        return self.spoke_source.info.radar.time_of_spokes(float(self.first))
 
     @property
     def is_alive(self) -> bool:
@@ -116,7 +122,7 @@ class SpokeWorker:
     def follow(self, commands: CommandLog) -> None:
         """Notes the commands to another spoke source of the same scene that this one has not been given."""
         for each in commands.since(len(self.commands)):
-            self.command(each.after_change_of_rpm(self.spoke_source.info.radar))
+            self.command(self.spoke_source.info.scene.steerable.seen(each, each.body))
 
     def tell(self) -> None:
         """Tells the spoke source the commands that it does not know, which may take its time."""
@@ -167,8 +173,8 @@ class SpokeWorker:
         if self._passed > BYTES_BETWEEN:
             self._passed = 0
             return_free_memory()
-        if block.first < self._first:  # a command of the time before has taken the spoke source back
-            block = block.part(min(self._first - block.first, len(block)), len(block))
+        if block.first < self.first:  # a command of the time before has taken the spoke source back
+            block = block.part(min(self.first - block.first, len(block)), len(block))
         with self._changed:
             known = self.known_part(block) if len(block) and block.requests >= self._needed else None
             if known is None or self._stopping:
@@ -202,8 +208,7 @@ def prepared(
     """Returns a worker that has computed the first spokes of `scan`, as commanded. Raises SpokeSourceFault after `timeout`
     [s]."""
     spoke_source.skip_to(scan)
-    radar = spoke_source.info.radar
-    worker = SpokeWorker(spoke_source, first=max(scan, radar.origin.scan) * radar.azimuths, commands=commands)
+    worker = SpokeWorker(spoke_source, first=scan * spoke_source.info.radar.azimuths, commands=commands)
     worker.start()
     try:
         if worker.wait_until_ready(timeout):

@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin
 from radar_service.service.jobs import Job, JobQueue
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
-from radar_service.spoke_source import Continuing
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
 
 Others = Callable[[SceneOutline], Mapping[str, SceneRequest]]
-Agree = Callable[[], tuple[Origin, Sequence[Command]]]
+Begin = Callable[[SceneSpokeSource], tuple[int, Sequence[Command]]]
 KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run it
 
 
@@ -35,13 +33,13 @@ class Preparations:
 
     async def workers(
         self, make: MakeSpokeSource, scene_requests: Mapping[str, SceneRequest], job: str | None = None,
-        others: Others = lambda scene: {}, agree: Agree | None = None,
+        others: Others = lambda scene: {}, begin: Begin = lambda spoke_source: (0, ()),
     ) -> dict[str, SpokeWorker]:  # fmt: skip
         """Returns the radars of a scene, by the names of their requests, which have computed their first spokes.
 
-        others: returns the further requests of a scene, or refuses it, before its first spokes; agree: tells, in the job's
-        thread, where a scene goes on that is prepared but for that, and the commands that it follows. Raises as `spoke_source`,
-        `others` and `agree`, and SpokeSourceFault.
+        others: returns the further requests of a scene, or refuses it, before its first spokes; begin: returns, in the job's
+        thread, the first scan of a prepared scene, and the commands that it follows. Raises as `spoke_source`, `others` and
+        `begin`, and SpokeSourceFault.
         """
         kept = {
             name: spoke_source
@@ -54,7 +52,7 @@ class Preparations:
             with contextlib.ExitStack() as on_failure:
                 while missing := [name for name in requests if name not in workers]:
                     name, note = missing[0], lambda scene: requests.update(others(scene))
-                    workers[name] = _worker(kept.get(name), partial(make, requests[name]), note, progress, agree)
+                    workers[name] = _worker(kept.get(name), partial(make, requests[name]), note, progress, begin)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -100,27 +98,21 @@ class Preparations:
 
 def _worker(
     kept: SceneSpokeSource | None, make: Callable[[Progress], SceneSpokeSource], note: Callable[[SceneOutline], None],
-    progress: Progress, agree: Agree | None,
+    progress: Progress, begin: Begin,
 ) -> SpokeWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
         note(kept.info.scene)
         with contextlib.suppress(SpokeSourceFault):
-            return _first_spokes(kept, progress)
+            return _first_spokes(kept, progress, begin)
     spoke_source = make(progress)
     try:
         note(spoke_source.info.scene)
-        commands: Sequence[Command] = ()
-        if agree:
-            assert isinstance(spoke_source, Continuing)  # one that cannot go on is not made for an agreement
-            origin, earlier = agree()
-            spoke_source.begin_at(origin)
-            commands = [command.after_change_of_rpm(spoke_source.info.radar) for command in earlier]
+        return _first_spokes(spoke_source, progress, begin)
     except BaseException:
         spoke_source.close()
         raise
-    return _first_spokes(spoke_source, progress, commands)
 
 
 def _stop(workers: Mapping[str, SpokeWorker]) -> None:
@@ -128,6 +120,7 @@ def _stop(workers: Mapping[str, SpokeWorker]) -> None:
         worker.stop()
 
 
-def _first_spokes(spoke_source: SceneSpokeSource, progress: Progress, commands: Sequence[Command] = ()) -> SpokeWorker:
+def _first_spokes(spoke_source: SceneSpokeSource, progress: Progress, begin: Begin) -> SpokeWorker:
     progress.stage("computing the first spokes")
-    return prepared(spoke_source, commands=commands)
+    scan, commands = begin(spoke_source)
+    return prepared(spoke_source, scan, commands=commands)

@@ -7,7 +7,6 @@ from radar_service.service.radio.command_worker import CommandWorker
 from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.transmitter import Transmitter
-from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import new_epoch_name
 from radar_service.world.outline import SceneOutline
 
@@ -42,14 +41,6 @@ class RadarGroup:
         if len(self._transmitters) == len(scene.radar_ids) == 1:
             return self.identities
         return [str(self.number)] if scene.radar_ids == (FIRST_ID,) else list(scene.radar_ids)
-
-    def changed_requests(self, identity: str, scene_request: SceneRequest) -> dict[str, SceneRequest]:
-        """Returns the scene requests of the scene that runs next, with another one for one radar."""
-        running = {
-            name: transmitter.supervisor.pending_spoke_source.scene_request
-            for name, transmitter in self._transmitters.items()
-        }
-        return running | {identity: scene_request}
 
     def request(self) -> int:
         """Returns the number of a request for another scene."""

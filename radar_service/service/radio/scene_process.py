@@ -13,7 +13,6 @@ from radar_service.processes.call import Progress
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
 from radar_service.processes.limits import MachineBusyError, default_memory, machine_busy, processor_time_of
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import ShipStates, Truth
@@ -21,7 +20,7 @@ from radar_service.service.radio.plan_child import MeasuredPlan
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest
-from radar_service.spoke_source import Commanded, Continuing, SpokeSourceInfo, TellsShips, TellsSources, TruthLine
+from radar_service.spoke_source import Commanded, SpokeSourceInfo, TellsShips, TellsSources, TruthLine
 from radar_service.world.commands import Command
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -30,7 +29,7 @@ NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
-class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
+class SceneProcess(Commanded, TellsSources, TellsShips):
     """A source of spokes: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, scene_request: SceneRequest, info: SpokeSourceInfo) -> None:
@@ -67,11 +66,6 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
             spare.close()
             return None
 
-    @override
-    def begin_at(self, origin: Origin) -> None:
-        """Notes the origin; the process gets it with its start."""
-        self.scene_request, self.info = replace(self.scene_request, origin=origin), self.info.at_origin(origin)
-
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the first one. Comes before `blocks`."""
         self._scan = scan
@@ -80,7 +74,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips, Continuing):
         """Yields blocks, as SpokeSource.blocks, without end; once. Raises SpokeSourceFault where the process fails."""
         try:
             with self._telling:
-                self._child.data.send((self.info.radar.origin, self._scan, size, self._commands))
+                self._child.data.send((self._scan, size, self._commands))
                 self._started = True
                 for message in self._waiting:
                     self._child.data.send(message)

@@ -2,7 +2,7 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", SpokeSourceInfo) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (origin, scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
+order to run, as (scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
 it sends (fields of a block, number of trees) there, a MeasuredPlan where the scene request says that it comes later, a NewSpare
 where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
 """
@@ -18,14 +18,14 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
-from radar_service.radar.parameters import START, Radar
+from radar_service.radar.parameters import Radar
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
-from radar_service.service.radio.plan_child import CAN_FORK, MeasuredPlan, PlanChild
+from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
 from radar_service.service.radio.spare import Spares, TakeOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
@@ -45,7 +45,7 @@ def scene_of(scene_request: SceneRequest) -> Scene:
         if sandbox:
             sandbox.close()
     scene = scene.for_radar(scene_request.radar)
-    return scene if scene_request.rpm is None else scene_at_rpm(scene, scene_request.rpm, scene_request.origin or START)
+    return scene if scene_request.rpm is None else scene_at_rpm(scene, scene_request.rpm)
 
 
 def run_scene(
@@ -69,7 +69,7 @@ def run_scene(
             set_up = partial(_prepared, control, scene_request, make_simulator)
             simulator, info = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
-            control.send(("refused", _portable(error, memory)))
+            control.send(("refused", _refusal(error, memory)))
             return
         simulators.append(simulator)
         control.send(("ready", info))
@@ -107,15 +107,13 @@ def _comes_later(scene_request: SceneRequest) -> bool:
     return CAN_FORK and scene_request.measured_later and not scene_request.plan
 
 
-def _portable(error: Exception, memory: int) -> Exception:
-    """Returns an exception that the service can read."""
-    if isinstance(error, SceneError | MachineBusyError):
-        return error
+def _refusal(error: Exception, memory: int) -> Exception:
+    """Returns why a scene was not prepared, as the service can read it."""
     if isinstance(error, MemoryError):
         return SceneError(
             f"scene: it needs more than the {memory / 2**20:.0f} MiB of memory that a scene may use; simplify it"
         )
-    return RuntimeError(f"{type(error).__name__}: {error}")
+    return portable(error, (SceneError, MachineBusyError))
 
 
 def _compute(
@@ -126,12 +124,10 @@ def _compute(
     radar: as it was prepared; answering: held while a question is answered; plan: who measures it meanwhile.
     """
     data = spares.ends[1]
-    origin, scan, size, commands = data.receive()
+    scan, size, commands = data.receive()
     trees, counted = 0, -math.inf
     commanding = threading.Lock()
     try:
-        if origin != radar.origin:
-            simulator.begin_at(origin)
         simulator.skip_to(scan)
         simulator.replay(commands)
         threading.Thread(target=_obey, args=(data, simulator, commanding), name="commands", daemon=True).start()

@@ -6,13 +6,11 @@ they sleep. A spare that does not deliver all the same is replaced by a world th
 
 import os
 import signal
-import socket
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from radar_service.processes.channel import Channel
+from radar_service.processes.channel import Channel, forked
 
 RUN = "run"  # the order to a spare
 Ends = tuple[Channel, Channel]  # control, data
@@ -72,21 +70,19 @@ class Spares:
 
     def _forked(self, tell: Announce) -> bool:
         """Forks a spare. Returns False in this process; True in the spare, with its own ends, when it is to run."""
-        (near, its_near), (far, its_far) = pairs = socket.socketpair(), socket.socketpair()
         try:
-            self._process = os.fork() if sys.platform == "linux" else -1
-        except OSError:  # no memory, or too many processes
-            self._process = -1
-        if self._process:
-            for _, its_end in pairs:
-                its_end.close()
-            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # a spare that has ended leaves no zombie
-            channel = tell(self._process if self._process > 0 else None)
-            if self._process > 0:
-                channel.send_ends([near, far])
-        near.close()
-        far.close()
-        return not self._process and self._told_to_run(Channel(its_near), Channel(its_far))
+            self._process, ends = forked(2)
+        except OSError:
+            self._process, ends = -1, []
+        if not self._process:
+            return self._told_to_run(*ends)
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # a spare that has ended leaves no zombie
+        channel = tell(self._process if self._process > 0 else None)
+        if ends:
+            channel.send_ends(ends)
+        for end in ends:
+            end.forget()
+        return False
 
     def _told_to_run(self, control: Channel, data: Channel) -> bool:
         """Runs a spare while it waits."""

@@ -21,12 +21,11 @@ from radar_service.service.fanout.hub import DRAIN, FeedRefused, Hub
 from radar_service.service.feed_request import Mode
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
-from radar_service.service.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.radar_group import RadarGroup
-from radar_service.service.radio.transmitter import STOPPING, Transmitter
+from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Transmitter
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.radio.worker_supervisor import RESTARTS
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
@@ -39,6 +38,8 @@ from radar_service.world.outline import SceneOutline
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
 LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
+MAX_LEADS = 64.0  # a minute: a spoke source that takes longer for its first spokes does not keep pace
+LOOK = 0.05  # s between two looks at whether another scene has begun
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
@@ -96,7 +97,7 @@ class Station:
             "start_utc": self.start_utc,
         }  # fmt: skip
         self.group.join(identity, self.transmitter)
-        self._lead = LEAD  # s from an agreement of a handover to it
+        self._change = 0  # request of the last change of an engine control
 
     @property
     def epoch(self) -> Epoch:
@@ -203,8 +204,8 @@ class Station:
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
 
-        A change of a spoke source control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
-        numbers of scans. Of several such changes the last one wins. Raises ControlError, and SceneError where such a scene is not
+        A change of a spoke source control prepares the scene anew, which then goes on with simulated time. Of several such
+        changes the last one wins. Raises ControlError, and SceneError where such a scene is not
         valid.
         """
         changed_settings(self.settings, self.epoch.info.scene, requested)  # refuses before the scene changes
@@ -216,47 +217,31 @@ class Station:
             self.transmitter.pacer.step(pace["steps"])
 
     async def _go_on(self, requested: Mapping[str, Any]) -> None:
-        """Lets the scene that runs next go on with other engine controls; another scene meanwhile keeps its own where it was
-        requested later."""
-        request, supervisor = self.group.request(), self.transmitter.supervisor
-        while not self.group.has_met_after(request):
-            scene_request = changed_request(self.settings, supervisor.pending_spoke_source, requested)
-            if scene_request is None:
-                with contextlib.suppress(Overtaken):
-                    return None if supervisor.has_pending else self.transmitter.handover.overtake(request)
-                return
-            if (
-                supervisor.has_pending and not supervisor.pending_spoke_source.scene_request.goes_on
-            ):  # another scene comes first
-                scene_requests = self.group.changed_requests(self.identity, scene_request)
-                request = self.group.request()
-                workers = await self.preparations.workers(self._make_spoke_source, scene_requests)
-                await self._let_take_over(request, workers)
+        """Prepares the running scene anew with other engine controls, and lets it go on so. Of several such changes the last one
+        wins; a scene that was requested later keeps its own, one that was requested earlier begins first."""
+        request = self._change = self.group.request()
+        supervisor, leads = self.transmitter.supervisor, 1.0
+        while self._is_last(request):
+            running = supervisor.pending_spoke_source
+            if supervisor.has_pending and not running.scene_request.goes_on:
+                await asyncio.sleep(LOOK)
+                continue
+            if (scene_request := changed_request(self.settings, running, requested)) is None:
                 return
             with contextlib.suppress(SceneChanged):
-                if await self._has_gone_on(request, replace(scene_request, origin=None)):
-                    return
+                scene_requests = {self.identity: replace(scene_request, goes_on=True)}
+                begin = partial(self.transmitter.going_on, leads)
+                workers = await self.preparations.workers(self._make_spoke_source, scene_requests, begin=begin)
+                with contextlib.ExitStack() as unless_taken:
+                    unless_taken.callback(workers[self.identity].stop)
+                    if self._is_last(request) and self.transmitter.go_on_with(workers[self.identity]):
+                        unless_taken.pop_all()
+                        return
+                leads = min(2.0 * leads, MAX_LEADS)
 
-    async def _has_gone_on(self, request: int, scene_request: SceneRequest) -> bool:
-        """Prepares a scene request of the running scene and lets it go on from the end of a scan; returns False where it was
-        late.
-
-        Raises SceneChanged, and what Preparations.workers raises.
-        """
-        agree = partial(self.transmitter.agree, request, scene_request, self._lead)
-        try:
-            scene_requests = {self.identity: scene_request}
-            workers = await self.preparations.workers(self._make_spoke_source, scene_requests, agree=agree)
-        except Overtaken:
-            return True
-        except BaseException:
-            self.transmitter.handover.cancel(request)
-            raise
-        if self.stopping or not self.transmitter.hand_over(request, workers[self.identity]):
-            workers[self.identity].stop()
-            self._lead = min(2.0 * self._lead, MAX_LEAD)
-            return self.stopping or self.transmitter.handover.request != request
-        return True
+    def _is_last(self, request: int) -> bool:
+        """Whether no other change has come since this one, nor a scene that was requested later."""
+        return not self.stopping and self._change == request and not self.group.has_met_after(request)
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises SpokeSourceFault."""

@@ -8,37 +8,43 @@ When a change acts:
   and where the group has several radars, which all begin it together.
 - commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
-- rpm: a new epoch at the end of a scan that is agreed when its spoke source is prepared (`handover`).
+- rpm: a new epoch when the scan of a spoke source begins that is prepared meanwhile; the running scan ends there.
 - the spoke source fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it. A spoke source that is ready takes over.
 """
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from functools import partial
 
+import numpy as np
+
 from radar_service.numerics.types import Singles
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.command_worker import CommandWorker
 from radar_service.service.radio.commanded_transmitter import CommandedTransmitter
 from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.handover import Handover, SceneChanged, wait_for_spoke_source
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.pacing import batch_spokes
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.transmitter_state import Event, State, TransmitterState
 from radar_service.service.radio.worker_supervisor import RESTARTS, RestartLimiter, WorkerSupervisor
-from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
+from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name, whole_second
 from radar_service.world.commands import Command
 
 STOPPING = "the server is stopping"
+LEAD = 1.0  # s from the choice of the scan that another rate of rotation begins with; some ten times what first spokes take
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the run control again
 Report = Callable[[str], None]
+
+
+class SceneChanged(Exception):
+    """The scene that a spoke source was to go on with does not run any more."""
 
 
 class Transmitter:
@@ -77,8 +83,7 @@ class Transmitter:
         self.epoch = self._epoch(new_epoch_name(), settings.range)
         self.state = TransmitterState()
         self.sent, self.simulated = 0, 0.0
-        self.handover = Handover()
-        self._commanded = CommandedTransmitter(self.state, self.pacer, self.supervisor, self.handover, clock)
+        self._commanded = CommandedTransmitter(self.state, self.pacer, self.supervisor, clock)
         self.commands = self._commanded.commands
         self._sinks = SinkGroup(sinks)
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
@@ -118,35 +123,38 @@ class Transmitter:
         """Why the transmitter has failed; None while it has not."""
         return self.state.fault
 
-    def agree(self, request: int, scene_request: SceneRequest, lead: float) -> tuple[Origin, Sequence[Command]]:
-        """Returns where the spoke source of a scene request of the running scene begins that is ready in `lead` [s], and the
-        commands so far.
-
-        request: its number, for `hand_over`. Raises SceneChanged where another scene runs or is about to, and Overtaken.
-        """
+    def going_on(self, leads: float, spoke_source: SceneSpokeSource) -> tuple[int, Sequence[Command]]:
+        """Returns the first scan of a spoke source that goes on with the running scene and computes its first spokes within
+        `leads` times LEAD, and the commands so far. Raises SceneChanged where another scene runs or is about to."""
         with self._group_clock.changed:  # while no spoke source takes over
-            running = self.supervisor.worker
-            if self.pacer.is_outdated or not self.supervisor.keep_scene_of(scene_request):
-                raise SceneChanged
+            self._check_scene(spoke_source)
             idle = self.pacer.idle or self.fault is not None
-            origin = self.handover.agree(
-                request, running.spoke_source.info.radar, self._commanded.unsent, idle, lead * self.pacer.speed
-            )
-            self.supervisor.drop_pending()  # of a request that this one has overtaken
-            self.pacer.interrupt()
-            return origin, tuple(running.commands)
+            time = self._unsent_time + (0.0 if idle else leads * LEAD * self.pacer.speed)
+            scene = spoke_source.info.scene
+            commands = [scene.steerable.seen(each, each.body) for each in self.supervisor.worker.commands]
+            return scene.radar.first_scan(time), commands
 
-    def hand_over(self, request: int, worker: SpokeWorker) -> bool:
-        """Lets the spoke source of a request take over where that has agreed; returns False where it is late."""
+    def go_on_with(self, worker: SpokeWorker) -> bool:
+        """Lets a spoke source take over that goes on with the running scene; returns False where it is late. Raises
+        SceneChanged."""
         with self._group_clock.changed:
-            if is_agreed := self.handover.is_agreed(request):
+            self._check_scene(worker.spoke_source)
+            if is_early := worker.begins >= self._unsent_time:
                 self.supervisor.switch_to(worker)
                 self.pacer.interrupt()
-        return is_agreed
+        return is_early
+
+    @property
+    def _unsent_time(self) -> float:
+        """Time of the first spoke that was not given to the sinks [s]; with the clock's lock held."""
+        return self.supervisor.worker.spoke_source.info.radar.time_of_spokes(float(self._commanded.unsent))
+
+    def _check_scene(self, spoke_source: SceneSpokeSource) -> None:
+        if self.pacer.is_outdated or not self.supervisor.keep_scene_of(spoke_source.scene_request):
+            raise SceneChanged
 
     def switch_to(self, worker: SpokeWorker) -> str:
         """Lets the prepared spoke source of another scene take over; returns the name of its epoch. The last call wins."""
-        self.handover.cancel()
         name = self.supervisor.switch_to(worker)
         self.pacer.interrupt()
         return name
@@ -154,7 +162,6 @@ class Transmitter:
     def _run(self) -> None:
         act = {
             State.SENDING: self._while_sending,
-            State.HANDING_OVER: self._while_handing_over,
             State.RESTARTING: self._while_restarting,
             State.FAILED: self._while_failed,
         }
@@ -176,14 +183,9 @@ class Transmitter:
                 return event
             if self._block is None:
                 self._block = self.supervisor.worker.take(BLOCK_TIMEOUT)
-            elif self._send_part(self._block) and self.handover.at is None and self._take_over():
+            elif self._send_part(self._block) and self.supervisor.due == math.inf and self._take_over():
                 return Event.TAKEN_OVER
         return Event.STOP
-
-    def _while_handing_over(self) -> Event:
-        """Waits for the next spoke source; the running one turns on where it is late."""
-        wait_for_spoke_source(self.handover, self.pacer, self.supervisor)
-        return Event.TAKEN_OVER if self._take_over() else Event.LATE
 
     def _while_restarting(self) -> Event:
         """Continues with the next scan and another spoke source of the same scene, or with one that is ready."""
@@ -218,9 +220,8 @@ class Transmitter:
 
     def _obey_run_control(self) -> Event | None:
         """Applies what does not wait for the end of the scan; returns what ends the present block, None where it goes on."""
-        if self.handover.is_due(self._spokes_done):
-            return Event.HANDOVER_DUE
-        if self.supervisor.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
+        is_due = self._block is not None and self._block.time[0] >= self.supervisor.due
+        if is_due or (self.supervisor.has_pending and (self.pacer.is_outdated or self.pacer.idle)):
             return Event.TAKEN_OVER if self._take_over() else None
         if self.pacer.settings.range != self.epoch.range:
             self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
@@ -233,7 +234,8 @@ class Transmitter:
             return False  # it comes again, as commanded
         run_control = self.pacer.run_control()
         size = batch_spokes(run_control.settings.pace.factor, self.epoch.info.radar.spoke_period)
-        part = rest.part(0, run_control.spokes(rest.time, min(size, len(rest))))
+        before = int(np.searchsorted(rest.time, self.supervisor.due))  # a spoke source that waits has the others
+        part = rest.part(0, run_control.spokes(rest.time, min(size, max(1, before))))
         if self._request_sources(part):
             self._block = None
             return False
@@ -277,13 +279,12 @@ class Transmitter:
         self._open(self._epoch(taken, self.pacer.settings.range))
         return True
 
-    def _begin(self, spoke_source: SceneSpokeSource) -> None:
+    def _begin(self, worker: SpokeWorker) -> None:
         """Takes up the time and the spokes of a spoke source that has taken over. The clock's lock is held."""
-        radar, self._last, self._block = spoke_source.info.radar, None, None
-        self.pacer.begin(radar.origin.time)
-        self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
-        self.handover.end(self._spokes_done)
-        self._commanded.go_on_from(self._spokes_done, spoke_source.scene_request.goes_on)
+        self._last = self._block = None
+        self.pacer.begin(worker.begins)
+        self.simulated, self._spokes_done = worker.begins, worker.first
+        self._commanded.go_on_from(worker.first, worker.spoke_source.scene_request.goes_on)
 
     def _epoch(self, name: str, range_max: float | None) -> Epoch:
         """An epoch of the running spoke source, with a display range [m]."""

@@ -14,7 +14,6 @@ class State(Enum):
 
     READY = "has no thread yet, and waits for `start`"
     SENDING = "sends the spokes of the running spoke source when they are due; in standby it drops them then"
-    HANDING_OVER = "has sent all spokes up to an agreed handover, and waits for the next spoke source"
     RESTARTING = "has another spoke source made in place of the one that failed"
     FAILED = "has told all sinks why, and waits for another scene"
     STOPPED = "has ended"
@@ -24,9 +23,7 @@ class Event(Enum):
     """What has come of a state. The value is a sentence for the documents."""
 
     START = "`start` was called"
-    HANDOVER_DUE = "the next spoke is the next spoke source's"
     TAKEN_OVER = "another spoke source has taken over"
-    LATE = "no spoke source has come for the handover"
     FAILURE = "the spoke source or a sink has failed"
     RESTARTED = "another spoke source has the next scan ready"
     GIVEN_UP = "no other spoke source may be made, or the radar stops"
@@ -42,18 +39,11 @@ class Next(NamedTuple):
 
 TRANSITIONS: dict[tuple[State, Event], Next] = {
     (State.READY, Event.START): Next(State.SENDING, "The first epoch is open on every sink."),
-    (State.SENDING, Event.HANDOVER_DUE): Next(State.HANDING_OVER, "The rest of the block waits."),
     (State.SENDING, Event.TAKEN_OVER): Next(
-        State.SENDING, "A new epoch: another scene, at once or when its scan had ended."
+        State.SENDING, "A new epoch: another scene, at once or when its scan had ended, or another rate of rotation."
     ),
     (State.SENDING, Event.FAILURE): Next(State.RESTARTING, "The rest of the scan is given up."),
     (State.SENDING, Event.STOP): Next(State.STOPPED, "Nothing more is sent."),
-    (State.HANDING_OVER, Event.TAKEN_OVER): Next(
-        State.SENDING, "A new epoch: the scene goes on at another rate of rotation."
-    ),
-    (State.HANDING_OVER, Event.LATE): Next(State.SENDING, "The running spoke source turns on, with the rest of its block."),
-    (State.HANDING_OVER, Event.FAILURE): Next(State.RESTARTING, "A sink has refused the new epoch."),
-    (State.HANDING_OVER, Event.STOP): Next(State.STOPPED, "A sink has refused the new epoch of a radar that stops."),
     (State.RESTARTING, Event.RESTARTED): Next(State.SENDING, "The same epoch: it goes on after a gap."),
     (State.RESTARTING, Event.TAKEN_OVER): Next(State.SENDING, "A new epoch: a spoke source was ready already."),
     (State.RESTARTING, Event.GIVEN_UP): Next(State.FAILED, "The radar has a fault."),

@@ -1,6 +1,7 @@
 """Selects the spoke source that runs: the present one, the one that replaces it, and a new one after a failure."""
 
 import contextlib
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -8,7 +9,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource, Spared
 from radar_service.service.spokes import new_epoch_name
@@ -67,6 +68,12 @@ class WorkerSupervisor:
         return pending[1] if pending else None
 
     @property
+    def due(self) -> float:
+        """Time from which the spokes are those of a worker that waits and goes on with the scene [s]; inf without one."""
+        pending = self.pending
+        return pending.begins if pending and pending.spoke_source.scene_request.goes_on else math.inf
+
+    @property
     def pending_spoke_source(self) -> SceneSpokeSource:
         """The spoke source that runs next; where none is pending the one that runs."""
         pending = self._pending
@@ -100,25 +107,18 @@ class WorkerSupervisor:
             for spoke_source in (self.worker.spoke_source, self.pending_spoke_source)
         )
 
-    def drop_pending(self) -> None:
-        """Ends the pending spoke source, where there is one."""
-        with self._lock:
-            dropped, self._pending = self._pending, None
-        if dropped:
-            dropped[1].stop()
-
-    def take_over(self, begin: Callable[[SceneSpokeSource], None] = lambda spoke_source: None) -> str | None:
+    def take_over(self, begin: Callable[[SpokeWorker], None] = lambda worker: None) -> str | None:
         """Makes the pending spoke source the running one; returns the name of its epoch, None where there is none.
 
-        One that goes on with the scene follows the commands that came while it was prepared. begin: is called with the spoke
-        source, with the lock held.
+        One that goes on with the scene follows the commands that came while it was prepared. begin: is called with the
+        worker, with the lock held.
         """
         with self._lock:
             if self._pending is None:
                 return None
             (name, worker), self._pending = self._pending, None
             old = self._replace(worker, follows=worker.spoke_source.scene_request.goes_on)
-            begin(worker.spoke_source)
+            begin(worker)
         old.stop()
         worker.tell()
         return name
@@ -172,7 +172,7 @@ class WorkerSupervisor:
     def _remade(self, failed: SceneSpokeSource) -> SceneSpokeSource:
         """Returns another spoke source of the same scene, with its plan. Raises SpokeSourceFault where its file has another
         radar now."""
-        spoke_source = self._make_spoke_source(replace(failed.scene_request, plan=failed.info.plan), UNFOLLOWED)
+        spoke_source = self._make_spoke_source(replace(failed.scene_request, plan=failed.info.plan), Progress())
         if spoke_source.info.radar != failed.info.radar:
             spoke_source.close()
             raise SpokeSourceFault("the radar in the scene's file has changed; give the radar the scene again")

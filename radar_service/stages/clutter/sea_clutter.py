@@ -181,7 +181,7 @@ def _texture_grid(scene: Scene, distance: Floats, rows_per_scan: int, step: floa
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
     waves, lifetime = downwind * peak_wave_speed(environment.sea_state), peak_wave_period(environment.sea_state)
     antenna, radar = partial(_antenna, scene), scene.radar
-    return TextureGrid(rows_per_scan, radar.rotation_period, step, distance, lifetime, waves, antenna, radar.origin)
+    return TextureGrid(rows_per_scan, radar.rotation_period, step, distance, lifetime, waves, antenna)
 
 
 def _antenna(scene: Scene, time: Floats) -> Floats:

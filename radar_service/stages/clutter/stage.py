@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
-from radar_service.echo.moving import MovingEchoes
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
@@ -27,9 +26,6 @@ class ClutterStage(Stage):
     def of(cls, context: Context) -> Self:
         of, seeds = (context.scene, context.line_of_sight, context.compression), (context.seed, context.noise_seed)
         return cls(context, prepare_clutter(*of, *seeds))
-
-    def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
-        return self.of(self.context._replace(scene=scene, moving=moving))
 
     @classmethod
     def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:

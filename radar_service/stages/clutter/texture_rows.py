@@ -22,7 +22,6 @@ from numpy.lib.stride_tricks import as_strided
 from radar_service.numerics.random import TEXTURE, generator, normals
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.radar.parameters import START, Origin
 from radar_service.stages.clutter.azimuth_rows import BLOCK
 from radar_service.stages.clutter.texture_law import TextureGains, TextureLaw
 
@@ -94,7 +93,6 @@ class TextureGrid:
     lifetime: of the texture [s].
     waves: (2,) velocity of the waves east, north [m/s].
     antenna: positions (J, 2) east, north [m] of the antenna at times (J,) [s].
-    origin: of the rotation.
     """
 
     rows_per_scan: int
@@ -104,7 +102,6 @@ class TextureGrid:
     lifetime: float
     waves: Floats
     antenna: Callable[[Floats], Floats]
-    origin: Origin = START
 
 
 class TextureRows:
@@ -125,8 +122,8 @@ class TextureRows:
     def make(self, scan: int, start: int, stop: int) -> Singles:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
         grid, row = self.grid, np.arange(start, stop)
-        turns = scan - grid.origin.scan + row / grid.rows_per_scan
-        time: Floats = np.maximum(grid.origin.time + turns * grid.rotation_period, 0.0)
+        turns = scan + row / grid.rows_per_scan
+        time: Floats = np.maximum(turns * grid.rotation_period, 0.0)
         lines = self._lines(row, time)
         first, last = self._gains.zone(start, stop)
         total = np.empty((len(row), len(grid.distance)), dtype=np.float32)

@@ -78,7 +78,7 @@ class StructureStage(Stage):
         self, scene: Scene, visibility: Visibility, paths: IndirectPaths, seed: int, direct: MovingEchoes | None
     ) -> None:
         """direct: echoes whose aspects serve; None: bodies have aspects of their own."""
-        self._scene, self._visibility, self._paths, self._seed = scene, visibility, paths, seed
+        self._scene, self._paths = scene, paths
         self.is_held, self.has_echoes = direct is not None, len(visibility.scatterers) > 0
         all_round = BeamTable(np.ones_like, scene.radar.beamwidth, np.pi, SPAN)
         held = None if direct is None else HeldPassages(scene, visibility, direct.passages)
@@ -94,10 +94,6 @@ class StructureStage(Stage):
         beam = Beam(radar, changed_pattern(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth)))
         paths = IndirectPaths(radar, beam, context.echo_sources.get("indirect", 0))
         return cls(scene, visibility, paths, context.seed, context.moving if fidelity.held_false_echoes else None)
-
-    def of_scene(self, scene: Scene, moving: MovingEchoes) -> Self:
-        visibility = self._visibility.of_scene(scene)
-        return type(self)(scene, visibility, self._paths, self._seed, moving if self.is_held else None)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         if not self._paths.are_lit(self._scene, azimuths).any():

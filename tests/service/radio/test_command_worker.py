@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from radar_service.commands.simulator_options import SimulatorOptions
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio import command_worker
@@ -290,7 +290,7 @@ ORDERS: list[
 def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server: ForkServer) -> None:
     """In processes of their own, of which one crashes between two commands."""
     maker = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast"))
-    sources = {name: maker(SceneRequest(WORLD, radar=name), UNFOLLOWED) for name in ("bow", "pier")}
+    sources = {name: maker(SceneRequest(WORLD, radar=name), Progress()) for name in ("bow", "pier")}
     with on_air(dict(sources), maker) as radars:
         for number, (radar, spokes, body, values) in enumerate(ORDERS):
             radars.stepped("bow", spokes)

@@ -1,12 +1,12 @@
 """What commands to one transmitter act on, and when it takes them."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.commanded_transmitter import IN_SINKS, SPOKES_BETWEEN, CommandedTransmitter, CommandPace
-from radar_service.service.radio.handover import Handover
 from radar_service.service.radio.pacer import Pacer
 from radar_service.service.radio.pacing import LATE_LIMIT
 from radar_service.service.radio.prefetch import SpokeWorker
@@ -24,15 +24,17 @@ class Parts:
         def clock() -> float:
             return 0.0
 
-        self.engine, self.state, self.handover = FakeEngine(of or scene()), TransmitterState(), Handover()
+        self.engine, self.state = FakeEngine(of or scene()), TransmitterState()
         self.pacer = Pacer(Settings(), clock)
         self.engines = WorkerSupervisor(self.engine, factory(), RestartLimiter(3, clock), self.pacer.group_clock.changed)
-        self.radar = CommandedTransmitter(self.state, self.pacer, self.engines, self.handover, clock)
+        self.radar = CommandedTransmitter(self.state, self.pacer, self.engines, clock)
         self.state.on(Event.START)
 
-    def agree(self) -> None:
-        """Agrees on a handover at the end of the scan."""
-        self.handover.agree(1, self.engine.info.radar, 0, False, 0.0)
+    def go_on(self) -> None:
+        """Lets another engine wait that goes on with the second scan."""
+        worker = SpokeWorker(engine := FakeEngine(self.engine.scene), first=AZIMUTHS)
+        engine.scene_request = replace(self.engine.scene_request, goes_on=True)
+        self.engines.switch_to(worker)
 
     def claim(self, part: SpokeBlock) -> bool:
         """Claims the spokes of a block."""
@@ -58,18 +60,19 @@ def test_while_nothing_can_be_sent_it_takes_commands() -> None:
     assert its.radar.takes_commands
     its.state.on(Event.RESTARTED)
     assert not its.radar.takes_commands
-    its.agree()
-    its.radar.unsent = AZIMUTHS
-    assert its.radar.takes_commands
 
 
-def test_commands_act_after_what_was_claimed_and_none_is_claimed_from_a_handover_on() -> None:
+def test_commands_act_after_what_was_claimed_and_none_is_claimed_where_another_engine_goes_on() -> None:
     its = Parts()
-    its.agree()
+    its.go_on()
     assert its.claim(its.engine.block(20, 4))
     period = its.engine.info.radar.spoke_period
     assert its.radar.steered == (its.engines.worker, AZIMUTHS, 23 * period)
-    assert not its.claim(its.engine.block(AZIMUTHS, 4)) and its.radar.unsent == AZIMUTHS
+    assert (
+        not its.claim(its.engine.block(AZIMUTHS - 1, 2))
+        and not its.claim(its.engine.block(AZIMUTHS, 4))
+        and its.radar.unsent == AZIMUTHS
+    )
 
 
 def test_spokes_that_a_command_changes_are_not_claimed() -> None:

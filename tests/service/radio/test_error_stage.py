@@ -10,7 +10,6 @@ import pytest
 import radar_service as rs
 from radar_service.display.video import Controls
 from radar_service.numerics.types import Singles
-from radar_service.radar.parameters import Origin
 from radar_service.service.radio.error_stage import MAX_RUNS, ErrorStage
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
@@ -192,7 +191,7 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
         each.set_errors({"gyro": {"bias_deg": 7}, "feed": {"drop_rate": 0.3}})
     served.scan()
     alone.scan()
-    order = SceneRequest(SCENE, rpm=30, origin=Origin())
+    order = SceneRequest(SCENE, rpm=30, goes_on=True)
     epoch = Epoch("two", served.at_rpm(30), None, scene_request=order)
     stage.open_epoch(RadarInfo.unnamed(epoch))
     for block in epoch.spoke_source.blocks():

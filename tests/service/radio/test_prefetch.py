@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio import prefetch
@@ -242,13 +241,13 @@ def test_spokes_before_a_command_are_kept() -> None:
 
 def test_a_worker_follows_the_commands_to_another_engine() -> None:
     of = steerable_scene()
-    old, new = SpokeWorker(FakeEngine(of)), SpokeWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
+    old, new = SpokeWorker(FakeEngine(of)), SpokeWorker(FakeEngine(scene_at_rpm(of, 48)))
     for spoke in (7, 24, 30):
         commanded(old, spoke, "buoy", {"speed_kn": 5})
     new.command(list(old.commands)[0])
     new.follow(old.commands)
     new.follow(old.commands)
-    assert [command.spoke for command in new.commands] == [7, 24, 36]
+    assert [command.spoke for command in new.commands] == [7, 48, 60]
     assert [command.time for command in new.commands] == [command.time for command in old.commands]
 
 

@@ -6,13 +6,12 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin
 from radar_service.service.jobs import Cancelled
 from radar_service.service.radio import preparation
-from radar_service.service.radio.handover import SceneChanged
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.preparation import Preparations
-from radar_service.service.scene_request import SceneRequest
+from radar_service.service.radio.transmitter import SceneChanged
+from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.world.commands import Command
 from radar_service.world.outline import SceneOutline
 from tests.service.fake import FakeEngine, factory, scene, steerable_scene
@@ -159,13 +158,13 @@ def test_a_cancelled_preparation_ends_all_radars() -> None:
     play(test)
 
 
-def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_when_it_is_prepared() -> None:
+def test_the_first_spokes_follow_the_scan_and_the_commands_that_are_chosen_when_it_is_prepared() -> None:
     of = steerable_scene()
     given = [Command(3, 3 * 2.5 / 24, "buoy", speed_kn=5.0)]
 
     async def test(preparations: Preparations) -> None:
         orders = {"0": SceneRequest(of, rpm=48)}
-        agreed = preparations.workers(make, orders, agree=lambda: (Origin(2.5, 1), given))
+        agreed = preparations.workers(make, orders, begin=lambda engine: (1, given))
         (worker,) = (await agreed).values()
         block = worker.take(1.0)
         worker.stop()
@@ -174,13 +173,13 @@ def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_whe
     play(test)
 
 
-def test_a_scene_that_has_no_origin_to_go_on_from_is_ended() -> None:
-    def refuse() -> tuple[Origin, list[Command]]:
+def test_a_scene_that_has_nothing_to_go_on_from_is_ended() -> None:
+    def refuse(engine: SceneSpokeSource) -> tuple[int, list[Command]]:
         raise SceneChanged
 
     async def test(preparations: Preparations) -> None:
         with pytest.raises(SceneChanged):
-            await preparations.workers(make, {"0": SceneRequest(scene(), rpm=48)}, agree=refuse)
+            await preparations.workers(make, {"0": SceneRequest(scene(), rpm=48)}, begin=refuse)
         assert made[0].closed and not made[0].blocks_made
 
     play(test)

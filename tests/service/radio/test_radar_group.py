@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from radar_service import wire
-from radar_service.processes.call import UNFOLLOWED
+from radar_service.processes.call import Progress
 from radar_service.scene_file.load import load_scene
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.feed_request import Mode, View
@@ -33,7 +33,7 @@ def play(test: Callable[[Stations], Awaitable[None]], *ids: str, make: Any = Non
     async def body() -> None:
         world, of, stations = RadarGroup(), scene_of_several(*ids), Stations()
         for each in ids:
-            engine = (make or factory())(SceneRequest(of, radar=each), UNFOLLOWED)
+            engine = (make or factory())(SceneRequest(of, radar=each), Progress())
             pause = Settings(pace=Pace("pause"))
             station = Station(each, engine, make or factory(), settings=pause, group=world, **options)
             station.stations = stations

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from radar_service.commands.simulator_options import SimulatorOptions
-from radar_service.processes.call import UNFOLLOWED, NoProgress
+from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
-from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
@@ -64,7 +63,7 @@ def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
 
 
 def test_spokes_are_those_of_a_simulator_in_this_process(maker: SceneProcessMaker) -> None:
-    ours, theirs = Simulator(load_scene(SCENE), "fast"), maker(ORDER, UNFOLLOWED)
+    ours, theirs = Simulator(load_scene(SCENE), "fast"), maker(ORDER, Progress())
     for theirs_block, ours_block in zip(taken(theirs, 120), ours.blocks(scans=2, size=32), strict=True):
         for key, value in vars(ours_block).items():
             np.testing.assert_array_equal(getattr(theirs_block, key), value)
@@ -79,7 +78,7 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: SceneProcessMake
 
 def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spoke(maker: SceneProcessMaker) -> None:
     """Counts and costs follow the first spokes, in the description that everybody has by then; a spare measures none again."""
-    source, ours = maker(replace(ORDER, measured_later=True), UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
+    source, ours = maker(replace(ORDER, measured_later=True), Progress()), Simulator(load_scene(SCENE), "fast")
     plan = source.info.plan
     assert plan["counts"] is None and plan["costs"] is None and plan["choices"]
     blocks = source.blocks(size=32)
@@ -91,7 +90,7 @@ def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spok
     assert plan["counts"] == expected["counts"] and plan["arithmetic"] == expected["arithmetic"]
     assert [choice["how"] for choice in plan["choices"]] == [choice["how"] for choice in expected["choices"]]
     assert plan["realtime_factor"] > 0
-    again = maker(replace(ORDER, measured_later=True, plan=plan), UNFOLLOWED)
+    again = maker(replace(ORDER, measured_later=True, plan=plan), Progress())
     assert again.info.plan == plan
     for each in (source, again):
         each.close()
@@ -99,7 +98,7 @@ def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spok
 
 def test_a_spare_goes_on_and_has_a_spare_itself(maker: SceneProcessMaker) -> None:
     """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
-    source, processes = maker(ORDER, UNFOLLOWED), []
+    source, processes = maker(ORDER, Progress()), []
     ours = Simulator(load_scene(SCENE), "fast")
     for scan, block in enumerate(ours.blocks(scans=3, size=60)):
         processes += [source.process, source.spare_process]
@@ -132,7 +131,7 @@ def sent_under_command(maker: SceneProcessMaker, kill_after: int = 0) -> tuple[R
     """What a radar in a process of its own sends while it is commanded."""
     sink = RecordingSink()
     paused = Settings(pace=Pace("pause", math.inf))
-    source = maker(SceneRequest(STEERED), UNFOLLOWED)
+    source = maker(SceneRequest(STEERED), Progress())
     transmitter = Transmitter(source, paused, (sink,), time.monotonic, maker)
     transmitter.start()
     try:
@@ -179,7 +178,7 @@ def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: ScenePr
 def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProcessMaker, kill_after: int) -> None:
     """Every spoke that is sent has the bytes of a run with labels from the start, whoever asks when."""
     sink, wanted = RecordingSink(), [SourceRequest()]
-    source = maker(ORDER, UNFOLLOWED)
+    source = maker(ORDER, Progress())
     transmitter = Transmitter(
         source, Settings(pace=Pace("pause", math.inf)), (sink,), time.monotonic, maker, sources=lambda: wanted[-1]
     )  # fmt: skip
@@ -208,7 +207,7 @@ def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProc
 
 
 def test_a_spare_that_has_died_is_no_spare(maker: SceneProcessMaker) -> None:
-    source = maker(ORDER, UNFOLLOWED)
+    source = maker(ORDER, Progress())
     assert source.spare_process is not None
     os.kill(source.spare_process, signal.SIGKILL)
     assert source.spare() is None
@@ -219,7 +218,7 @@ def test_a_spare_that_has_died_is_no_spare(maker: SceneProcessMaker) -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_server: ForkServer) -> None:
     """The new spare gives the bytes of a simulator, though it was forked while the process computed."""
-    source = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast", threads=threads))(ORDER, UNFOLLOWED)
+    source = SceneProcessMaker(fork_server, SimulatorOptions(fidelity="fast", threads=threads))(ORDER, Progress())
     assert (first := source.spare_process) is not None
     os.kill(first, signal.SIGKILL)
     until(lambda: is_gone(first))
@@ -254,7 +253,7 @@ def halt(process: int) -> None:
 def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
     maker: SceneProcessMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source, ours = maker(ORDER, UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
+    source, ours = maker(ORDER, Progress()), Simulator(load_scene(SCENE), "fast")
     assert source.truth(1.0) == ours.truth(1.0)
     halt(source.process)
     monkeypatch.setattr(scene_process, "TRUTH_TIMEOUT", 0.05)
@@ -269,7 +268,7 @@ def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
 
 
 def test_a_spare_that_comes_after_the_end_is_ended(maker: SceneProcessMaker, fork_server: ForkServer) -> None:
-    source, late = maker(ORDER, UNFOLLOWED), fork_server.child(tasks.wait)
+    source, late = maker(ORDER, Progress()), fork_server.child(tasks.wait)
     source.close()
     source.replace_spare(late)
     until(lambda: is_gone(late.process))
@@ -278,7 +277,7 @@ def test_a_spare_that_comes_after_the_end_is_ended(maker: SceneProcessMaker, for
 def test_a_plan_that_is_known_is_not_made_again(maker: SceneProcessMaker) -> None:
     """Of a harbour the plan takes as long as half of the rest."""
     known = {"modelled": ["what was found before"]}
-    source = maker(replace(ORDER, plan=known), UNFOLLOWED)
+    source = maker(replace(ORDER, plan=known), Progress())
     assert source.info.plan == known
     assert source.scene_request.plan is None  # so that a changed order does not keep it
     source.close()
@@ -290,7 +289,7 @@ def test_it_tells_how_many_trees_it_holds(maker: SceneProcessMaker) -> None:
         SCENE["body"][0] | {"name": name, "material": "steel", "position_m": [x, 300, 2]}
         for name, x in (("a", 0), ("b", 50))
     ]
-    source = maker(SceneRequest(SCENE | {"body": boxes}), UNFOLLOWED)
+    source = maker(SceneRequest(SCENE | {"body": boxes}), Progress())
     assert source.trees == 0
     taken(source, 60)
     assert source.trees == 1
@@ -298,28 +297,9 @@ def test_it_tells_how_many_trees_it_holds(maker: SceneProcessMaker) -> None:
 
 
 def test_it_may_begin_with_any_scan_and_another_rate(maker: SceneProcessMaker) -> None:
-    source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
+    source = maker(replace(ORDER, rpm=48.0), Progress())
     source.skip_to(3)
     assert source.info.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
-    source.close()
-
-
-def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(maker: SceneProcessMaker) -> None:
-    origin, source = Origin(7.5, 3), maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
-    source.begin_at(origin)
-    ours = Simulator(load_scene(SCENE), "fast")
-    ours.skip_to(3)
-    (expected,) = ours.at_rpm(48).blocks(scans=1, size=60)
-    assert source.scene_request.goes_on and source.info.radar.origin == origin
-    for _ in range(2):
-        blocks = taken(source, 60)
-        assert (blocks[0].first, blocks[0].time[0]) == (180, 7.5)
-        np.testing.assert_array_equal(np.concatenate([block.power for block in blocks])[:60], expected.power)
-        os.kill(source.process, signal.SIGKILL)
-        failed, spare = source, source.spare()
-        assert spare is not None and spare.info.radar.origin == origin
-        failed.close()
-        source = spare
     source.close()
 
 
@@ -329,19 +309,19 @@ def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(ma
 )
 def test_a_scene_that_is_not_valid_is_refused_with_its_lines(maker: SceneProcessMaker, scene: Any, words: str) -> None:
     with pytest.raises(SceneError) as error:
-        maker(SceneRequest(scene), UNFOLLOWED)
+        maker(SceneRequest(scene), Progress())
     assert all(isinstance(line, str) for line in error.value.problems) and words in error.value.problems[0]
 
 
 def test_a_rate_that_the_scene_cannot_have_is_refused(maker: SceneProcessMaker) -> None:
     slow = SCENE | {"radar": SCENE["radar"] | {"prf_hz": 60.0}}
     with pytest.raises(SceneError, match="rpm: 600 gives"):
-        maker(SceneRequest(slow, rpm=600.0), UNFOLLOWED)
+        maker(SceneRequest(slow, rpm=600.0), Progress())
 
 
 def test_too_much_memory_is_an_error_of_the_scene(fork_server: ForkServer) -> None:
     with pytest.raises(SceneError, match="it needs more than the 512 MiB"):
-        SceneProcessMaker(fork_server, hungry, 2**29)(ORDER, UNFOLLOWED)
+        SceneProcessMaker(fork_server, hungry, 2**29)(ORDER, Progress())
 
 
 def hungry(of: Any) -> FakeEngine:
@@ -349,7 +329,7 @@ def hungry(of: Any) -> FakeEngine:
     return FakeEngine(of)
 
 
-class KilledInPreparation(NoProgress):
+class KilledInPreparation(Progress):
     """Kills the process as soon as it says that it reads the scene."""
 
     def __init__(self) -> None:
@@ -370,7 +350,7 @@ def test_a_process_that_ends_while_it_prepares_is_a_fault(maker: SceneProcessMak
 def test_preparing_too_long_is_a_fault(maker: SceneProcessMaker, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene_process, "PREPARE_TIMEOUT", 0.0)
     with pytest.raises(SpokeSourceFault, match="too heavy"):
-        maker(ORDER, UNFOLLOWED)
+        maker(ORDER, Progress())
 
 
 def test_a_machine_that_gives_no_processor_time_is_no_fault_of_the_scene(
@@ -378,16 +358,16 @@ def test_a_machine_that_gives_no_processor_time_is_no_fault_of_the_scene(
 ) -> None:
     monkeypatch.setattr(scene_process, "PREPARE_TIMEOUT", 1.0)
     with pytest.raises(BusyFault, match="^scene: the machine is busy: .* in 1 s; try again later$"):
-        SceneProcessMaker(fork_server, tasks.wait)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+        SceneProcessMaker(fork_server, tasks.wait)(ORDER, Progress())  # type: ignore[arg-type]
 
 
 def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(maker: SceneProcessMaker) -> None:
-    maker(ORDER, UNFOLLOWED).close()  # the process that starts others runs
+    maker(ORDER, Progress()).close()  # the process that starts others runs
     before, refused = open_descriptors(), 0
     for left in range(9):
         with descriptors_left(left):
             try:
-                maker(ORDER, UNFOLLOWED).close()
+                maker(ORDER, Progress()).close()
             except BusyFault as error:
                 refused += 1
                 assert "no process could be started" in str(error) and "try again later" in str(error), left
@@ -397,11 +377,11 @@ def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(ma
 
 def test_a_busy_sandbox_is_no_fault_of_the_scene(fork_server: ForkServer) -> None:
     with pytest.raises(BusyFault, match="^here: the machine is busy"):
-        SceneProcessMaker(fork_server, tasks.find_machine_busy)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+        SceneProcessMaker(fork_server, tasks.find_machine_busy)(ORDER, Progress())  # type: ignore[arg-type]
 
 
 def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
-    source = SceneProcessMaker(fork_server, dying)(ORDER, UNFOLLOWED)
+    source = SceneProcessMaker(fork_server, dying)(ORDER, Progress())
     with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
         taken(source, 1000)
     assert source.truth(1.0).time == 1.0  # still
@@ -414,7 +394,7 @@ def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
 @pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSEGV])
 def test_a_killed_process_is_replaced_in_the_next_scan(maker: SceneProcessMaker, death: int) -> None:
     """Numbers go on, and the missing ones are announced."""
-    sink, first = RecordingSink(), maker(ORDER, UNFOLLOWED)
+    sink, first = RecordingSink(), maker(ORDER, Progress())
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 100)
@@ -436,7 +416,7 @@ def test_a_killed_process_is_replaced_in_the_next_scan(maker: SceneProcessMaker,
 def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: SceneProcessMaker, tmp_path: Path) -> None:
     file = tmp_path / "scene.json"
     file.write_text(json.dumps(SCENE))
-    sink, first, reasons = RecordingSink(), maker(SceneRequest(file), UNFOLLOWED), list[str]()
+    sink, first, reasons = RecordingSink(), maker(SceneRequest(file), Progress()), list[str]()
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker, on_restart=reasons.append)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 0)
@@ -456,7 +436,7 @@ def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: ScenePro
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
     def swap() -> int:
-        worker = prepared(maker(ORDER, UNFOLLOWED))
+        worker = prepared(maker(ORDER, Progress()))
         process: int = worker.spoke_source.process  # type: ignore[attr-defined]
         worker.stop(10.0)
         return process

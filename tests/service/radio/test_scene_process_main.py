@@ -7,7 +7,6 @@ import pytest
 
 from radar_service.numerics.constants import KNOT
 from radar_service.processes.fork_server import ForkServer
-from radar_service.radar.parameters import START
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio import scene_process_main
 from radar_service.service.radio.scene_process_main import scene_of
@@ -55,7 +54,7 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     spare_process = child.control.receive(SOON)
     spare_control, spare_data = child.control.receive_ends(2)
     assert spare_process not in (os.getpid(), child.process)
-    child.data.send((START, 2, 16, (Command(5, 5 * PERIOD, None, speed_kn=10.0),)))
+    child.data.send((2, 16, (Command(5, 5 * PERIOD, None, speed_kn=10.0),)))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
     assert block["commands"] == 1 and block["speed"][0] == pytest.approx(10 * KNOT)

@@ -2,12 +2,10 @@
 
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio import handover
 from radar_service.service.radio.prefetch import SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.radio.transmitter_state import TRANSITIONS, Event, State, TransitionError, TransmitterState
@@ -99,16 +97,16 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Passing]:
     assert passing.steps[0] == (Event.START, State.SENDING) and passing.steps[-1] == (Event.STOP, State.STOPPED)
 
 
-def agreed(transmitter: Transmitter, of: Scene, lead: float = 0.0) -> SpokeWorker:
-    """Agrees on a handover; returns the worker of the next engine."""
-    origin, commands = transmitter.agree(1, replace(SceneRequest(of), rpm=48.0), lead)
+def going_on(transmitter: Transmitter, of: Scene) -> SpokeWorker:
+    """Returns the worker of an engine that goes on with the running one."""
     engine = FakeEngine(of)
-    engine.begin_at(origin)
-    return prepared(engine, commands=commands)
+    engine.scene_request = SceneRequest(of, rpm=48.0, goes_on=True)
+    scan, commands = transmitter.going_on(0.0, engine)
+    return prepared(engine, scan, commands=commands)
 
 
 def test_a_long_life(passed: Passing) -> None:
-    """Its engine fails, the next one too, and after it none comes up; another scene, a handover, and one more scene."""
+    """Its engine fails, the next one too, and after it none comes up; another scene, which goes on, and one more scene."""
     dying, second = iter((100, 0)), scene("second")
     sink = RecordingSink()
 
@@ -122,10 +120,8 @@ def test_a_long_life(passed: Passing) -> None:
         transmitter.switch_to(prepared(FakeEngine(second)))
         passed.wait_for(State.SENDING)
         stepped(transmitter, sink, 3)
-        worker = agreed(transmitter, second)
-        passed.wait_for(State.HANDING_OVER)
-        assert transmitter.hand_over(1, worker)
-        passed.wait_for(State.SENDING)
+        assert transmitter.go_on_with(going_on(transmitter, second))
+        sink.wait_for(lambda: len(sink.epochs) == 3)
         transmitter.switch_to(prepared(FakeEngine(scene("third"))))
         sink.wait_for(lambda: len(sink.epochs) == 4)
     assert [epoch.info.scene.name for epoch in sink.epochs] == ["test scene", "second", "second", "third"]
@@ -136,27 +132,10 @@ def test_a_long_life(passed: Passing) -> None:
         (Event.FAILURE, State.RESTARTING),
         (Event.GIVEN_UP, State.FAILED),
         (Event.TAKEN_OVER, State.SENDING),
-        (Event.HANDOVER_DUE, State.HANDING_OVER),
         (Event.TAKEN_OVER, State.SENDING),
         (Event.TAKEN_OVER, State.SENDING),
         (Event.STOP, State.STOPPED),
     ]
-
-
-def test_an_engine_that_is_late_leaves_the_rest_of_the_block_to_the_running_one(
-    passed: Passing, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The handover is agreed at spoke 3, within a block; the pause ends before the next engine has come."""
-    monkeypatch.setattr(handover, "PATIENCE", 0.0)
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 3)
-        worker = agreed(transmitter, scene_of(transmitter))
-        passed.wait_for(State.HANDING_OVER)
-        stepped(transmitter, sink, AZIMUTHS)
-        assert not transmitter.hand_over(1, worker)
-        worker.stop()
-    assert sink.numbers == list(range(3 + AZIMUTHS)) and len(sink.epochs) == 1
-    assert passed.steps[1:-1] == [(Event.HANDOVER_DUE, State.HANDING_OVER), (Event.LATE, State.SENDING)]
 
 
 def scene_of(transmitter: Transmitter) -> Scene:
@@ -170,7 +149,7 @@ def test_an_engine_that_is_ready_takes_the_place_of_one_that_fails(passed: Passi
     turns = threading.Semaphore(1)
     with transmitting(FLAT_OUT, engine=FakeEngine(scene(), dies_at=20, turns=turns)) as (transmitter, sink):
         sink.wait_for(lambda: sink.spokes == 5)
-        assert transmitter.hand_over(1, agreed(transmitter, scene_of(transmitter)))
+        assert transmitter.go_on_with(going_on(transmitter, scene_of(transmitter)))
         turns.release(10)
         sink.wait_for(lambda: len(sink.epochs) == 2)
     assert passed.steps[1:-1] == [(Event.FAILURE, State.RESTARTING), (Event.TAKEN_OVER, State.SENDING)]
@@ -223,15 +202,13 @@ class RefusingSink(RecordingSink):
 
 
 @pytest.mark.parametrize("stops", [False, True])
-def test_a_sink_may_refuse_the_epoch_of_a_handover(passed: Passing, stops: bool) -> None:
+def test_a_sink_may_refuse_the_epoch_of_an_engine_that_goes_on(passed: Passing, stops: bool) -> None:
     refusing = RefusingSink()
     with transmitting(PAUSED, refusing, restarts=0) as (transmitter, sink):
         refusing.before = transmitter.pacer.stop if stops else refusing.before
         stepped(transmitter, sink, 3)
-        worker = agreed(transmitter, scene_of(transmitter))
-        passed.wait_for(State.HANDING_OVER)
-        assert transmitter.hand_over(1, worker)
+        assert transmitter.go_on_with(going_on(transmitter, scene_of(transmitter)))
         passed.wait_for(State.STOPPED if stops else State.FAILED)
     failed = [(Event.FAILURE, State.RESTARTING), (Event.GIVEN_UP, State.FAILED)]
-    assert passed.steps[1:-1] == [(Event.HANDOVER_DUE, State.HANDING_OVER), *([] if stops else failed)]
+    assert passed.steps[1:-1] == ([] if stops else failed)
     assert transmitter.fault == (None if stops else "ValueError: one epoch is enough")

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin
 from radar_service.service.radio.prefetch import prepared
 from radar_service.service.radio.worker_supervisor import RESTART_WINDOW, RestartLimiter, WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
@@ -104,7 +103,7 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
     of = steerable_scene()
     engines = WorkerSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
     began = list[Any]()
-    for order, count in ((SceneRequest(of, origin=Origin()), 2), (SceneRequest(of), 0)):
+    for order, count in ((SceneRequest(of, goes_on=True), 2), (SceneRequest(of), 0)):
         next_engine = FakeEngine(of)
         next_engine.scene_request = order
         engines.switch_to(prepared(next_engine))
@@ -116,15 +115,6 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
         assert len(next_engine.commands) == count
     engines.stop(SOON)
     assert len(began) == 2 and engines.pending is None
-
-
-def test_a_pending_engine_may_be_dropped() -> None:
-    of = scene()
-    engines = WorkerSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
-    engines.switch_to(prepared(pending := FakeEngine(of)))
-    engines.drop_pending()
-    engines.drop_pending()
-    assert pending.closed and not engines.has_pending and engines.take_over() is None
 
 
 def test_another_rate_keeps_the_scene_and_an_equal_scene_does_not() -> None:

@@ -1,15 +1,12 @@
 """The stage of clutter: what it adds to tiles, by source, and its lines of the plan."""
 
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 import radar_service as rs
 from radar_service.engine.pipeline import contributions, tile_azimuths
 from radar_service.engine.preparation import prepare
-from radar_service.radar.parameters import Origin
 from radar_service.records.fidelity import PRESETS
 from radar_service.stages.clutter.effect import RAIN, SEA
 from radar_service.stages.clutter.stage import ClutterStage
@@ -46,19 +43,6 @@ def test_clutter_below_its_floor_adds_nothing() -> None:
     made = scene(radar=RADAR | {"power_w": 1e-12}, environment={"noise": True, "sea_state": 1})
     prepared = prepare(made, PRESETS["fast"], 0)
     assert clutter_of(prepared) is None and not contributions(prepared, tile_azimuths(prepared, 0, 0)).added
-
-
-def test_a_rotation_that_begins_elsewhere_has_the_waves_of_its_time_and_the_speckle_of_its_rows() -> None:
-    prepared = prepare(scene(radar=RADAR, environment={"sea_state": 4}), PRESETS["fast"], 2, noise_seed=5)
-    then = prepared.at_origin(Origin(100.0, 0))
-    now, later = clutter_of(prepared), clutter_of(then)
-    assert now is not None and later is not None and now.sea is not None and later.sea is not None
-    np.testing.assert_array_equal(now.speckle.span(0, 8), later.speckle.span(0, 8))
-    assert not np.array_equal(now.sea.texture.span(0, 8), later.sea.texture.span(0, 8))
-    made = replace(prepared.scene, radar=then.scene.radar)
-    again = clutter_of(prepare(made, PRESETS["fast"], 2))
-    assert again is not None and again.sea is not None
-    np.testing.assert_array_equal(again.sea.texture.span(0, 8), later.sea.texture.span(0, 8))
 
 
 def test_the_specification_names_only_clutter_that_is_requested() -> None:

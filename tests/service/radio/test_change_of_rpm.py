@@ -1,4 +1,4 @@
-"""A change of the rate of rotation on the air: where the next engine takes over, and what happens meanwhile."""
+"""A change of the rate of rotation on the air: when the next engine takes over, and what happens meanwhile."""
 
 import asyncio
 import threading
@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.radar.parameters import Origin, Radar
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio.handover import Handover, Overtaken
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.transmitter import Transmitter
@@ -43,54 +41,17 @@ def play(test: Callable[[Station, RecordingSink], Awaitable[None]], settings: Se
     return asyncio.run(asyncio.wait_for(body(), 60))
 
 
-def goes_on(sink: RecordingSink, epoch: int, period: float) -> None:
-    """Each epoch's first spoke begins the scan after the last one, at the time when that has ended."""
-    last = [b for b in sink.batches if b.epoch.name == sink.epochs[epoch - 1].name][-1].block
+def goes_on(sink: RecordingSink, epoch: int) -> None:
+    """An epoch begins with number 0, to the north, at the time of a scan at its rate, within a spoke of the epoch before."""
+    last = [b for b in sink.batches if b.epoch.name == sink.epochs[epoch - 1].name][-1]
     first = next(b for b in sink.batches if b.epoch.name == sink.epochs[epoch].name)
-    assert (first.first, first.block.index, first.block.scan) == (0, 0, last.scan + 1)
-    assert last.index + len(last) == AZIMUTHS
-    assert first.block.time[0] == pytest.approx(last.time[-1] + period / AZIMUTHS, rel=1e-12)
+    before, after = last.epoch.info.radar, first.epoch.info.radar
+    assert (first.first, first.block.index) == (0, 0)
+    assert first.block.time[0] == after.time_of_turns(float(first.block.scan))
+    assert 0.0 < first.block.time[0] - last.block.time[-1] <= before.spoke_period * (1 + 1e-9)
 
 
-def test_an_agreement_is_the_end_of_a_scan_ahead() -> None:
-    radar = scene().radar
-    for sent, lead, at in ((0, 0.0, 24), (23, 0.0, 24), (24, 0.0, 48), (30, 0.1, 48), (47, 0.2, 72), (30, 6.0, 96)):
-        handover = Handover()
-        assert handover.agree(1, radar, sent, False, lead) == Origin(at / AZIMUTHS * PERIOD, at // AZIMUTHS)
-        assert handover.at == at and handover.is_agreed(1) and handover.is_due(at) and not handover.is_due(at - 1)
-
-
-def test_a_later_request_replaces_the_agreement_of_an_earlier_one() -> None:
-    radar, handover = scene().radar, Handover()
-    handover.agree(1, radar, 0, False, 0.0)
-    handover.agree(3, radar, 30, False, 0.0)
-    assert handover.at == 48 and handover.is_agreed(3) and not handover.is_agreed(1)
-    with pytest.raises(Overtaken):
-        handover.agree(2, radar, 30, False, 0.0)
-    handover.cancel(1)
-    assert handover.is_agreed(3)
-    handover.overtake(4)
-    assert handover.at is None and not handover.is_agreed(4)
-    with pytest.raises(Overtaken):
-        handover.agree(3, radar, 30, False, 0.0)
-
-
-def test_an_idle_radar_hands_over_where_it_stands() -> None:
-    handover = Handover()
-    assert handover.agree(1, scene().radar, 30, True, 5.0) == Origin(30 / AZIMUTHS * PERIOD, 2)
-    assert handover.is_due(30)
-    handover.end(48)
-    assert handover.at is None and handover.agree(2, scene().radar, 0, True, 0.0) == Origin(2 * PERIOD, 2)
-
-
-def test_spokes_that_are_being_sent_are_before_the_handover() -> None:
-    handover = Handover()
-    assert handover.claim(20, 26)  # sent now, while the count of the event loop still says 20
-    assert handover.agree(1, scene().radar, 20, True, 0.0).time == pytest.approx(26 / AZIMUTHS * PERIOD)
-    assert not handover.claim(26, 30) and handover.claim(25, 26)
-
-
-def test_time_and_scans_go_on_twice() -> None:
+def test_time_goes_on_twice() -> None:
     async def test(station: Station, sink: RecordingSink) -> None:
         for count, rpm in ((2, 48.0), (3, 12.0)):
             await station.change({"rpm": rpm})
@@ -99,8 +60,8 @@ def test_time_and_scans_go_on_twice() -> None:
 
     sink = play(test, FAST)
     assert [60 / epoch.info.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
-    goes_on(sink, 1, PERIOD)
-    goes_on(sink, 2, PERIOD / 2)
+    goes_on(sink, 1)
+    goes_on(sink, 2)
 
 
 def test_a_paused_radar_changes_at_once() -> None:
@@ -109,13 +70,13 @@ def test_a_paused_radar_changes_at_once() -> None:
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
         await station.change({"rpm": 48.0})
         await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
-        assert station.transmitter.simulated == pytest.approx(5 / AZIMUTHS * PERIOD)
+        assert station.transmitter.simulated == PERIOD / 2
         station.transmitter.pacer.step(3)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 8)
 
     block = play(test, PAUSED).batches[-1].block
     assert (block.scan, block.index + len(block)) == (1, 3)
-    np.testing.assert_allclose(block.time, (5 / AZIMUTHS + (3 - len(block) + np.arange(len(block))) / AZIMUTHS / 2) * PERIOD)
+    np.testing.assert_allclose(block.time, (1 + (3 - len(block) + np.arange(len(block))) / AZIMUTHS) * PERIOD / 2)
 
 
 class Late:
@@ -144,7 +105,7 @@ def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
 
-    goes_on(play(test, FAST, late), 1, PERIOD)
+    goes_on(play(test, FAST, late), 1)
 
 
 def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
@@ -168,28 +129,27 @@ def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
 
 def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first one computes no spoke before the radar has gone on; a later one is in time."""
-    monkeypatch.setattr("radar_service.service.radio.handover.PATIENCE", 0.0)
-    turns, agreed = threading.Semaphore(0), list[int]()
-    agree = Handover.agree
+    turns, chosen = threading.Semaphore(0), list[float]()
+    going_on = Transmitter.going_on
 
-    def recorded(handover: Handover, request: int, radar: Radar, sent: int, idle: bool, lead: float) -> Origin:
-        origin = agree(handover, request, radar, sent, idle, lead)
-        agreed.append(origin.scan * AZIMUTHS)
-        return origin
+    def recorded(transmitter: Transmitter, leads: float, engine: Any) -> Any:
+        result = going_on(transmitter, leads, engine)
+        chosen.append(engine.info.radar.time_of_turns(float(result[0])))
+        return result
 
-    monkeypatch.setattr(Handover, "agree", recorded)
+    monkeypatch.setattr(Transmitter, "going_on", recorded)
     late = Late(turns)
     late.ready.set()
 
     async def test(station: Station, sink: RecordingSink) -> None:
         change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(sink.wait_for, lambda: agreed and sink.spokes > agreed[0] + 3 * AZIMUTHS)
+        await asyncio.to_thread(sink.wait_for, lambda: chosen and station.transmitter.simulated > chosen[0] + PERIOD)
         turns.release(1000)
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
 
     sink = play(test, FAST, late)
-    goes_on(sink, 1, PERIOD)
+    goes_on(sink, 1)
     *missed, last = late.made
     assert missed and all(engine.closed for engine in missed) and sink.epochs[1].spoke_source is last
 
@@ -269,7 +229,7 @@ def test_a_change_that_fails_lets_the_radar_go_on() -> None:
             await station.change({"rpm": 48.0})
         sent = sink.spokes
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
-        assert station.transmitter.handover.at is None
+        assert not station.transmitter.supervisor.has_pending
 
     assert len(play(test, FAST, refuse).epochs) == 1
 
@@ -283,26 +243,7 @@ def test_of_two_changes_at_once_the_last_one_wins() -> None:
 
     sink = play(test, FAST)
     for epoch in range(1, len(sink.epochs)):
-        goes_on(sink, epoch, sink.epochs[epoch - 1].info.radar.rotation_period)
-
-
-def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else another request in between would take the pending engine for that of another scene, and begin at time 0."""
-    pending = list[bool]()
-    whole = Handover.end
-
-    async def test(station: Station, sink: RecordingSink) -> None:
-        def end(handover: Handover, number: int) -> None:
-            pending.append(handover.at is not None and station.transmitter.supervisor.has_pending)
-            whole(handover, number)
-
-        monkeypatch.setattr(Handover, "end", end)
-        for count, rpm in ((2, 48.0), (3, 12.0)):
-            await station.change({"rpm": rpm})
-            await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
-
-    play(test, FAST)
-    assert pending == [False, False]
+        goes_on(sink, epoch)
 
 
 STEERED: dict[str, Any] = {
@@ -314,19 +255,20 @@ STEERED: dict[str, Any] = {
 
 
 def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
-    """One comes before the origin is agreed, two while the first spokes are computed."""
-    ready, asked, agreed = threading.Event(), threading.Event(), threading.Event()
-    sink, commands = RecordingSink(), list[Command]()
+    """One comes before the first scan is chosen, two while the first spokes are computed."""
+    ready, asked, begun = threading.Event(), threading.Event(), threading.Event()
+    sink, commands, made = RecordingSink(), list[Command](), list[InProcess]()
 
     class Slow(InProcess):
         def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-            agreed.set()
+            begun.set()
             assert ready.wait(60)
             return super().blocks(scans, size)
 
     def make(order: SceneRequest, progress: Progress) -> InProcess:
         asked.set()
-        return Slow(order, "fast")
+        made.append(Slow(order, "fast"))
+        return made[0]
 
     async def body() -> None:
         station = Station("0", InProcess(SceneRequest(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
@@ -335,7 +277,8 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
         station.transmitter.pacer.step(128)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
         change = asyncio.create_task(station.change({"rpm": 60.0}))
-        await asyncio.to_thread(agreed.wait, 10)
+        await asyncio.to_thread(begun.wait, 10)
+        assert len(made[0].commands) == 1  # its first spokes follow it: none is computed again
         commands.append(await station.commands.command(None, lambda time: {"speed_kn": 30}))
         commands.append(await station.commands.command("buoy", lambda time: {"position_m": [100, 60]}))
         ready.set()
@@ -346,12 +289,14 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
 
     asyncio.run(asyncio.wait_for(body(), 60))
     alone = Simulator(load_scene(STEERED), "fast", commands=commands[:1])
-    parts = [[batch.block for batch in sink.batches if batch.epoch is epoch] for epoch in sink.epochs]
-    scans = parts[1][0].scan
-    assert commands[2].time == commands[1].time == scans * PERIOD == parts[1][0].time[0]
-    expected = [spoke.power for spoke in alone.spokes(scans)]
+    parts = [np.concatenate([b.block.power for b in sink.batches if b.epoch is epoch]) for epoch in sink.epochs]
+    assert [len(part) for part in parts][0] == 128 and [epoch.info.radar.rotation_period for epoch in sink.epochs] == [
+        2.5,
+        1.0,
+    ]
+    assert parts[0].tobytes() == np.array([spoke.power for spoke in alone.spokes(2)]).tobytes()
+    assert commands[1].time == commands[2].time == 128 / 64 * PERIOD
     alone.command(speed_kn=30)
     alone.command("buoy", position_m=[100, 60])
-    expected += [spoke.power for spoke in alone.at_rpm(60).spokes(2)]
-    sent = np.concatenate([block.power for part in parts for block in part])[: len(expected)]
-    assert sent.tobytes() == np.array(expected).tobytes()
+    expected = np.array([spoke.power for spoke in alone.at_rpm(60).spokes(2)])
+    assert parts[1][:128].tobytes() == expected.tobytes()
