@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import maximum_filter1d
 
 from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
@@ -163,12 +164,8 @@ class LandCells:
         azimuth = np.nan_to_num(scan.azimuth)[:, None]
         east, north = (position[:, axis, None] + scan.range * way(azimuth) for axis, way in enumerate((np.sin, np.cos)))
         cells = self._land.material.ravel()[self._land.at(east, north)] != WATER
-        for apart, axis in ((BESIDE_LAND, 1), (self._beam, 0)):
-            wider = cells.copy()
-            for step in range(1, apart + 1):
-                wider |= np.roll(cells, step, axis) | np.roll(cells, -step, axis)
-            cells = wider
-        return np.asarray(cells)
+        beside = maximum_filter1d(cells.view(np.uint8), 2 * BESIDE_LAND + 1, axis=1, mode="nearest")
+        return maximum_filter1d(beside, 2 * self._beam + 1, axis=0, mode="wrap").view(np.bool_)
 
 
 def _without_interference(power: Singles) -> Singles:

@@ -124,6 +124,16 @@ def test_land_and_a_beamwidth_about_it_are_masked_from_where_own_ship_is() -> No
         assert np.ceil(edge) + 2 <= turned.max() <= np.ceil(edge) + 4 and turned.min() == -turned.max()
 
 
+def test_land_at_the_end_of_the_range_covers_no_cell_at_its_start() -> None:
+    made = scene([QUAY], radar=SET)
+    scan, land = scan_of_power(np.ones((360, 100))), LandMask.of(made.bodies)
+    assert land is not None
+    azimuth = np.arange(360) * made.radar.azimuth_step
+    scan = replace(scan, range=(np.arange(100) + 0.5) * 10.0, range_step=10.0, azimuth=azimuth)
+    covered = np.isnan(LandCells(land, made.radar).without(scan)).any(axis=0)
+    assert np.flatnonzero(covered).tolist() == [93, 94, 95, 96, 97, 98, 99]
+
+
 def test_a_scene_decides_which_threshold_it_has() -> None:
     """Sea, rain or land: the marine one; else the noise is known, as before."""
     for made, marine in (
