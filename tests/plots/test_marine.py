@@ -129,7 +129,8 @@ def test_land_at_the_end_of_the_range_covers_no_cell_at_its_start() -> None:
     scan, land = scan_of_power(np.ones((360, 100))), LandMask.of(made.bodies)
     assert land is not None
     azimuth = np.arange(360) * made.radar.azimuth_step
-    scan = replace(scan, range=(np.arange(100) + 0.5) * 10.0, range_step=10.0, azimuth=azimuth)
+    at = {"position": np.zeros((360, 2)), "range": (np.arange(100) + 0.5) * 10.0, "range_step": 10.0}
+    scan = replace(scan, azimuth=azimuth, **at)
     covered = np.isnan(LandCells(land, made.radar).without(scan)).any(axis=0)
     assert np.flatnonzero(covered).tolist() == [93, 94, 95, 96, 97, 98, 99]
 
