@@ -12,6 +12,7 @@ import numpy as np
 from radar_service.numerics.types import Floats, Singles
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
+from radar_service.terminal.output_files import write_file
 
 Table = dict[str, Any]  # of a scene file
 Measurement = Callable[["Run"], list["Figure"]]
@@ -99,7 +100,7 @@ class Run:
         tables = {"radar": radar, "environment": environment or {}, "own_ship": own_ship or {}, "body": bodies}
         self.count += 1
         path = self.folder / f"scene-{self.count}.json"
-        path.write_text(json.dumps({"name": f"{self.folder.name}, scene {self.count}", **tables}, indent=1))
+        write_file(path, json.dumps({"name": f"{self.folder.name}, scene {self.count}", **tables}, indent=1))
         return Simulator(load_scene(path), fidelity, seed, sector=sector, labels=labels)
 
     def height_map(self, name: str, heights: Floats) -> str:

@@ -14,13 +14,14 @@ from radar_service.numerics.types import Floats
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.plot_report import labelled_plots
 from radar_service.scene_file.document import packaged_folder
+from radar_service.terminal.output_files import write_file
 
 SEEDS = 3
 
 
 def verdicts(run: Run, name: str) -> Mapping[str, Mapping[str, float]]:
     """Returns the limits of a packaged scenario by metric, with the 95th percentile of the reference tracker over three seeds."""
-    (run.folder / f"{name}.toml").write_bytes((packaged_folder("scenes") / "scenarios" / f"{name}.toml").read_bytes())
+    write_file(run.folder / f"{name}.toml", (packaged_folder("scenes") / "scenarios" / f"{name}.toml").read_bytes())
     with tempfile.TemporaryDirectory() as folder:
         report, _ = bench([load_scenario(name)], SEEDS, "gnn", Path(folder) / "bench")
     return {each["metric"]: each for each in report["scenarios"][0]["verdicts"]}

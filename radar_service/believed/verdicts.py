@@ -13,7 +13,7 @@ from radar_service.believed import bodies, sea, signals, targets, tracking
 from radar_service.believed.published import TABLE, Row, TableError, published_rows
 from radar_service.believed.run import Figure, NotExpressed, Run
 from radar_service.terminal.extras import extra
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal.output_files import make_folder, written
 
 MEASUREMENTS: dict[str, Callable[[Run], list[Figure]]] = {
     **sea.MEASUREMENTS, **targets.MEASUREMENTS, **bodies.MEASUREMENTS, **signals.MEASUREMENTS, **tracking.MEASUREMENTS,
@@ -155,4 +155,5 @@ def write_picture(verdicts: Sequence[Verdict], path: Path) -> None:
     axes.set_yticks(range(len(rows)), [each.row.id for each in rows], fontsize=6.5)
     axes.set_xlabel("ours in half widths of tolerance; the band is inside, of a single limit all that is not beyond 1")
     axes.grid(axis="x", color="#dddddd", lw=0.5)
-    drawing.savefig(path, dpi=150, metadata={"Software": None})
+    with written(path) as part:
+        drawing.savefig(part, format="png", dpi=150, metadata={"Software": None})

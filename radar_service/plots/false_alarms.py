@@ -11,14 +11,13 @@ import numpy as np
 import scipy.fft
 from scipy.linalg import toeplitz
 from scipy.optimize import brentq
-from scipy.special import gammaincc, ndtri
+from scipy.special import gammaincc, gammainccinv, gammaincinv
 
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import noise_spectrum
-from radar_service.stages.clutter.texture import gamma_from_gaussian
 
 SPECTRUM_SIZE = 2**14  # samples; a longer one changes no correlation by 1e-6
 DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by less than 0.2 %
@@ -140,7 +139,8 @@ def _negative_log_tail(spokes: int, looks: float, ratio: float, shape: float) ->
     """
     odds = np.linspace(-16.0, 16.0, 129)  # the logit of the texture's probability: equal steps reach far into both tails
     share = 1.0 / (1.0 + np.exp(-odds))
-    clutter = ratio * gamma_from_gaussian(ndtri(share), shape)
+    texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
+    clutter = ratio * texture
     effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / spokes)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)

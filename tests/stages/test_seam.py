@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -27,6 +28,7 @@ from radar_service.effects import (
     Stage,
     Tile,
 )
+from radar_service.plan import cost_model
 from radar_service.plots.plot_report import kinds_of
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.truth import FalseEcho
@@ -158,7 +160,8 @@ def play(scene_input: dict[str, Any]) -> None:
 
 
 def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
-    """File and number of the lines of the package that a scene runs."""
+    """File and number of the lines of the package that a scene runs, but for imports and what caches keep."""
+    play(scene_input)
     lines = set[tuple[str, int]]()
 
     def trace(frame: FrameType, event: str, argument: object) -> Any:
@@ -177,14 +180,20 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
     return lines
 
 
+@cache
+def lines_with_all() -> set[tuple[str, int]]:
+    """Those of the scene with all effects."""
+    return lines_of(content())
+
+
 @pytest.mark.parametrize("effect", ["interference", "beacons", "clutter", *OF_RADAR])
-def test_an_effect_runs_lines_of_its_own_folder_alone(effect: str, installed: Installed) -> None:
+def test_an_effect_runs_lines_of_its_own_folder_alone(
+    effect: str, installed: Installed, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A scene with another effect of the kind, then with this one too: what only the second run executes."""
-    without, having = content(effect), content()
+    monkeypatch.setattr(cost_model, "MAX_SECONDS", 0.0)  # else the pace of the machine decides what is timed
     installed.package("toys", ToyEffect)
-    for scene_input in (without, having):
-        play(scene_input)  # imports and caches do not count
-    only = Counter(file for file, _ in lines_of(having) - lines_of(without))
+    only = Counter(file for file, _ in lines_with_all() - lines_of(content(effect)))
     own = f"stages/{effect}/"
     elsewhere = {file: count for file, count in only.items() if not file.startswith(own)}
     assert sum(count for file, count in only.items() if file.startswith(own)) > 30
@@ -208,7 +217,9 @@ print(json.dumps([rs.__file__, keys, digest]))
 """
 
 
+@cache
 def run_without(tree: Path) -> Any:
+    """Returns where the package of a tree lies, its keys, and a digest of a scene that needs no effect."""
     environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT], cwd=tree, env=environment, capture_output=True, text=True, check=False
@@ -228,9 +239,9 @@ def run_without(tree: Path) -> Any:
 )
 def test_the_tree_without_an_effect_still_works(tmp_path: Path, effect: str, keys: set[str]) -> None:
     """Its folder and its line of the registry are gone: all imports hold, its keys are unknown, other scenes keep their bytes."""
-    shutil.copytree(ROOT / "radar_service", tmp_path / "radar_service", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "radar_service", tmp_path / "radar_service")
     for name in ("clients", "scenes"):
-        shutil.copytree(ROOT / name, tmp_path / "radar_service" / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, tmp_path / "radar_service" / name)
     shutil.rmtree(tmp_path / "radar_service" / "stages" / effect)
     registry = tmp_path / "radar_service" / "stages" / "registry.py"
     lines = registry.read_text(encoding="utf-8").splitlines(keepends=True)

@@ -169,6 +169,7 @@ def test_standard_output_is_named_where_its_disk_is_full() -> None:
 STREAMS = {  # files that open others, and why these may be cut
     "radar_service/kernels/build_backend.py": "a trial of a compiler, in a folder that goes",
     "radar_service/recording/recording_file.py": "a cut recording can be read",
+    "radar_service/ports/udp/capture.py": "a cut capture can be read",
     "radar_service/ports/rest/bodies.py": "an upload, in a folder that goes",
     "radar_service/ports/rest/scene_routes.py": "an upload, in a folder that goes",
     "radar_service/radar_feed.py": "a scene for a child process, in a folder that goes",

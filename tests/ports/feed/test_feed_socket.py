@@ -191,8 +191,8 @@ def test_another_range_is_another_epoch_at_once() -> None:
     play(test, station())
 
 
-def test_another_rpm_goes_on_with_the_next_scan() -> None:
-    """Simulated time, the numbers of scans and the bearing go on; sequence numbers start anew."""
+def test_another_rpm_goes_on_in_time_from_north() -> None:
+    """The running scan ends where one of the other rate begins; simulated time goes on, and sequence numbers start anew."""
 
     async def test(server: Server) -> None:
         feed = await server.feed("?mode=lossless")
@@ -202,12 +202,11 @@ def test_another_rpm_goes_on_with_the_next_scan() -> None:
         message, last = await feed.receive(), {}
         while message["type"] != "hello":
             message, last = await feed.receive(), message
-        assert (
-            message["radar"]["rpm"] == pytest.approx(48.0) and message["clocks"]["simulated_s"] == (last["scan"] + 1) * 2.5
-        )
+        scan, into_the_scan = divmod(message["clocks"]["simulated_s"], 1.25)
+        assert message["radar"]["rpm"] == pytest.approx(48.0) and into_the_scan == 0.0
         spokes = await feed.spokes(10)
         first = spokes[0]
-        assert (first["first"], first["index"], first["scan"]) == (0, 0, last["scan"] + 1)
+        assert (first["first"], first["index"], first["scan"]) == (0, 0, scan)
         time = [t for m in spokes for t in m["time"]][:10]
         np.testing.assert_allclose(time, last["time"][-1] + 2.5 / AZIMUTHS + np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
 
