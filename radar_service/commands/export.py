@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service import plug_ins
 from radar_service.terminal.arguments import UsageError, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare
+from radar_service.terminal.output_files import add_overwrite, prepare, written
 
 if TYPE_CHECKING:
     from radar_service.numerics.types import Singles
@@ -36,11 +36,14 @@ def run(options: argparse.Namespace) -> int:
     paths = {name: getattr(options, f"to_{name}") for name in _packages() if getattr(options, f"to_{name}") is not None}
     if not paths:
         raise UsageError(f"export: nothing to write; give {' or '.join(f'--{name} FILE.pcap' for name in _packages())}")
+    if len({path.resolve() for path in paths.values()}) < len(paths):
+        raise UsageError(f"export: {' and '.join(f'--{name}' for name in paths)} name one file; give each a file of its own")
     if not options.recording.is_file():
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
     from radar_service.ports.udp.capture import Capture
     from radar_service.recording.chunk_table import ChunkTable
     from radar_service.recording.epochs import recorded_radars
+    from radar_service.recording.error import RecordingError
     from radar_service.recording.recording import Recording
 
     radars = recorded_radars(ChunkTable(options.recording))
@@ -48,11 +51,14 @@ def run(options: argparse.Namespace) -> int:
     first = Recording(options.recording, radar)
     prepare(paths.values(), options.overwrite)
     for name, path in paths.items():
-        capture = Capture(path)
-        sink, spokes = _packages()[name].exported(radars.index(radar), capture, options), 0
-        for number in range(first.epochs):
-            spokes += send(Recording(options.recording, radar, number), radar, sink, capture)
-        capture.close()
+        with written(path) as part:
+            capture = Capture(part, raises=True)
+            sink, spokes = _packages()[name].exported(radars.index(radar), capture, options), 0
+            for number in range(first.epochs):
+                spokes += send(Recording(options.recording, radar, number), radar, sink, capture)
+            capture.close()
+            if not spokes:
+                raise RecordingError(f"{options.recording}: it ends before the first spoke of radar {radar}; record again")
         print(f"{path}: {spokes} spokes of radar {radar}")
     return 0
 

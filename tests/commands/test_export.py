@@ -86,7 +86,15 @@ def test_captures_hold_what_ports_send(
 def test_what_cannot_be_exported_is_said_in_a_sentence(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(run.read_bytes()[:10_000])
+    full = tmp_path / "full.pcap"
+    full.symlink_to("/dev/full")
+    same = str(tmp_path / "same.pcap")
     for words, reason in (
+        ([str(cut), "--asterix", same], "cut.mcap: it ends before the first spoke of radar 0"),
+        ([str(run), "--asterix", same, "--garmin-xhd", same], "--asterix and --garmin-xhd name one file"),
+        ([str(run), "--asterix", str(full), "--overwrite"], "full.pcap: No space left"),
         ([str(run)], "nothing to write; give --asterix FILE.pcap or --garmin-xhd FILE.pcap"),
         (["none.mcap", "--asterix", str(tmp_path / "a.pcap")], "there is no such file"),
         ([str(run), "--asterix", str(tmp_path / "a.pcap"), "--radar", "stern"], 'the recording has no "stern"'),
@@ -95,3 +103,4 @@ def test_what_cannot_be_exported_is_said_in_a_sentence(
         run.with_suffix(".pcap").touch()
         assert main(["export", *words]) == 2
         assert reason in capsys.readouterr().err
+    assert not Path(same).exists()

@@ -68,8 +68,8 @@ def reports(of: Setting) -> list[bytes]:
     ]  # fmt: skip
 
 
-def changed_by(command: bytes, of: Setting) -> tuple[dict[str, Any], int]:
-    """Returns our controls that a command changes, and the level of auto gain after it. Raises IgnoredError."""
+def changed_by(command: bytes, of: Setting) -> tuple[dict[str, Any], int | None]:
+    """Returns our controls that a command changes, and the level of auto gain where it has that. Raises IgnoredError."""
     if len(command) < 9 or struct.unpack_from("<I", command, 4)[0] != len(command) - 8:
         raise IgnoredError("form")
     number = struct.unpack_from("<I", command)[0]
@@ -80,7 +80,7 @@ def changed_by(command: bytes, of: Setting) -> tuple[dict[str, Any], int]:
         raise IgnoredError("form")
     value = int.from_bytes(command[8:], "little")
     changed = change(value, of)
-    return changed, value if number == 0x091D else of.level
+    return changed, value if number == 0x091D else None
 
 
 def _byte(number: int, value: int) -> bytes:

@@ -2,6 +2,7 @@
 
 import array
 import fcntl
+import os
 import socket
 import struct
 from pathlib import Path
@@ -39,7 +40,7 @@ def stays_here(interface: str) -> bool:
         return True
     driver = _driver(interface)
     if driver == "bridge":
-        parts = Path("/sys/class/net", interface, "brif").glob("*")
+        parts = Path("/sys/class/net", interface.partition(":")[0], "brif").glob("*")  # br0:1 is a second address of br0
         return all(_driver(part.name) in INSIDE for part in parts)
     return driver == "veth"
 
@@ -57,4 +58,4 @@ def _driver(interface: str) -> str:
 def _asked(interface: str, request: int, content: bytes = b"") -> bytes:
     """What the system answers to a request about an interface: a `struct ifreq`. Raises OSError."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        return fcntl.ioctl(any_socket, request, struct.pack("16s24s", interface.encode()[:15], content))
+        return fcntl.ioctl(any_socket, request, struct.pack("16s24s", os.fsencode(interface)[:15], content))

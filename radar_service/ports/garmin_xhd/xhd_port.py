@@ -42,6 +42,7 @@ class XhdPort(UdpPort):
         self._to, self._commands, self._radar = Announcements(senders), commands, radar
         self._stations, self._refused, self._told = Stations(), Refusals(), set[str]()
         self._changes: dict[str, Any] = {}  # of our controls, not carried out yet
+        self._level = self._to.setting.level  # of auto gain, that was asked for
         self._answer: Future[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ends = threading.Event()
@@ -100,6 +101,8 @@ class XhdPort(UdpPort):
             try:
                 if select.select([self._commands], [], [], LOOK)[0]:
                     self._read()
+                if self._level != self._to.setting.level:
+                    self._to.report(level=self._level)
                 if (station := self._stations.of(self._radar)) is not None:
                     self._to.what_is_due(station.identity, self._has_answer())
                     self._carry_out(station)
@@ -119,8 +122,7 @@ class XhdPort(UdpPort):
                 self._ignore(str(reason))
                 continue
             self._changes.update(changes)
-            if level != self._to.setting.level:
-                self._to.report(level=level)
+            self._level = self._level if level is None else level
 
     def _has_answer(self) -> bool:
         """Whether the last change of controls was made or refused, which reports then tell at once."""

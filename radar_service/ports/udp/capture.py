@@ -4,7 +4,6 @@ https://ietf-opsawg-wg.github.io/draft-ietf-opsawg-pcap has the format. Times ar
 """
 
 import argparse
-import contextlib
 import logging
 import struct
 import threading
@@ -17,7 +16,7 @@ from typing_extensions import override
 
 from radar_service.ports.port import Port
 from radar_service.service.logs import log_event
-from radar_service.terminal.output_files import prepare
+from radar_service.terminal.output_files import named_errors, prepare
 
 HEADER = struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 2**18, 1)  # of the file: Ethernet
 UDP = 17  # number of the protocol
@@ -26,30 +25,39 @@ Socket = tuple[str, int]  # an address in numbers, and a port
 
 
 class Capture:
-    """Writes datagrams, from any thread. A file that cannot be written is given up, and the log says so.
+    """Writes datagrams, each at once, from any thread. A file that cannot be written is given up, and the log says so.
 
     clock: tells the time of a datagram, since 1970 [s]; it may be set.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], float] = time.time) -> None:
-        """Raises OSError where the file cannot be made."""
+    def __init__(self, path: Path, clock: Callable[[], float] = time.time, *, raises: bool = False) -> None:
+        """raises: whether methods raise OSError in place of giving up. Raises OSError where the file cannot be written."""
         self.clock, self._path, self._lock = clock, path, threading.Lock()
-        self._file = path.open("wb")
-        self._file.write(HEADER)
-        self._ended = False
+        self._raises, self._ended = raises, False
+        with named_errors(path):
+            self._file = path.open("wb", buffering=0)  # so that a process that is killed leaves whole frames
+            self._write(HEADER)
 
     def take(self, source: Socket, destination: Socket, datagram: bytes) -> None:
         """Writes one. source, destination: addresses in numbers, and ports."""
         frame = _frame(source, destination, datagram)
         with self._lock:
             seconds, micros = divmod(round(self.clock() * 1e6), 1_000_000)
-            self._do(lambda: self._file.write(struct.pack("<IIII", seconds, micros, len(frame), len(frame)) + frame))
+            self._do(lambda: self._write(struct.pack("<IIII", seconds, micros, len(frame), len(frame)) + frame))
 
     def close(self) -> None:
         """Ends the file."""
         with self._lock:
             self._do(self._file.close)
             self._ended = True
+
+    def _write(self, content: bytes) -> None:
+        try:
+            while content:
+                content = content[self._file.write(content) :]
+        except OSError:
+            self._file.close()
+            raise
 
     def _do(self, write: Callable[[], object]) -> None:
         if self._ended:
@@ -58,9 +66,9 @@ class Capture:
             write()
         except OSError as error:
             self._ended = True
+            if self._raises:
+                raise
             log_event("capture given up", logging.WARNING, file=str(self._path), reason=str(error.strerror))
-            with contextlib.suppress(OSError):  # what was not written
-                self._file.close()
 
 
 def capture_of(options: argparse.Namespace) -> Capture | None:

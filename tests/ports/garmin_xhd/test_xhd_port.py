@@ -108,6 +108,10 @@ def test_what_is_no_command_is_counted_and_logged_once_and_a_flood_delays_nobody
     async def test(server: Server) -> None:
         await display.tells(x0992=5)
         display.say(*[b"x"] * 20, b"y" * 2000, command(0x0925, 60000, 2), command(0x02B2, 1, 2), command(0x02B2, 2, 2))
+        before = len(display.reports.pieces)
+        display.say(*[command(0x091D, 1 - count % 2, 1) for count in range(200)], command(0x0934, 700, 2))
+        await display.until(lambda: display.told[0x0934] == 700)
+        assert len(display.reports.pieces) < before + 50 * 24  # not all reports for each command
         for count in range(300):
             display.say(*[command(0x0925, 10 * count + k, 2) for k in range(10)])
         before = len(display.spokes.pieces)

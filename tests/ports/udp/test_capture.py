@@ -79,10 +79,31 @@ def test_ports_share_the_capture_and_nothing_is_overwritten_unasked(tmp_path: Pa
     again.close()
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full disk to write to")
-def test_a_full_disk_ends_the_capture_alone(caplog: pytest.LogCaptureFixture) -> None:
-    capture = Capture(Path("/dev/full"))
-    for _ in range(200):
+def test_a_process_that_is_killed_leaves_whole_frames(tmp_path: Path) -> None:
+    capture = Capture(tmp_path / "a.pcap")
+    for count in range(1, 20):
         capture.take((HERE, 1), (HERE, 2), b"x" * 1000)
+        assert len(frames(tmp_path / "a.pcap")) == count
     capture.close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full disk to write to")
+def test_a_full_disk_ends_the_start_and_later_the_capture_alone(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    import resource
+
+    with pytest.raises(OSError, match="/dev/full"):
+        Capture(Path("/dev/full"))
+    gives_up, raises = Capture(tmp_path / "a.pcap"), Capture(tmp_path / "b.pcap", raises=True)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5000, before[1]))
+    try:
+        for _ in range(200):
+            gives_up.take((HERE, 1), (HERE, 2), b"x" * 1000)
+        with pytest.raises(OSError, match="large"):
+            for _ in range(200):
+                raises.take((HERE, 1), (HERE, 2), b"x" * 1000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    gives_up.close()
+    raises.close()
     assert [record.message for record in caplog.records] == ["capture given up"]
