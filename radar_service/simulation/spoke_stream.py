@@ -37,7 +37,7 @@ class SpokeStream:
         self._tiles, self._sector = tiles, sector
         self._radar = steering.scene.radar
         self.request, self._requests, self._again = tiles.request, 0, math.inf
-        self._commanding = Lock()
+        self._commanding, self._first = Lock(), 0
 
     def blocks(self, scans: int | None, size: int) -> Iterator[SpokeBlock]:
         """Yields blocks as Simulator.blocks. Where a command or a request acts on spokes that were computed, it goes back to
@@ -58,9 +58,10 @@ class SpokeStream:
             left -= 1 if back is None else back // azimuths - scan
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one."""
+        """Makes `scan` the next one. Commands that act earlier are followed from there on."""
         self.next_scan = max(scan, 0)
-        self.next_spoke = self.next_scan * self._radar.azimuths
+        self.next_spoke = self._first = self.next_scan * self._radar.azimuths
+        self._again = max(self._again, self._first)
         self.reporter = self.reporter.restarted(self.next_spoke)
 
     def command(self, body: str | None, spoke: int | None, time: float | None, values: Mapping[str, Any]) -> Command:
@@ -78,7 +79,7 @@ class SpokeStream:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
         with self._commanding:
             self.request, self._requests = request, self._requests + 1
-            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, 0))
+            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, self._first))
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
@@ -123,8 +124,8 @@ class SpokeStream:
 
     @property
     def _due(self) -> float:
-        """The first spoke that what is computed now does not hold for."""
-        return min(self.steering.due, self._again)
+        """The first spoke that what is computed now does not hold for, none before that of the last skip."""
+        return max(min(self.steering.due, self._again), self._first)
 
     def _overtaken(self) -> int | None:
         """The spoke to go on from where a command or a request acts that the last blocks do not show; else None."""

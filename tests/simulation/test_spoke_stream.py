@@ -106,3 +106,20 @@ def test_it_skips_scans_forward_and_back(stream: SpokeStream) -> None:
     assert next(stream.blocks(1, 4)).first == 7 * 32
     stream.skip_to(1)
     assert next(stream.blocks(1, 4)).scan == 1
+
+
+def test_a_command_before_the_skip_is_followed_from_there(stream: SpokeStream) -> None:
+    """Nothing is computed that nobody asked for: an engine that goes on for another one gets its last commands late."""
+    stream.skip_to(2)
+    blocks = stream.blocks(1, 8)
+    assert [next(blocks).first, next(blocks).first] == [64, 72]
+    stream.command(None, None, 40 / 32, {"speed_kn": 20, "course_deg": 90})
+    again = next(blocks)
+    assert again.first == 64 and again.speed[0] == pytest.approx(20 * 0.514444, rel=1e-4)
+
+
+def test_a_request_before_a_skip_adds_no_scan(stream: SpokeStream) -> None:
+    list(stream.blocks(1, 32))
+    stream.request_sources(SourceRequest(labels=True), None)
+    stream.skip_to(4)
+    assert [(block.scan, block.labels is not None) for block in stream.blocks(1, 32)] == [(4, True)]
