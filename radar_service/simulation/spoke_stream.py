@@ -61,7 +61,6 @@ class SpokeStream:
         """Makes `scan` the next one. Commands that act earlier are followed from there on."""
         self.next_scan = max(scan, 0)
         self.next_spoke = self._first = self.next_scan * self._radar.azimuths
-        self._again = max(self._again, self._first)
         self.reporter = self.reporter.restarted(self.next_spoke)
 
     def command(self, body: str | None, spoke: int | None, time: float | None, values: Mapping[str, Any]) -> Command:
@@ -79,7 +78,7 @@ class SpokeStream:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
         with self._commanding:
             self.request, self._requests = request, self._requests + 1
-            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, self._first))
+            self._again = min(self._again, self.next_spoke if spoke is None else max(spoke, 0))
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
@@ -101,7 +100,7 @@ class SpokeStream:
             self.next_scan, self.next_spoke = spoke // self._radar.azimuths + 1, spoke
             self.steering.go_to(spoke)
             self._tiles.request = self.request
-            self._again = math.inf if self._again >= spoke else self._again
+            self._again = math.inf if max(self._again, self._first) >= spoke else self._again
 
     def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
         """The blocks from this spoke to the end of its scan."""
