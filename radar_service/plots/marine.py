@@ -15,7 +15,15 @@ from scipy.ndimage import maximum_filter1d
 from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.plots.false_alarms import CLUTTER_TO_NOISE, SPREAD, effective_looks, spread_and_factor
-from radar_service.plots.thresholds import MIN_CELLS, CellAveraging, KnownThreshold, OrderedStatistic, Threshold, check_pfa
+from radar_service.plots.thresholds import (
+    MIN_CELLS,
+    CellAveraging,
+    KnownThreshold,
+    OrderedStatistic,
+    Threshold,
+    check_lengths,
+    check_pfa,
+)
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
@@ -50,6 +58,7 @@ class MarineThreshold:
 
     def __post_init__(self) -> None:
         check_pfa(self.pfa)
+        check_lengths(self.guard, self.window)
 
     def of(self, power: Singles) -> Floats:
         """Returns thresholds (A, N) [W] of power (A, N) [W] of all spokes of a scan, from north.

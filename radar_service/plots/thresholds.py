@@ -70,9 +70,7 @@ class _AlongRange(ABC):
 
     def __post_init__(self) -> None:
         check_pfa(self.pfa)
-        for name, value in (("guard", self.guard), ("window", self.window)):
-            if not 0.0 < value < np.inf:
-                raise ValueError(f"{name}: {value} is not allowed; a length above 0 m, as 60")
+        check_lengths(self.guard, self.window)
 
     def of(self, power: Singles) -> Floats:
         """Returns thresholds, as Threshold.of. Raises ValueError where a spoke is shorter than all windows."""
@@ -153,3 +151,10 @@ def check_pfa(pfa: float) -> None:
     """Raises ValueError unless it is a probability."""
     if not 0.0 < pfa < 1.0:
         raise ValueError(f"pfa: {pfa} is not allowed; a probability between 0 and 1, as 1e-4")
+
+
+def check_lengths(guard: float, window: float) -> None:
+    """Raises ValueError unless both are lengths [m]."""
+    for name, value in (("guard", guard), ("window", window)):
+        if not 0.0 < value < np.inf:
+            raise ValueError(f"{name}: {value} is not allowed; a length above 0 m, as 60")

@@ -124,6 +124,12 @@ def test_land_and_a_beamwidth_about_it_are_masked_from_where_own_ship_is() -> No
         assert np.ceil(edge) + 2 <= turned.max() <= np.ceil(edge) + 4 and turned.min() == -turned.max()
 
 
+def test_lengths_are_checked(ship: Radar) -> None:
+    for name in ("guard", "window"):
+        with pytest.raises(ValueError, match=f"{name}: 0.0 is not allowed; a length above 0 m"):
+            MarineThreshold(ship, **{name: 0.0})
+
+
 def test_land_at_the_end_of_the_range_covers_no_cell_at_its_start() -> None:
     made = scene([QUAY], radar=SET)
     scan, land = scan_of_power(np.ones((360, 100))), LandMask.of(made.bodies)
