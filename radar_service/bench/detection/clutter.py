@@ -120,13 +120,10 @@ def _name(target: Target | None) -> str:
 def clutter_targets(scenario: Scenario) -> list[Target]:
     """Returns the points of a scenario. Raises ScenarioError where there is none."""
     targets = [
-        Target(
-            body["name"], float(body["position_m"][2]), float(body["rcs_dbsm"]), int(body.get("swerling", 0)),
-            scenario.standard_nm.get(body["name"]),
-        )
+        Target.of(scenario, body)
         for body in scenario.scene.get("body", ())
         if body["name"] in scenario.tracked and body.get("shape") == "point" and "rcs_dbsm" in body
-    ]  # fmt: skip
+    ]
     if not targets:
         raise ScenarioError(f"{scenario.name}: no target is a point with rcs_dbsm; give one")
     return targets

@@ -1,12 +1,15 @@
 """Probability of detection of a point target in noise: the radar equation, and the declared law of fluctuation."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import binom, gamma, ncx2
 
+from radar_service.bench.scenario import Scenario
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays, received_amplitude
@@ -33,6 +36,12 @@ class Target:
     rcs_dbsm: float
     swerling: int
     standard_nm: float | None
+
+    @classmethod
+    def of(cls, scenario: Scenario, body: Mapping[str, Any]) -> "Target":
+        """Returns the target of a point with rcs_dbsm of a scenario, as the scenario's scene has it."""
+        height, swerling = float(body["position_m"][2]), int(body.get("swerling", 0))
+        return cls(body["name"], height, float(body["rcs_dbsm"]), swerling, scenario.standard_nm.get(body["name"]))
 
 
 def steady_detection(snr: Floats, pfa: float) -> Floats:

@@ -106,13 +106,7 @@ def targets_of(scenario: Scenario) -> list[Target]:
         raise ScenarioError(
             f"{scenario.name}: environment: detection is judged in noise alone; give noise = true, no sea_state, no rain_mm_h"
         )
-    return [
-        Target(
-            body["name"], float(body["position_m"][2]), float(body["rcs_dbsm"]), int(body.get("swerling", 0)),
-            scenario.standard_nm.get(body["name"]),
-        )
-        for body in bodies
-    ]  # fmt: skip
+    return [Target.of(scenario, body) for body in bodies]
 
 
 def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene, TargetCells]:
