@@ -56,14 +56,15 @@ def second_trace(run: Run) -> list[Figure]:
 def minimum_range(run: Run) -> list[Figure]:
     """The nearest range at which a pulse of 1 us is received whole, of a set with one antenna, for each us of it."""
     received = []
-    for distance in np.arange(100.0, 200.0, 1.0):
-        body = POINT | {"position_m": [0, float(distance), 15]}
+    for distance in np.arange(100.0, 200.0, 1.0).tolist():
+        body = POINT | {"position_m": [0, distance, 15]}
         pulse = {"modulation": "none", "pulse_s": 1e-6, "sample_rate_hz": 20e6, "range_max_m": 600}
         full, cut = (
             np.nanmax(north(run, pulse | {"eclipsing": is_eclipsing}, [body])[1].power) for is_eclipsing in (False, True)
         )
-        received.append(cut > (1.0 - 1e-4) * full)
-    return [Figure.near("nearest", float(np.arange(100.0, 200.0)[np.array(received)].min()), 150.0, 0.02, "m")]
+        if cut > (1.0 - 1e-4) * full:
+            received.append(distance)
+    return [Figure.near("nearest", min(received, default=math.inf), 150.0, 0.02, "m")]
 
 
 def one_way_db(run: Run, antenna: Table, angles: Floats, vertical: bool = False) -> Floats:
@@ -104,8 +105,8 @@ def slotted_guides(run: Run) -> list[Figure]:
     figures = beams(((1.8, False), (1.1, False), (23.0, True)), run)
     for beam, gain in ((1.8, 27.0), (1.1, 29.0)):
         antenna = {"beamwidth_deg": beam, "beamwidth_el_deg": 23.0, "taylor_sidelobe_db": 23.0}
-        lobes = one_way_db(run, antenna, np.r_[0.0, np.linspace(1.3 * beam, 30.0, 120)])[1:]
         angles = np.linspace(1.3 * beam, 30.0, 120)
+        lobes = one_way_db(run, antenna, np.r_[0.0, angles])[1:]
         levels = [
             north(run, X | {**antenna, "gain_dbi": g}, [POINT | {"position_m": [0, 2000, 15]}])[1].power for g in (gain, 0.0)
         ]
@@ -208,7 +209,7 @@ def racon_reply(run: Run) -> list[Figure]:
     simulator, scan = north(run, X | {"pulse_s": 7e-8, "range_max_m": 9000, "pattern": "gaussian"}, [body])
     power = np.nanmax(scan.power, axis=0)
     answer = scan.range[power > 0.25 * power.max()]
-    begin, length = ((float(v)) * 2.0 / SPEED_OF_LIGHT * 1e6 for v in (answer[0] - 2000.0, answer[-1] - answer[0]))
+    begin, length = (float(v) * 2.0 / SPEED_OF_LIGHT * 1e6 for v in (answer[0] - 2000.0, answer[-1] - answer[0]))
     return [Figure.most("begins after", begin, 0.7 * 1.2, "us"), Figure.near("length", length, 25.0, 0.2, "us")]
 
 
