@@ -149,7 +149,7 @@ def multipath(distance: float, theory: float) -> Row:
         for on in (True, False)
     ]
     return decibels(
-        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high (theory: coefficient -1; engine: that of the sea)",
+        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high",
         theory,
         float(db(powers[0] / powers[1])),
     )
