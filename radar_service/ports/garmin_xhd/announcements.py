@@ -108,7 +108,7 @@ class XhdSink:
         known = radar.epoch.info.radar
         self._samples, self._spokes = Samples(radar.epoch), BowSpokes(known.azimuths)
         if self._is_sent():
-            self._to.report(range=self._samples.metres, range_max=known.range_max)
+            self._to.report(range=self._samples.metres, range_max=known.longest_range)
 
     def send(self, batch: SpokeBatch) -> None:
         """Sends the spokes that are complete."""
