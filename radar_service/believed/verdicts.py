@@ -105,6 +105,7 @@ They run by themselves: `radar-service scan DIR/{example}/scene-1.json -o out.np
 The rows were fixed before any of them was computed, and none was dropped. A row is inside where all its figures are.
 One that the engine cannot express is outside. Rows of a model, rows recalled without a source, and rows without a number
 are shown, not counted. Rows of antennas and sets give the scene what a maker prints, and test that a scan shows it.
+Detection ranges of the standard are those of the Furuno sets of ships (`[radar] set`), on the scale that shows all that is asked.
 
 **{inside} of {counted} rows are inside.** {shown} are shown. What is outside comes first.
 
