@@ -19,6 +19,7 @@ MEASUREMENTS: dict[str, Callable[[Run], list[Figure]]] = {
     **sea.MEASUREMENTS, **targets.MEASUREMENTS, **bodies.MEASUREMENTS, **signals.MEASUREMENTS, **tracking.MEASUREMENTS,
 }  # fmt: skip
 REASONS = json.loads(Path(__file__).with_name("reasons.json").read_text(encoding="utf-8"))  # by row: why ours lies outside
+CAPTURED = Path(__file__).with_name("captured.txt").read_text(encoding="utf-8")  # video of real sets, measured once
 NOT_COMPUTED = "the engine cannot express it"
 
 
@@ -122,7 +123,7 @@ def page(verdicts: Sequence[Verdict]) -> str:
     for word in ORDER:
         if groups[word]:
             lines += [f"## {word.capitalize()}", "", *_table(groups[word]), ""]
-    return "\n".join(lines)
+    return "\n".join([*lines, CAPTURED])
 
 
 def _table(verdicts: Sequence[Verdict]) -> list[str]:
