@@ -1,6 +1,6 @@
 """Video of real sets beside ours: shares of cells without an echo, runs, correlations. Opt-in, and nothing of it is committed.
 
-`python -m tests.measurements.captured_video CAPTURES OUT`: CAPTURES holds the captures that LIKE names, from the folder of examples
+`python -m tests.measurements.captured_video CAPTURES OUT`: CAPTURES holds the captures that LIKE names, from the examples
 of opencpn-radar-pi/radar_pi, packed; a table is printed, and OUT gets pictures.
 Each capture stands beside the scene `coast` by the set that is nearest, on the scale nearest, as its automatic controls show it.
 """
