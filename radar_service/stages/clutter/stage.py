@@ -34,9 +34,8 @@ class ClutterStage(Stage):
         fit = "" if sea <= MAX_SEA_STATE else f" (as {MAX_SEA_STATE}, the highest measured)"
         shape = environment.effect_keys[TEXTURE_SHAPE]
         texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
-        sea_text = (
-            f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; shadows of resting bodies"
-        )
+        law = f"NRL 2012 sigma0 of sea state {sea:.3g}{fit}, GIT wind factor"
+        sea_text = f"{law}, K-distributed: {texture}; shadows of resting bodies"
         rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
         floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
         error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
