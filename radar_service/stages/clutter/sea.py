@@ -16,6 +16,7 @@ MAX_GRAZING_DEG = 60.0  # the fit of sigma0 ends here; larger angles count as th
 # NRL 2012, coefficients c1 to c5 by polarization.
 _SIGMA0 = {"h": (-73.00, 20.78, 7.351, 25.65, 0.00540), "v": (-50.79, 25.93, 0.7093, 21.58, 0.00211)}
 _SHAPE_OFFSET = {"h": 2.09, "v": 1.39}
+MEASURED_LENGTH, MEASURED_ACROSS = 4.2, (100.0, 800.0)  # m, of the cells behind the law of the shape (Ward 1982)
 SHAPE_LIMITS = (0.05, 100.0)  # spikier than any sea measured; Rayleigh to 0.1 dB at Pfa 1e-4
 
 
@@ -55,12 +56,31 @@ def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floa
 
     grazing: [rad], measured from 0.1 to 10 degrees; cell_area: of the resolution cell [m^2]; polarization: "h" or "v".
     log10 nu = 2/3 log10 psi_deg + 5/8 log10 A - k, k = 2.09 (h) or 1.39 (v), without its swell term: Ward, Tough and Watts,
-    "Sea Clutter: Scattering, the K Distribution and Radar Performance" (2006), p. 237, there for X band.
+    "Sea Clutter: Scattering, the K Distribution and Radar Performance" (2006), p. 237, there for X band. Its data: cells
+    MEASURED_LENGTH long and MEASURED_ACROSS across.
     """
     psi = np.rad2deg(np.maximum(grazing, 1e-6))
     area = np.maximum(cell_area, 1e-6)
     nu = 10.0 ** (2.0 / 3.0 * np.log10(psi) + 5.0 / 8.0 * np.log10(area) - _SHAPE_OFFSET[polarization])
     return np.clip(nu, *SHAPE_LIMITS)
+
+
+def swell_factor(off_waves: Floats) -> Floats:
+    """Factor on the shape of texture where waves run, 10^(-cos(2 theta) / 3): spikier along them (Ward, as `texture_shape`).
+
+    off_waves: angle between the line of sight and the direction of the waves [rad].
+    """
+    return np.asarray(10.0 ** (-np.cos(2.0 * off_waves) / 3.0))
+
+
+def beyond_measured_shapes(cell_length: float, across: tuple[float, float]) -> str:
+    """Says in which cells the shape of texture is extrapolated; "" for none. cell_length: [m]; across: first and last one [m]."""
+    (least, most), parts = MEASURED_ACROSS, []
+    if cell_length > 1.05 * MEASURED_LENGTH or cell_length < MEASURED_LENGTH / 1.05:
+        parts.append(f"{cell_length:.3g} m long (measured: {MEASURED_LENGTH:g} m)")
+    if across[0] < least or across[1] > most:
+        parts.append(f"{across[0]:.3g} to {across[1]:.3g} m across (measured: {least:g} to {most:g} m)")
+    return f", extrapolated to cells {', '.join(parts)}" if parts else ""
 
 
 def texture_length(off_wind: Floats, sea_state: float) -> Floats:

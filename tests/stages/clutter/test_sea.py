@@ -5,8 +5,10 @@ import pytest
 
 from radar_service.stages.clutter.sea import (
     SHAPE_LIMITS,
+    beyond_measured_shapes,
     mean_sigma0,
     peak_wave_period,
+    swell_factor,
     texture_length,
     texture_shape,
     wind_factor,
@@ -67,6 +69,18 @@ def test_texture_shape_by_hand() -> None:
     assert np.log10(texture_shape(one, area, "v")[0]) == pytest.approx(-0.14, abs=1e-12)
     assert np.log10(texture_shape(eight, area, "v")[0]) == pytest.approx(0.462060, abs=1e-6)
     assert texture_shape(np.array([-0.1, 1.5]), np.array([0.0, 1e9]), "h").tolist() == list(SHAPE_LIMITS)
+
+
+def test_waves_along_the_line_of_sight_make_spikes() -> None:
+    """Ward's swell term: log10 nu - 1/3 along the waves, either way, and + 1/3 across them."""
+    assert np.log10(swell_factor(np.array([0.0, np.pi / 2, np.pi]))) == pytest.approx([-1 / 3, 1 / 3, -1 / 3], abs=1e-12)
+
+
+def test_shapes_beyond_their_measured_cells_are_told() -> None:
+    """Ward's cells are 4.2 m long, and 100 to 800 m across."""
+    assert beyond_measured_shapes(4.2, (100.0, 800.0)) == ""
+    told = beyond_measured_shapes(12.0, (0.2, 131.0))
+    assert told == ", extrapolated to cells 12 m long (measured: 4.2 m), 0.2 to 131 m across (measured: 100 to 800 m)"
 
 
 def test_texture_length_and_life_by_hand() -> None:
