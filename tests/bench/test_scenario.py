@@ -253,8 +253,8 @@ def test_the_sea_of_a_scenario_moves_all_that_floats_or_its_source_says_why_not(
 def test_the_reflector_of_a_rolling_vessel_has_the_standard_s_cross_section_in_the_median(
     state: int, exceeded_dbsm: float, median_dbsm: float
 ) -> None:
-    """7.5 m2 (table 2 of MSC.192(79)), within 0.5 dB; at sea state 5 23 m2, as the source of the scenario says. At 95 % of the time it has a cross-section that falls with the sea: that
-    of 20 seeds, within what one seed differs by."""
+    """7.5 m2 (table 2 of MSC.192(79)), within 0.5 dB; at sea state 5 23 m2, as the source of the scenario says. At 95 % of the
+    time it has a cross-section that falls with the sea: that of 20 seeds, within what one seed differs by."""
     scene = load_scene(load_scenario(f"reflector-sea-state-{state}").scene_for(0))
     vessel, time = scene.bodies[0], np.arange(0.0, 95.0, 0.25)
     pose = vessel.motion.pose(time)
