@@ -50,9 +50,9 @@ def covariance(cells: Indices, correlation: Complexes) -> Complexes:
     return np.asarray(matrix[np.ix_(place, place)])
 
 
-def known_level_factor(pfa: float) -> float:
-    """Returns the factor on a known mean of exponential power: -ln(pfa)."""
-    return float(-np.log(pfa))
+def known_level_factor(pfa: float, pulses: int = 1) -> float:
+    """Returns the factor on a known mean of the power of noise, averaged over so many pulses: of one -ln(pfa)."""
+    return float(-np.log(pfa) if pulses == 1 else gammainccinv(pulses, pfa) / pulses)
 
 
 @BLAS_LIMIT.held()
