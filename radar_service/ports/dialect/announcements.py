@@ -103,7 +103,7 @@ class DialectSink:
         self._samples = Samples(radar.epoch, dialect.samples)
         self._spokes = BowSpokes(known.azimuths, dialect.spokes, self._frames.clear)
         if self._is_sent():
-            self._to.report(range=self._samples.metres, range_max=known.range_max)
+            self._to.report(range=self._samples.metres, range_max=known.longest_range)
 
     def send(self, batch: SpokeBatch) -> None:
         """Sends the spokes that are complete."""
