@@ -9,7 +9,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -234,6 +234,21 @@ def interfaces() -> str:
     return table(("interface", "what it is", "members", "in"), rows)
 
 
+@cache
+def sections() -> dict[str, list[list[str]]]:
+    """What is promised, by section: a sentence, then the tests that check it."""
+    return tomllib.loads(Path(__file__).with_name("promises.toml").read_text(encoding="utf-8"))
+
+
+def promises(section: str) -> str:
+    """The promises of a section, with links to the tests that check each."""
+    links = [
+        (row[0], ", ".join(f"[{test.rsplit('/', 1)[-1]}](../tests/{test}.py)" for test in row[1:]))
+        for row in sections()[section]
+    ]
+    return table(("promise", "tests"), links)
+
+
 def first_paragraph(of: object) -> str:
     """The first paragraph of a docstring, on one line."""
     return (inspect.getdoc(of) or "").split("\n\n")[0].replace("\n", " ")
@@ -284,7 +299,16 @@ TABLES: dict[str, Callable[[], str]] = {
     "rooms": rooms,
     "transmitter-states": transmitter_states,
     "transitions": transitions,
+    **{f"promises-{name}": partial(promises, name) for name in sections()},
 }
+
+
+def write_measured(name: str, rows: str) -> None:
+    """Writes what a command has measured into the page of accuracy, between `<!-- measured: NAME -->` and `<!-- end -->`."""
+    document = DOCS.parent / "docs/accuracy.md"
+    block = re.compile(rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)", flags=re.S)
+    text = document.read_text(encoding="utf-8")
+    document.write_text(block.sub(lambda result: result[1] + rows + result[2], text), encoding="utf-8")
 
 
 def renewed(text: str) -> str:
