@@ -177,7 +177,7 @@ def test_the_specification_has_every_equation_and_every_row_of_the_errata() -> N
 
 
 GENERATED = re.compile(r"<!-- (?:table|measured): [a-z-]+ -->\n.*?<!-- end -->", flags=re.S)
-WORDS = {"hand-written": 66_000, "generated": 16_600, "of a docstring": 22.0}  # at most
+WORDS = {"hand-written": 57_000, "generated": 17_000, "of a docstring": 22.0}  # at most
 
 
 def words(text: str) -> int:
