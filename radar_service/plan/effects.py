@@ -221,8 +221,8 @@ def _seaway(scene: Scene) -> list[PlanItem]:
     planing = sum(motion.top_speed > law.form.max_speed for motion, law in ships)
     fast = f"; {planing} faster than Froude {MAX_FROUDE:g} answer as at that" if planing else ""
     how = (
-        f"{len(ships)} ships by closed-form responses to {WAVES} waves of {seaway.height:g} m in {seaway.period:.3g} s, exact at "
-        f"any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
+        f"{len(ships)} ships by closed-form responses to {WAVES} waves of {seaway.height:.3g} m in {seaway.period:.3g} s, "
+        f"exact at any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
     )
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 
