@@ -72,7 +72,9 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
     environment, costs = scene.environment, statistics.costs
     of_effects = {} if costs is None else costs.effects
     receiver = None if costs is None else costs.receiver
-    noise = "thermal, k T0 F" if environment.noise else NOT_REQUESTED
+    pulses = scene.radar.pulses_integrated
+    integrated = f"; the {pulses} pulses of a spoke are integrated without their phases" * (pulses > 1)
+    noise = f"thermal, k T0 F{integrated}" if environment.noise else NOT_REQUESTED
     return [
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),

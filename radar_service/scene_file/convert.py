@@ -8,6 +8,7 @@ import numpy as np
 from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
+from radar_service.radar.sets import radar_sets
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
@@ -39,6 +40,7 @@ def _single_pulse(model: RadarModel) -> Radar:
         pattern_el=default_el if model.pattern_el is None else antenna_pattern(model.pattern_el, model),
         noise_factor=10.0 ** (model.noise_figure_db / 10.0),
         effects=effect_records(model, "radar_keys", lambda effect, given: effect.radar_record(given)),
+        scales=() if model.set is None else tuple(radar_sets()[model.set].scales),
         label_floor=0.0 if model.labels_within_db == "none" else 10.0 ** (-model.labels_within_db / 10.0),
     )  # fmt: skip
 
