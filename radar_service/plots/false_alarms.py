@@ -16,7 +16,6 @@ from scipy.special import gammaincc, gammainccinv, gammaincinv
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.propagation.sea_surface import speckle_time
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import noise_spectrum
 
@@ -26,7 +25,7 @@ DRAW_ROWS = 2**12
 MAX_FACTOR = 1e9  # of a threshold over the level
 SPREAD = 0.95  # the quantile that tells the shape: the cells of a ship or two in a region are fewer than the rest
 LOG_POWER = np.linspace(-10.0, 8.0, 145)  # of the laws of clutter, of unit mean
-SHAPES = np.geomspace(100.0, 0.1, 13)  # of texture: as noise, to the spikiest
+SHAPES = np.geomspace(100.0, 0.05, 14)  # of texture: as noise, to the spikiest
 CLUTTER_TO_NOISE = 10.0 ** np.arange(-1.0, 3.1, 0.25)
 TINY = 1e-300
 
@@ -105,17 +104,16 @@ def _root(log_probability: Callable[[float], float]) -> float:
 
 
 def effective_looks(radar: Radar, spokes: int) -> float:
-    """Returns the number of independent looks in the mean of `spokes` spokes of the sea.
+    """Returns the number of independent looks in the mean of `spokes` spokes of clutter whose speckle rests as the beam passes.
 
+    Of the sea's, which changes, there are more, so factors by this number are on the safe side.
     The field of a spoke is the sum of the clutter's over azimuth, weighted by the one-way power gain, so that two spokes have its
-    autocorrelation, times that of a sea which changes as the beam passes.
+    autocorrelation.
     """
     span = int(np.ceil(4.0 * radar.beamwidth / radar.azimuth_step))
     gain = radar.azimuth_gain(np.arange(-4.0 * span, 4.0 * span + 1.0) * (radar.azimuth_step / 4.0))
     correlation = np.correlate(gain, gain, "full")[len(gain) - 1 :: 4] / np.sum(gain**2)
     lag = np.arange(1, spokes)
-    life = speckle_time(radar.wavelength) / radar.rotation_period * radar.azimuths  # spokes
-    correlation[lag] *= np.exp(-((lag / life) ** 2))
     return float(spokes**2 / (spokes + 2.0 * np.sum((spokes - lag) * correlation[lag] ** 2)))
 
 

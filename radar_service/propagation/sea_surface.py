@@ -14,15 +14,6 @@ def rms_wave_height(sea_state: float) -> float:
     return significant_wave_height(sea_state) / 4.0
 
 
-def speckle_time(wavelength: float) -> float:
-    """Time [s] after which the field of sea clutter has the correlation 1/e: 7 ms in X band, in proportion to wavelength [m].
-
-    Ward, Baker and Watts, IEE Proc. F 137(2), 1990, measured 5 to 10 ms in X band. The velocities on the sea that spread the
-    Doppler spectrum are those of any band.
-    """
-    return 7e-3 * wavelength / 0.032
-
-
 @lru_cache(maxsize=16)  # a radar asks for its own frequency at each block of azimuths
 def sea_water_permittivity(frequency: float, temperature_c: float = 15.0, salinity: float = 35.0) -> complex:
     """Complex relative permittivity e' - j e'' of sea water, exp(+j w t).

@@ -16,7 +16,7 @@ from scipy.stats import gamma, ncx2
 
 from radar_service.plots.false_alarms import effective_looks
 from radar_service.scene_file.load import load_scene
-from radar_service.stages.clutter.sea import mean_sigma0, swell_factor, texture_shape, wind_factor
+from radar_service.stages.clutter.sea import mean_sigma0, speckle_time, swell_factor, texture_shape, wind_factor
 from radar_service.world.seaway import sea_state_of
 
 PFA, ANTENNA, DRAWS = 1e-4, 15.0, 4000
@@ -57,7 +57,9 @@ def in_the_beam(band: str, rests: bool = False) -> float:
     frequency, beamwidth, _ = BANDS[band]
     radar = load_scene({"radar": {"frequency_hz": frequency, "beamwidth_deg": beamwidth, "azimuths": 4096, "rpm": 24}}).radar
     spokes = int(radar.beamwidth / radar.azimuth_step)
-    return effective_looks(replace(radar, rotation_period=1e-9) if rests else radar, spokes)
+    at_rest = effective_looks(radar, spokes)
+    changes = radar.rotation_period * spokes / radar.azimuths / speckle_time(radar.wavelength)
+    return at_rest if rests else float(np.hypot(at_rest, changes))
 
 
 def detection(band: str, rcs: float, printed: float, causes: Causes) -> float:

@@ -41,8 +41,9 @@ class EnvironmentModel(Section):
 
     @property
     def state(self) -> float:
-        """The sea state, given or of the wave height."""
-        return self.sea_state if self.wave_height_m is None else sea_state_of(self.wave_height_m)
+        """The sea state, given or of the wave height; a whole one is an int, which the hashes of scenes have."""
+        state = self.sea_state if self.wave_height_m is None else sea_state_of(self.wave_height_m)
+        return int(state) if state == int(state) else state
 
     def problems(self) -> Iterator[str]:
         if self.wave_height_m is not None and "sea_state" in self.model_fields_set:

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
-from radar_service.propagation.sea_surface import speckle_time
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
 from radar_service.stages.clutter.effect import RAIN, SEA
 from radar_service.stages.clutter.rain import rain_power
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, pulse_power, received_share, resolution_cell
-from radar_service.stages.clutter.sea import wind_factor
+from radar_service.stages.clutter.sea import speckle_time, wind_factor
 from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
 from radar_service.stages.clutter.texture import SpeckleRows
 from radar_service.stages.stage import RandomField

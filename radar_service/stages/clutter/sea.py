@@ -65,6 +65,15 @@ def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floa
     return np.clip(nu, *SHAPE_LIMITS)
 
 
+def speckle_time(wavelength: float) -> float:
+    """Time [s] after which the field of sea clutter has the correlation 1/e: 7 ms in X band, in proportion to wavelength [m].
+
+    Ward, Baker and Watts, IEE Proc. F 137(2), 1990, measured 5 to 10 ms in X band. The velocities on the sea that spread the
+    Doppler spectrum are those of any band.
+    """
+    return 7e-3 * wavelength / 0.032
+
+
 def swell_factor(off_waves: Floats) -> Floats:
     """Factor on the shape of texture where waves run, 10^(-cos(2 theta) / 3): spikier along them (Ward, as `texture_shape`).
 
