@@ -8,13 +8,15 @@ import inspect
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.ports.app import create_app
+from radar_service.radar.sets import radar_sets
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
@@ -141,6 +143,25 @@ def materials() -> str:
         for name, made in MATERIALS.items()
     ]
     return table(("material", "scattering", "gamma", "power reflectivity", "ground"), rows)
+
+
+def sets() -> str:
+    """The sets that are sold, their rows by range scale, and the source of each number."""
+    rows = []
+    for name, each in radar_sets().items():
+        scales: dict[str, list[str]] = {}
+        for length, keys in each.scales.items():
+            scales.setdefault(_pulse(keys), []).append(f"{length / NAUTICAL_MILE:g}")
+        about = [f"{', '.join(nm)} NM: {pulse}" for pulse, nm in scales.items()]
+        sources = [f"{keys}: {text}" for keys, text in each.sources.items()]
+        rows.append((f"`{name}`", each.of, "; ".join(about), "; ".join(sources)))
+    return table(("set", "of what", "by range scale", "sources"), rows)
+
+
+def _pulse(keys: Mapping[str, Any]) -> str:
+    """What a set transmits at a scale, in words; the band of a chirp follows its samples."""
+    pulses = [f"{each['pulse_s'] * 1e6:g} us" for each in keys.get("pulses", [keys])]
+    return " and ".join(pulses) + (f", {keys['prf_hz']} Hz" if "prf_hz" in keys else "")
 
 
 def transmitter_states() -> str:
@@ -270,6 +291,7 @@ TABLES: dict[str, Callable[[], str]] = {
         for name in ("gyro", "log", "position", "antenna", "feed")
     },
     "materials": materials,
+    "sets": sets,
     "presets": presets,
     "rest": rest,
     "public": public,
