@@ -26,7 +26,7 @@ def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each; short: there may be millions."""
+    """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each. There may be millions."""
     _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one position
     welded = where.reshape(-1).astype(np.int32)[mesh.faces]
     ends = np.stack([welded, np.roll(welded, -1, axis=1)], axis=2).reshape(-1, 2)
