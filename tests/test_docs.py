@@ -177,12 +177,12 @@ def test_the_specification_has_every_equation_and_every_row_of_the_errata() -> N
 
 
 GENERATED = re.compile(r"<!-- (?:table|measured): [a-z-]+ -->\n.*?<!-- end -->", flags=re.S)
-WORDS = {"hand-written": 57_000, "generated": 17_000, "of a docstring": 22.0}  # at most
+WORDS = {"hand-written": 48_000, "generated": 17_000, "of a docstring": 22.0}  # at most; the aims are 40,000 and 15,000
 
 
 def words(text: str) -> int:
-    """Words of a text: what has a letter or a digit between blanks, code and cells of tables too."""
-    return len(re.findall(r"\S*[^\W_]\S*", text))
+    """Words of a text: what has a letter or a digit, cells of tables too; not of fenced blocks, which are programs."""
+    return len(re.findall(r"\S*[^\W_]\S*", re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)))
 
 
 def counted() -> dict[str, float]:

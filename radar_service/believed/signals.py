@@ -209,9 +209,8 @@ def on_scale(run: Run, radar: Table, nautical: float) -> Radar:
     return run.simulator(reaching(radar, nautical * NM)).scene.radar
 
 
-SMALL_SET = {0.125: (80, 2100), 1: (80, 2100), 2: (300, 1200), 3: (300, 1200), 4: (800, 600), 24: (800, 600)}  # NM: ns, Hz
-ARGUS = {0.25: (70, 70), 0.75: (70, 70), 1.5: (70, 250), 3: (70, 250), 6: (250, 800), 12: (250, 800), 24: (800, 800),
-         96: (800, 800)}  # fmt: skip  # NM: ns, normal and boost
+SMALL_SET = {1.5: (80, 2100), 3: (300, 1200), 4: (800, 600)}  # NM: ns, Hz
+ARGUS = {0.75: (70, 70), 3: (70, 250), 12: (250, 800), 96: (800, 800)}  # NM: ns, normal and boost
 
 
 def small_set(run: Run) -> list[Figure]:

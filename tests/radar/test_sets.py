@@ -1,10 +1,13 @@
 """Radar sets that are sold: the figures that are printed of them reach a scene's radar, and their limits are told."""
 
+import numpy as np
 import pytest
 
+from radar_service.plots.thresholds import KnownThreshold
 from radar_service.radar.parameters import Radar
 from radar_service.radar.sets import radar_sets
 from radar_service.scene_file.load import load_scene
+from radar_service.simulator import Simulator
 from radar_service.world.error import SceneError
 
 NM = 1852.0
@@ -50,6 +53,17 @@ def test_pulses_are_integrated_as_many_as_a_spoke_has() -> None:
     assert radar.pulses_integrated == 1500 * 60 // (24 * 720)
     assert made("furuno-far-2127", 6, rpm=48).pulses_integrated == 2
     assert made("simrad-argus", 6).pulses_integrated == 1
+
+
+def test_noise_of_a_scan_has_a_look_for_each_pulse_of_a_spoke_and_its_threshold_the_false_alarms() -> None:
+    """Of 1.3 million cells, neighbours correlated."""
+    scene = load_scene({"radar": {"set": "furuno-far-2127", "range_max_m": 24 * NM}, "environment": {"noise": True}})
+    simulator = Simulator(scene, "fast")
+    power = simulator.scan().power.astype(np.float64)
+    assert power.mean() == pytest.approx(simulator.noise_power, rel=0.01)
+    assert power.mean() ** 2 / power.var() == pytest.approx(scene.radar.pulses_integrated, rel=0.03)
+    level = KnownThreshold(scene.radar, 1e-2).of(power.astype(np.float32))
+    assert (power > level).mean() == pytest.approx(1e-2, rel=0.05)
 
 
 def test_a_pulse_compression_set_sees_within_its_blind_range_by_a_short_pulse() -> None:
