@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -18,6 +19,7 @@ from pydantic import Field
 
 import radar_service as rs
 from radar_service.effects import (
+    Attenuator,
     BeamWeightedEchoes,
     Context,
     Effect,
@@ -52,13 +54,27 @@ class ToyEffect(Effect):
     """Another effect of bodies and radars, which both scenes have: what all effects run is no knowledge of one."""
 
     name, stage_at, sources, has_paths = "toy", f"{__name__}:ToyStage", (Source("toy"),), True
-    radar_keys = body_keys = {"toy": (float | None, Field(None))}
+    radar_keys = body_keys = environment_keys = {"toy": (float | None, Field(None))}
+
+    def environment_value(self, key: str, value: Any) -> Any:
+        return ToyFog(value)
 
     def body_record(self, given: Any, mesh: Any) -> Any:
         return given["toy"]
 
     def radar_record(self, given: Any) -> Any:
         return given["toy"]
+
+
+@dataclass(frozen=True)
+class ToyFog(Attenuator):
+    """Fog that takes nothing."""
+
+    rate: float
+    text = "fog"
+
+    def one_way_db(self, radar: Any, lines: Any) -> Any:
+        return np.zeros(len(lines.azimuth))
 
 
 class ToyTruth(EffectTruth):
@@ -139,7 +155,7 @@ def content(without: str = "") -> dict[str, Any]:
     scene["radar"] |= {key: table[key] for effect, table in OF_RADAR.items() if effect != without for key in table}
     for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
-    scene["body"][2]["toy"] = 1.0
+    scene["body"][2]["toy"] = scene["environment"]["toy"] = 1.0
     scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if without != "clutter" else {"sea_state": 0}
     return scene | ({"interference": OTHERS} if without != "interference" else {})
 
