@@ -42,6 +42,7 @@ from tests.stages.fixtures import Installed
 ROOT = Path(__file__).parents[2]
 PACKAGE = f"{ROOT / 'radar_service'}{os.sep}"
 OTHERS = [{"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60}]
+RAIN_CELL = [{"position_m": [0, 2000], "radius_m": 1500, "rain_mm_h": 20, "speed_kn": 20}]
 MAX_FILES = 3  # outside its folder that run lines for one effect alone
 NEVER = ("engine", "plan", "sources", "truth")
 SHARED = {  # functions of arrays that any effect may use, and that these scenes use for one alone
@@ -156,7 +157,9 @@ def content(without: str = "") -> dict[str, Any]:
     for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
     scene["body"][2]["toy"] = scene["environment"]["toy"] = 1.0
-    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if without != "clutter" else {"sea_state": 0}
+    scene["environment"] |= (
+        {"sea_state": 3, "rain_mm_h": 4, "rain_cell": RAIN_CELL} if without != "clutter" else {"sea_state": 0}
+    )
     return scene | ({"interference": OTHERS} if without != "interference" else {})
 
 
@@ -249,7 +252,7 @@ def run_without(tree: Path) -> Any:
     [
         ("interference", {"interference"}),
         ("beacons", {"racon", "sart"}),
-        ("clutter", {"sea_texture_shape"}),
+        ("clutter", {"sea_texture_shape", "rain_cell"}),
         *((each, {*OF_RADAR[each]}) for each in OF_RADAR),
     ],
 )

@@ -102,7 +102,7 @@ def targets_of(scenario: Scenario) -> list[Target]:
                 f'{scenario.name}: body "{body["name"]}": detection is judged for points with rcs_dbsm; leave it out of targets'
             )
     air = scenario.scene.get("environment", {})
-    if not air.get("noise") or air.get("sea_state") or air.get("rain_mm_h"):
+    if not air.get("noise") or air.get("sea_state") or air.get("rain_mm_h") or air.get("rain_cell"):
         raise ScenarioError(
             f"{scenario.name}: environment: detection is judged in noise alone; give noise = true, no sea_state, no rain_mm_h"
         )
