@@ -16,6 +16,7 @@ from scipy.special import gammaincc, gammainccinv, gammaincinv
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
 from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.propagation.sea_surface import speckle_time
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import noise_spectrum
 
@@ -50,9 +51,9 @@ def covariance(cells: Indices, correlation: Complexes) -> Complexes:
     return np.asarray(matrix[np.ix_(place, place)])
 
 
-def known_level_factor(pfa: float) -> float:
-    """Returns the factor on a known mean of exponential power: -ln(pfa)."""
-    return float(-np.log(pfa))
+def known_level_factor(pfa: float, pulses: int = 1) -> float:
+    """Returns the factor on a known mean of the power of noise, averaged over so many pulses: of one -ln(pfa)."""
+    return float(-np.log(pfa) if pulses == 1 else gammainccinv(pulses, pfa) / pulses)
 
 
 @BLAS_LIMIT.held()
@@ -104,15 +105,17 @@ def _root(log_probability: Callable[[float], float]) -> float:
 
 
 def effective_looks(radar: Radar, spokes: int) -> float:
-    """Returns the number of independent looks in the mean of `spokes` spokes of clutter whose speckle rests as the beam passes.
+    """Returns the number of independent looks in the mean of `spokes` spokes of the sea.
 
     The field of a spoke is the sum of the clutter's over azimuth, weighted by the one-way power gain, so that two spokes have its
-    autocorrelation.
+    autocorrelation, times that of a sea which changes as the beam passes.
     """
     span = int(np.ceil(4.0 * radar.beamwidth / radar.azimuth_step))
     gain = radar.azimuth_gain(np.arange(-4.0 * span, 4.0 * span + 1.0) * (radar.azimuth_step / 4.0))
     correlation = np.correlate(gain, gain, "full")[len(gain) - 1 :: 4] / np.sum(gain**2)
     lag = np.arange(1, spokes)
+    life = speckle_time(radar.wavelength) / radar.rotation_period * radar.azimuths  # spokes
+    correlation[lag] *= np.exp(-((lag / life) ** 2))
     return float(spokes**2 / (spokes + 2.0 * np.sum((spokes - lag) * correlation[lag] ** 2)))
 
 

@@ -20,7 +20,8 @@ ACCELERATION = 0.003  # most spectral density of white acceleration [m^2/s^3]
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
 GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
 CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
-UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot
+UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot; one less among clutter
+CLUTTER = 1e-7  # plots of clutter per m^2 and scan from which there is clutter
 
 
 class _Track:
@@ -71,6 +72,7 @@ class Kalman:
         told = settings or TrackerSettings()
         self.error = np.array([max(told.range_error_m, RANGE_ERROR), np.radians(max(told.bearing_error_deg, BEARING_ERROR))])
         self.acceleration = min(told.acceleration, ACCELERATION)
+        self.unlikely = UNLIKELY if told.clutter_per_m2 < CLUTTER else UNLIKELY - 1
         self.tracks: list[_Track] = []
         self.started = 0
 
@@ -90,7 +92,7 @@ class Kalman:
                 self.tracks[pairs[j]].update(plot)
         for plot in others:
             self.begin(plot)
-        self.tracks = [t for t in self.tracks if t.missed < (LOST if t.plots >= CONFIRM else UNLIKELY)]
+        self.tracks = [t for t in self.tracks if t.missed < (LOST if t.plots >= CONFIRM else self.unlikely)]
 
     def begin(self, plot: Plot) -> None:
         """Begins a track, but where the beam has met a target twice in a scan, before and after north."""

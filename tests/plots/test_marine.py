@@ -37,14 +37,17 @@ def ship() -> Radar:
 
 
 def clutter(ship: Radar, shape: float, ratio_db: float, seed: int, cells: int = 1200) -> np.ndarray:
-    """Power (A, cells) [W] of noise and of clutter that falls as R^-3: speckle of the beam's autocorrelation in azimuth, gamma
-    texture that two cells and a beam share, and that ratio to noise in cell 300. Nothing here is the engine's."""
+    """Power (A, cells) [W] of noise and of clutter that falls as R^-3: speckle of the beam's autocorrelation in azimuth, times
+    that of a sea that changes in 7 ms, gamma texture that two cells and a beam share, and that ratio to noise in cell 300.
+    Nothing here is the engine's."""
     rng = np.random.default_rng(seed)
     spokes = ship.azimuths
     white = rng.standard_normal((2, spokes, cells))
     offset = (np.arange(spokes) + spokes // 2) % spokes - spokes // 2
     gain = ship.azimuth_gain(offset * ship.azimuth_step)
-    spectrum = np.fft.fft(gain / np.sqrt(np.sum(gain**2)))
+    correlation = np.fft.ifft(np.abs(np.fft.fft(gain)) ** 2).real
+    correlation *= np.exp(-((offset * ship.rotation_period / spokes / 7e-3 / (ship.wavelength / 0.032)) ** 2))
+    spectrum = np.sqrt(np.abs(np.fft.fft(correlation)) / correlation[0])
     speckle = np.fft.ifft(np.fft.fft(white[0] + 1j * white[1], axis=0) * spectrum[:, None], axis=0) / np.sqrt(2.0)
     texture = np.repeat(np.repeat(rng.gamma(shape, 1.0 / shape, (spokes // 6, cells // 2)), 6, axis=0), 2, axis=1)
     mean = 10.0 ** (ratio_db / 10.0) * (300.0 / (np.arange(cells) + 30.0)) ** 3

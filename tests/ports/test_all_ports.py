@@ -24,8 +24,8 @@ from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import running
+from tests.ports.dialect.test_dialect_port import Display
 from tests.ports.garmin_xhd.reading import read_spoke
-from tests.ports.garmin_xhd.test_xhd_port import Display
 from tests.ports.listening import FLAT_OUT
 from tests.ports.nmea.test_senders import free_port
 from tests.ports.signalk.protobuf import spokes

@@ -1,4 +1,4 @@
-"""One radar as an xHD: found, shown and commanded, by whatever comes on its socket."""
+"""One radar as another: found, shown and commanded, by whatever comes on its socket."""
 
 import asyncio
 import logging
@@ -8,8 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from radar_service.ports.garmin_xhd.announcements import XhdSenders
-from radar_service.ports.garmin_xhd.xhd_port import XhdPort
+from radar_service.ports.dialect.announcements import Senders
+from radar_service.ports.dialect.dialect import Dialect
+from radar_service.ports.dialect.dialect_port import DialectPort, Listener
+from radar_service.ports.garmin_xhd.datagrams import XHD
 from radar_service.service.settings import Pace, Settings
 from radar_service.terminal.arguments import UsageError
 from tests.ports.asgi import Server
@@ -35,16 +37,16 @@ class Kept:
 
 
 class Display:
-    """What a display does: it reads what an xHD sends, and commands."""
+    """What a display does: it reads what an xHD, or another radar, sends, and commands."""
 
-    def __init__(self) -> None:
+    def __init__(self, dialect: Dialect = XHD) -> None:
         self.heartbeats, self.reports, self.spokes = made = Kept(), Kept(), Kept()
-        commands = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        commands.bind((HERE, 0))
-        commands.setblocking(False)
-        self._to = commands.getsockname()
+        commands = Listener("--x", HERE, "", 0)
+        self._to = commands.socket.getsockname()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.port, self.other_radar = (XhdPort(XhdSenders(*made), commands, radar) for radar in (None, "stern"))
+        self.port, self.other_radar = (
+            DialectPort(dialect, HERE, Senders(*made), [commands], radar) for radar in (None, "stern")
+        )
 
     def close(self) -> None:
         self.port.close()
