@@ -15,7 +15,7 @@ from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import verdict
-from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
+from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
@@ -75,7 +75,7 @@ def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path
 def check_start(tracker: str, scenario: Scenario) -> None:
     """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
     if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
-        started = tracker_for(tracker, scenario, {"scenario": scenario.name, "seed": 0, "schema": SCHEMA})
+        started = tracker_for(tracker, header_of(scenario, 0))
         if isinstance(started, LineTracker):
             started.close()
 

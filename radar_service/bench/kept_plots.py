@@ -13,9 +13,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from radar_service.bench.run import observed
+from radar_service.bench.run import observed, surroundings
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import flood_remark
@@ -23,7 +23,7 @@ from radar_service.plots.plot import Plot
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.terminal.progress import progress
 
-SCHEMA = 2
+SCHEMA = 3
 PACKAGE = Path(__file__).parents[1]
 SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
 NO_PART = (
@@ -41,10 +41,12 @@ OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py", "recorded.py")  # files
 
 @dataclass(frozen=True)
 class ObservedRun:
-    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods."""
+    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods; around: of what tracks may be
+    false."""
 
     results: Sequence[ScanResult]
     remark: str | None
+    around: Surroundings
 
 
 def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
@@ -57,7 +59,8 @@ def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
         make_folder(path.parent)
         write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
-    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"])
+    around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
+    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], around)
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -133,6 +136,7 @@ def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
     results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
     return {
         "scans": [asdict(replace(result, flood=None)) for result in results],
+        "around": asdict(surroundings(scenario)),
         "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
     }
 

@@ -9,7 +9,16 @@ from radar_service.bench.run_picture import run_picture
 from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
-UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
+UNITS = {
+    "_m_s": "m/s",
+    "_m": "m",
+    "_deg": "degrees",
+    "_kn": "kn",
+    "_nm": "NM",
+    "_min": "min",
+    "_s": "s",
+    "_h": "1/h",
+}  # by endings
 JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
 MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed

@@ -67,20 +67,10 @@ GENERAL = tuple(
         "identity_changes": {"maximum": 0.0}, "first_state_scans": {"maximum": 10.0}, "velocity_kn_1min": {"maximum": 1.5},
         "velocity_kn_3min": {"maximum": 0.8}, "velocity_kn_median": {"maximum": 1.5},
         "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
-        "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
+        "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0}, "false_noise_h": {"maximum": 1.0},
+        "false_sea_h": {"maximum": 1.0}, "false_rain_h": {"maximum": 1.0}, "false_land_h": {"maximum": 240.0},
     }.items()
 )  # fmt: skip
-
-
-class TrackerSettings(Table):
-    """How the reference tracker is tuned; gating.Tuning has the meanings. Angles in degrees."""
-
-    range_error_m: Annotated[float, Field(gt=0)] = 5.0
-    bearing_error_deg: Annotated[float, Field(gt=0)] = 0.1
-    acceleration: Annotated[float, Field(gt=0)] = 0.01
-    speed_error_kn: Annotated[float, Field(gt=0)] = 20.0
-    detection: Annotated[float, Field(gt=0, lt=1)] = 0.9
-    clutter_per_m2: Annotated[float, Field(gt=0)] = 1e-8
 
 
 class PlotSettings(Table):
@@ -134,7 +124,7 @@ class Scenario(Table):
     radar: id of the radar whose plots the tracker gets; the first one by default.
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
-    plot_errors: of points; none by default.
+    plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
@@ -159,7 +149,6 @@ class Scenario(Table):
     draw_biases: bool = False
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
-    tracker: TrackerSettings = TrackerSettings()
     limit: tuple[Limit, ...] = ()
     scene: Mapping[str, Any]
     standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}

@@ -8,6 +8,8 @@ from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved
 from radar_service.numerics.types import Floats
 from radar_service.plots.flood import Flood
 
+LAND_STEP = 50.0  # m
+
 
 @dataclass(frozen=True, kw_only=True)
 class TargetTruth:
@@ -44,6 +46,15 @@ class ScanResult:
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Of what tracks may be false. land: places (N, 2) every LAND_STEP of land and of other bodies at rest [m]; clutter: of the
+    rest: "rain", "sea", or "noise" alone."""
+
+    land: tuple[tuple[float, float], ...] = ()
+    clutter: str = "noise"
 
 
 def at_end(truth: TargetTruth, end: float) -> TargetTruth:

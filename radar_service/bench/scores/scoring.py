@@ -12,24 +12,25 @@ import numpy as np
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.motion_scores import motion_scores
 from radar_service.bench.scores.plot_scores import plot_metrics
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.scores.set_scores import set_scores
-from radar_service.bench.scores.track_life import life_scores
+from radar_service.bench.scores.track_life import NOWHERE, life_scores
 
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 
 
-def metrics_of(results: Sequence[ScanResult]) -> dict[str, float | None]:
-    """Returns the metrics of a run by name, extended targets at the mean centroid of their power."""
+def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+    """Returns the metrics of a run by name, extended targets at the mean centroid of their power. around: of what tracks may be
+    false."""
     centred = at_power_centroids(results)
-    return {**scores(centred), **plot_metrics(centred)}
+    return {**scores(centred, around), **plot_metrics(centred)}
 
 
-def scores(results: Sequence[ScanResult]) -> dict[str, float | None]:
+def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
     run = judged(results)
-    return {**set_scores(run), **life_scores(run), **motion_scores(run)}
+    return {**set_scores(run), **life_scores(run, around), **motion_scores(run)}
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
