@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from radar_service.bench.blind import FIRST_SEED
 from radar_service.bench.run import observed, surroundings
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
@@ -49,15 +50,19 @@ class ObservedRun:
     around: Surroundings
 
 
-def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
+def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> ObservedRun:
     """Returns plots and truth of a scenario and a seed, kept in the folder where they are made of the same; or makes and keeps
-    them. Raises SceneError and OSError."""
-    path, digest = folder / f"{scenario.name}-{seed}.json.gz", plots_digest(scenario, seed)
-    kept = _read(path, digest)
+    them. folder: None keeps nothing. The name of a file tells no salted seed. Raises SceneError and OSError."""
+    name, digest = f"{scenario.name}-{seed}", plots_digest(scenario, seed)
+    if seed >= FIRST_SEED:
+        name = hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
+    path = folder and folder / f"{name}.json.gz"
+    kept = _read(path, digest) if path else None
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
-        make_folder(path.parent)
-        write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
+        if path:
+            make_folder(path.parent)
+            write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
     return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], around)

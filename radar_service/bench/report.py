@@ -36,9 +36,17 @@ def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None
     """Returns the page: the summary, then the scenarios, the gravest first."""
     return html_page(
         "bench/report.html", report=report, scenarios=gravest_first(report), drawn=drawn, run_picture=run_picture,
-        word_of=word_of, missed_limits=_missed_limits, gravest_lines=_gravest_lines, failure_lines=failure_lines,
+        word_of=word_of, missed_limits=_missed_limits, blind_words=blind_words,
+        gravest_lines=_gravest_lines, failure_lines=failure_lines,
         number_of=number_of, bound_of=bound_of, unit_of=unit_of, max_listed=MAX_LISTED,
     )  # fmt: skip
+
+
+def blind_words(report: Mapping[str, Any]) -> str:
+    """Returns whether the tracker knew what is judged, as a sentence."""
+    if not (blind := report["blind"]):
+        return "Open runs: scenario and seed are known."
+    return f"Blind runs, {'sealed' if blind['sealed'] else 'not sealed: truth stayed in memory'}; salt {blind['salt']}."
 
 
 def gravest_first(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:

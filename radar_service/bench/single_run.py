@@ -1,6 +1,7 @@
 """One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did."""
 
-from collections.abc import Iterable
+import secrets
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,15 +23,21 @@ from radar_service.terminal.progress import progress
 SCHEMA = 5
 
 
-def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
-    """Returns one run as plain data; plots: the folder that keeps plots and truth. A tracker that fails is a failed run, and
-    has `failure`. Raises SceneError, OSError, and ImportError without Stone Soup."""
+def single_run(
+    scenario: Scenario, seed: int, tracker_name: str, plots: Path, sealed: Sequence[str] | None = None
+) -> dict[str, Any]:
+    """Returns one run as plain data. A tracker that fails is a failed run, and has `failure`.
+
+    plots: the folder that keeps plots and truth; sealed: folders that a program cannot read, none where truth is to stay in
+    memory; None for an open run. Plots are made before the tracker starts, which cannot tell the scenario by their time. Raises
+    SceneError, OSError, and ImportError without Stone Soup.
+    """
     made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
+    run = observed_run(None if sealed == () else plots, scenario, seed)
     try:
-        tracker = tracker_for(tracker_name, header_of(scenario, seed))
+        tracker = tracker_for(tracker_name, header_of(scenario, seed if sealed is None else None), sealed)
     except TrackerError as error:
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
-    run = observed_run(plots, scenario, seed)
     name = f"{scenario.name}, seed {seed}: {tracker_name}"
     scans = progress(run.results, len(run.results), "scans", lambda _: name, within=True)
     results, failed = _tracked(scans, tracker)
@@ -43,14 +50,17 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) ->
     }  # fmt: skip
 
 
-def header_of(scenario: Scenario, seed: int) -> dict[str, Any]:
-    """Returns what a tracker gets before the first scan. Raises SceneError."""
-    return {"schema": SCHEMA, "scenario": scenario.name, "seed": seed, "radar": asdict(data_sheet(scenario))}
+def header_of(scenario: Scenario, seed: int | None) -> dict[str, Any]:
+    """Returns what a tracker gets before the first scan. seed: None for a blind run. Raises SceneError."""
+    open_keys = {} if seed is None else {"scenario": scenario.name, "seed": seed}
+    return {"schema": SCHEMA, "run": secrets.token_hex(8), **open_keys, "radar": asdict(data_sheet(scenario))}
 
 
-def scored_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
+def scored_run(
+    scenario: Scenario, seed: int, tracker_name: str, plots: Path, sealed: Sequence[str] | None = None
+) -> dict[str, Any]:
     """Returns a run as single_run does, without its scans and events: what ranks trackers is small, and has no picture."""
-    return {**single_run(scenario, seed, tracker_name, plots), "events": [], "scans": []}
+    return {**single_run(scenario, seed, tracker_name, plots, sealed), "events": [], "scans": []}
 
 
 def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path("bench-plots")) -> dict[str, float | None]:

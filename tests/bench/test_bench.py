@@ -64,9 +64,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     runs: list[tuple[str, int]] = []
     single = bench_module.single_run
 
-    def counted(scenario: Scenario, seed: int, tracker: str, plots: Path) -> dict:
+    def counted(scenario: Scenario, seed: int, tracker: str, plots: Path, sealed: tuple[str, ...] | None) -> dict:
         runs.append((scenario.name, seed))
-        return single(scenario, seed, tracker, plots)
+        return single(scenario, seed, tracker, plots, sealed)
 
     monkeypatch.setattr(bench_module, "single_run", counted)
     return runs

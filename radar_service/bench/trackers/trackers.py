@@ -7,7 +7,7 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,12 +18,13 @@ from radar_service.bench.trackers.tracker import DataSheet, Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
 
 
-def tracker_for(name: str, header: Mapping[str, Any]) -> Tracker:
+def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | None = None) -> Tracker:
     """Returns a new tracker by name.
 
     The name of an entry point of the group of trackers, as "gnn" and "jpda", the reference; "ws://..." or "wss://...": a server;
     "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
     header: what a server or command gets first, with `radar`, the data sheet, by which a reference is tuned.
+    sealed: folders that a program cannot read; None for an open run.
     Commands and callables of others run in processes of their own. Raises TrackerError, PlugInError, and MissingExtra.
     """
     if is_built_in(name):
@@ -33,10 +34,10 @@ def tracker_for(name: str, header: Mapping[str, Any]) -> Tracker:
     if name in plug_ins.names("trackers"):
         entry = plug_ins.entry("trackers", name)
         try:
-            return CallableTracker(entry.value, header)
+            return CallableTracker(entry.value, header, sealed=sealed)
         except TrackerError as error:
             raise type(error)(str(plug_ins.broken(entry, error))) from None
-    return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)
+    return (CallableTracker if _is_callable(name) else ProcessTracker)(name, header, sealed=sealed)
 
 
 def program_digest(name: str) -> str:
