@@ -22,6 +22,7 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
+HALF_TURN = 0.5  # of the antenna, beyond which a tracker is told to be slow
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
 OWED = f"a state is owed from {ACQUISITION:g} s after a target is seen first; give more scans, best for three minutes"
@@ -156,6 +157,10 @@ def _remark(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> str | None
     remarks = [run["remark"] for run in runs if run["remark"]][:1]
     if scenario.judges == "tracks" and nothing_is_owed(runs):
         remarks.append(f"{scenario.scans} scans judge no tracker: {OWED}")
+    slow = [run["seed"] for run in runs if (run["metrics"].get("answer_turns") or 0.0) > HALF_TURN]
+    remarks += (
+        [f"95 % of answers take up to more than half a turn in {len(slow)} runs, first in seed {slow[0]}"] if slow else []
+    )
     return "; ".join(remarks) or None
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
@@ -38,9 +39,11 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
 def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. Raises TrackerError, and what the tracker raises."""
     for result in results:
+        began = perf_counter()
         tracks = tuple(tracker.update(result.given))
+        seconds = perf_counter() - began
         check_times(tracks, result.given)
-        yield replace(result, tracks=tracks)
+        yield replace(result, tracks=tracks, seconds=seconds, memory=getattr(tracker, "memory", None))
 
 
 def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:

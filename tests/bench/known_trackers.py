@@ -255,6 +255,24 @@ class HalfSpeed(_Wrong):
         yield replace(state, velocity_east=state.velocity_east / 2.0, velocity_north=state.velocity_north / 2.0)
 
 
+class Reverses(_Wrong):
+    """Reverses its velocities in one scan of ten."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        sign = -1.0 if scan.scan % 10 == 0 else 1.0
+        yield replace(state, velocity_east=sign * state.velocity_east, velocity_north=sign * state.velocity_north)
+
+
+class Delays(Imm):
+    """Gives each answer one scan later, as if it were new."""
+
+    states: Sequence[TrackState] = ()
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        later, self.states = self.states, super().update(scan)
+        return [replace(state, time=state.time + 2.5) for state in later if state.time + 2.5 <= scan.time]
+
+
 class NeverDeletes(Imm):
     """Keeps every track that it has reported, and says that it coasts."""
 

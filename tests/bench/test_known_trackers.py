@@ -64,6 +64,11 @@ TABLE: list[tuple[type[known.Imm], str, str]] = [
     (known.Ghosts, "land-near", "false_noise_h"),
     (known.Ghost, "missed-scans", "false_noise_h"),
     (known.NewNames, "crossing-cpa-0", "identity_changes"),
+    (known.Reverses, "crossing-cpa-500", "velocity_kn_95"),
+    (known.Reverses, "missed-scans", "velocity_kn_95"),
+    (known.Delays, "crossing-cpa-500", "delay_s"),
+    (known.Delays, "missed-scans", "delay_s"),
+    (known.Lags, "target-manoeuvre", "turn_lag_s"),
 ]
 QUICK = {"crossing-cpa-500", "missed-scans", "target-manoeuvre"}  # the others are studies: their plots take a second each
 TURNS = {

@@ -40,12 +40,14 @@ class TargetTruth:
 @dataclass(frozen=True)
 class ScanResult:
     """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
-    the plot extractor, None as a rule."""
+    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], [bytes], None where nobody knows."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
+    seconds: float = 0.0
+    memory: int | None = None
 
 
 @dataclass(frozen=True)

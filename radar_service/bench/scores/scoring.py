@@ -23,7 +23,20 @@ def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) ->
     """Returns the metrics of a run by name, extended targets at the mean centroid of their power. around: of what tracks may be
     false."""
     centred = at_power_centroids(results)
-    return {**scores(centred, around), **plot_metrics(centred)}
+    return {**scores(centred, around), **effort(results), **plot_metrics(centred)}
+
+
+def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
+    """Returns the time of 95 % of the answers, in turns of the antenna, and by how much the memory of a program has grown a scan
+    [MB] over the second half of a run; nothing of what is not known."""
+    if not results or not any(result.seconds for result in results):
+        return {}
+    period = results[-1].given.time / (results[-1].given.scan + 1)
+    turns: dict[str, float | None] = {
+        "answer_turns": float(np.percentile([result.seconds for result in results], 95.0, method="higher")) / period
+    }
+    later = [result.memory for result in results[len(results) // 2 :] if result.memory]
+    return turns | ({"growth_mb": (later[-1] - later[0]) / 1e6 / (len(later) - 1)} if len(later) > 1 else {})
 
 
 def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:

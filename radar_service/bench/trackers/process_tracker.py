@@ -21,6 +21,7 @@ from radar_service.bench.trackers.callable_child import READY
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
+MAX_PROCESSES = 64  # of a program with all that it starts
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
 LAST_WORDS = 20.0  # s from the end of its answers to its own: on a busy machine it takes a while to write why
 SEALED = Path(__file__).with_name("sealed_child.py")
@@ -121,6 +122,19 @@ class ProcessTracker(LineTracker):
         return self._process.poll()
 
     @property
+    def memory(self) -> int | None:
+        """Memory of the program and of what it has started [bytes], after the last answer; None where nobody knows. Raises
+        TrackerError where these are more than MAX_PROCESSES."""
+        processes = _family(self._process.pid)
+        if len(processes) > MAX_PROCESSES:
+            raise TrackerError(f"tracker: {self.name!r} has {len(processes)} processes; at most {MAX_PROCESSES}")
+        try:
+            pages = [int(Path(f"/proc/{process}/statm").read_text().split()[1]) for process in processes]
+            return sum(pages) * os.sysconf("SC_PAGE_SIZE")
+        except (OSError, ValueError, IndexError):
+            return None
+
+    @property
     @override
     def last_line(self) -> str:
         return self._last_line
@@ -143,6 +157,16 @@ class ProcessTracker(LineTracker):
                     break
                 self._answers.put(line)
         self._answers.put("")
+
+
+def _family(process: int) -> list[int]:
+    """A process and what it has started, as far as Linux tells."""
+    family = [process]
+    for each in family:
+        with suppress(OSError):
+            for task in Path(f"/proc/{each}/task").iterdir():
+                family += map(int, (task / "children").read_text().split())
+    return family
 
 
 class CallableTracker(ProcessTracker):
