@@ -22,7 +22,7 @@ from tests.scattering.physical_optics.meshes import cross_section, decibels
 Floats = NDArray[np.float64]
 
 FOLDER = Path(__file__).parents[1] / "scenes"
-NAMES = ["aids", "far-target", "harbour", "open-sea", "orientation", "worked-example"]
+NAMES = ["aids", "coast", "far-target", "harbour", "open-sea", "orientation", "worked-example"]
 
 
 @cache

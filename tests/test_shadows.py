@@ -146,7 +146,7 @@ def wall(folder: Path) -> tuple[dict[str, Any], Floats, Floats]:
 
 def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
     """4800 triangles. Sight lines aimed at the middles of 2400 inner edges all end there (Embree's robust mode lets 0.09 %
-    of such rays pass, docs/reference-values.md#embree: 7 would be 5 sigma). Aimed exactly at one of 2301 vertices 0.7 % slip
+    of such rays pass, docs/accuracy.md#embree: 7 would be 5 sigma). Aimed exactly at one of 2301 vertices 0.7 % slip
     through, a millimetre beside it none. Of a plate's scatterers behind, whose lines meet no vertex, nothing is received."""
     body, vertices, middles = wall(tmp_path)
     plate = {"name": "p", "shape": "plate", "width_m": 200, "height_m": 60, "position_m": [0, 800, 35], "heading_deg": 180,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics.types import Floats, Singles
+from radar_service.radar.sets import radar_sets
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.output_files import write_file
@@ -17,15 +18,19 @@ from radar_service.terminal.output_files import write_file
 Table = dict[str, Any]  # of a scene file
 Measurement = Callable[["Run"], list["Figure"]]
 NM = 1852.0  # m
-# Ships' sets. X: 25 kW, 1 degree (Sperry Bridgemaster of 2.4 m, as the IfAOe has it). S: 30 kW, 12 ft, 1.9 degrees. Receiver and
-# losses are those of the scenario msc192-table2. Pulses by scale as of the Simrad Argus (row E03): 0.07 us to 3 NM, 0.25 us at 6
-# and 12 NM, 0.8 us beyond.
+# Ships' sets on the air, of the standard's ranges: on the shortest scale that shows all that is asked.
+SETS: dict[str, Table] = {
+    band: {"set": name, "height_m": 15, "loss_db": 9, "noise_figure_db": 5}
+    for band, name in (("X", "furuno-far-2127"), ("S", "furuno-far-2137s"))
+}
+# Ships' sets with one pulse a spoke. X: 25 kW, 1 degree (Sperry Bridgemaster of 2.4 m, as the IfAOe has it). S: 30 kW, 12 ft,
+# 1.9 degrees. Receiver and losses are those of the scenario msc192-table2.
 X: Table = {
     "azimuths": 1024, "rpm": 24, "height_m": 15, "pattern": "taylor", "modulation": "none", "pulse_s": 2.5e-7,
     "beamwidth_deg": 1.0, "power_w": 25e3, "gain_dbi": 31, "loss_db": 9, "noise_figure_db": 5,
 }  # fmt: skip
 S = X | {"frequency_hz": 3.05e9, "beamwidth_deg": 1.9, "power_w": 30e3, "gain_dbi": 27}
-SHORT, LONG = {"pulse_s": 7e-8}, {"pulse_s": 8e-7}
+SHORT = {"pulse_s": 7e-8}
 BARE: Table = {"azimuths": 720, "height_m": 15, "pattern": "gaussian", "pattern_el": "gaussian", "beamwidth_deg": 1.0}
 
 
@@ -107,6 +112,12 @@ class Run:
         """Writes a height map (north to south, west to east) [m]; returns the name by which a body of a scene has it."""
         np.save(self.folder / f"{name}.npy", heights)
         return f"{name}.npy"
+
+
+def reaching(radar: Table, reach: float) -> Table:
+    """Returns a radar that shows so far [m]: a set on the shortest scale that does."""
+    scales = radar_sets()[radar["set"]].scales if "set" in radar else (reach,)
+    return radar | {"range_max_m": next(scale for scale in scales if scale >= reach)}
 
 
 def placed(bearing: float, ground: float, height: float) -> list[float]:

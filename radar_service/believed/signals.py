@@ -6,9 +6,10 @@ from functools import partial
 import numpy as np
 from scipy.signal import find_peaks
 
-from radar_service.believed.run import BARE, NM, Figure, Measurement, NotExpressed, Run, Table, X, db, placed, ring
+from radar_service.believed.run import BARE, NM, SETS, Figure, Measurement, Run, Table, X, db, placed, reaching, ring
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Floats
+from radar_service.radar.parameters import Radar
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 
@@ -195,12 +196,43 @@ def trigger_level(run: Run) -> float:
 
 
 def bandwidths(run: Run) -> list[Figure]:
-    """The band that a set has by default for its long and its short pulses, as its noise tells, against the printed ones."""
+    """The bands of a set's receiver for its long and its short pulses, which its maker prints on the same page."""
     figures = []
-    for name, pulse, low, high in (("long pulse, 0.8 us", 8e-7, 3e6, 5e6), ("short pulse, 0.07 us", 7e-8, 10e6, 25e6)):
-        radar = run.simulator(X | {"pulse_s": pulse}).scene.radar
-        figures.append(Figure.by_factor(name, radar.bandwidth / 1e6, low / 1e6, high / 1e6, 1.5, "MHz"))
+    for name, nautical, low, high in (("long pulse, 1.2 us", 48, 3.0, 5.0), ("short pulse, 0.07 us", 1.5, 10.0, 25.0)):
+        radar = on_scale(run, SETS["X"], nautical)
+        figures.append(Figure.by_factor(name, radar.bandwidth / 1e6, low, high, 1.5, "MHz"))
     return figures
+
+
+def on_scale(run: Run, radar: Table, nautical: float) -> Radar:
+    """Returns a set as it transmits on a scale [NM]."""
+    return run.simulator(reaching(radar, nautical * NM)).scene.radar
+
+
+SMALL_SET = {1.5: (80, 2100), 3: (300, 1200), 4: (800, 600)}  # NM: ns, Hz
+ARGUS = {0.75: (70, 70), 3: (70, 250), 12: (250, 800), 96: (800, 800)}  # NM: ns, normal and boost
+
+
+def small_set(run: Run) -> list[Figure]:
+    """Pulse and its rate on the scales of a small set."""
+    radars = {nm: on_scale(run, {"set": "furuno-1824c"}, nm) for nm in SMALL_SET}
+    return [
+        figure
+        for nm, (pulse, prf) in SMALL_SET.items()
+        for figure in (
+            Figure.near(f"{nm:g} NM: pulse", radars[nm].pulse * 1e9, pulse, 0.05, "ns"),
+            Figure.near(f"{nm:g} NM: rate", radars[nm].prf or 0.0, prf, 0.05, "Hz"),
+        )
+    ]
+
+
+def argus(run: Run) -> list[Figure]:
+    """The pulse on the scales of another, normal and boosted."""
+    return [
+        Figure.near(f"{nm:g} NM{what}", on_scale(run, {"set": name}, nm).pulse * 1e9, pulse, 1e-9, "ns")
+        for nm, pulses in ARGUS.items()
+        for name, what, pulse in zip(("simrad-argus", "simrad-argus-boost"), ("", ", boost"), pulses, strict=True)
+    ]
 
 
 def racon_reply(run: Run) -> list[Figure]:
@@ -211,11 +243,6 @@ def racon_reply(run: Run) -> list[Figure]:
     answer = scan.range[power > 0.25 * power.max()]
     begin, length = (float(v) * 2.0 / SPEED_OF_LIGHT * 1e6 for v in (answer[0] - 2000.0, answer[-1] - answer[0]))
     return [Figure.most("begins after", begin, 0.7 * 1.2, "us"), Figure.near("length", length, 25.0, 0.2, "us")]
-
-
-def no_scales(run: Run) -> list[Figure]:
-    """Raises NotExpressed: the range control changes no pulse."""
-    raise NotExpressed("a scene has one pulse; the range control does not choose it")
 
 
 def spokes_and_samples(run: Run) -> list[Figure]:
@@ -243,5 +270,5 @@ MEASUREMENTS: dict[str, Measurement] = {
     "A01": slotted_guides, "A03": partial(beams, ((5.0, False), (3.5, False), (25.0, True))),
     "A05": partial(beams, ((20.0, True),)),
     "T03": sart_dots, "T05": sart_signal, "T06": bandwidths, "T07": racon_reply,
-    "E01": no_scales, "E03": no_scales, "E05": spokes_and_samples,
+    "E01": small_set, "E03": argus, "E05": spokes_and_samples,
 }  # fmt: skip

@@ -6,15 +6,34 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.believed.run import LONG, NM, SHORT, Figure, Measurement, Run, S, Table, X, around, db, placed, ring
+from radar_service.believed.run import (
+    NM,
+    SETS,
+    SHORT,
+    Figure,
+    Measurement,
+    Run,
+    Table,
+    X,
+    around,
+    db,
+    placed,
+    reaching,
+    ring,
+)
 from radar_service.numerics.types import Floats, Indices
 from radar_service.plots.false_alarms import known_level_factor
 from radar_service.scans.scan import Scan
+from radar_service.simulator import Simulator
 
 PFA, CRITERION, SCANS = 1e-4, 0.8, 20  # MSC.192(79) 5.3.1.1: 8 of 10 scans
 AIR = {"noise": True, "multipath": True}
 Level = Callable[[Scan, float, int], float]  # threshold [W] of a scan about a bearing [rad] and in a cell
-BANDS = {"X": X, "S": S}
+
+
+def threshold_in_noise(simulator: Simulator, pfa: float = PFA) -> float:
+    """Returns the power [W] that noise alone exceeds with a probability."""
+    return known_level_factor(pfa, simulator.scene.radar.pulses_integrated) * simulator.noise_power
 
 
 def detected(
@@ -26,7 +45,7 @@ def detected(
     level: of the scan; by default that of PFA over the mean noise. extent: of a body along range, on either side [m].
     """
     simulator = run.simulator(radar, environment, bodies, own_ship, fidelity=fidelity)
-    noise, hits = known_level_factor(PFA) * simulator.noise_power, np.zeros(len(bodies))
+    noise, hits = threshold_in_noise(simulator), np.zeros(len(bodies))
     cells = 1 + math.ceil(extent / simulator.range_step)
     for _ in range(scans):
         scan = simulator.scan()
@@ -49,7 +68,7 @@ def first_detection(
     scans, fidelity = (SCANS, "fast") if aspects == 1 else (SCANS // 2, "balanced")
     turn = ring(len(nautical) * aspects).reshape(len(nautical), aspects)
     reach = float(nautical.max()) * NM * 1.05 + 500.0
-    radar = radar | {"range_max_m": reach}
+    radar = reaching(radar, reach)
     bodies = [
         target | {"position_m": placed(bearing, float(distance) * NM, height), "heading_deg": k * 360.0 / aspects + 8.0}
         for distance, bearings in zip(nautical, turn, strict=True)
@@ -83,7 +102,7 @@ def small_targets(row: str, run: Run) -> list[Figure]:
     return [
         Figure.least(
             band,
-            first_detection(run, BANDS[band], _point(section, swerling), height, steps(0.5 * floor, 2.0 * floor)),
+            first_detection(run, SETS[band], _point(section, swerling), height, steps(0.5 * floor, 2.0 * floor)),
             floor, "NM",
         )
         for band, (section, floor) in bands.items()
@@ -104,14 +123,14 @@ def ships(row: str, run: Run) -> list[Figure]:
             band,
             first_detection(run, radar, hull, 0.0, nautical, aspects=8, extent=length / 2.0), floor, "NM",
         )
-        for band, radar in BANDS.items()
+        for band, radar in SETS.items()
     ]  # fmt: skip
 
 
 def shores(row: str, run: Run) -> list[Figure]:
     """Whether a beach that rises over 400 m to a height, 2 km wide and 1 km deep, is detected, and how far."""
     figures = []
-    for band, radar in BANDS.items():
+    for band, radar in SETS.items():
         for height, floor in SHORES[row]:
             seen = [n for n in steps(0.8 * floor, 1.4 * floor, 7) if shore_share(run, radar, height, float(n)) >= CRITERION]
             figures.append(Figure.least(f"{band}, {height:g} m", float(max(seen, default=0.0)), floor, "NM"))
@@ -125,12 +144,11 @@ def shore_share(run: Run, radar: Table, height: float, nautical: float) -> float
         "heightmap": run.height_map(f"shore-{height:g}-m", rise), "extent_m": [2000, 1000],
         "position_m": [0, nautical * NM + 500.0, 0],
     }  # fmt: skip
-    radar = radar | {"range_max_m": nautical * NM + 2500.0} | (LONG if nautical > 12.0 else {})
-    simulator = run.simulator(radar, AIR, [shore], sector=(-0.02, 0.02), fidelity="fast")
+    simulator = run.simulator(reaching(radar, nautical * NM + 2500.0), AIR, [shore], sector=(-0.02, 0.02), fidelity="fast")
     hits = 0
     for _ in range(10):
         power = around(simulator.scan().power, simulator, 0.0, nautical * NM + 300.0, round(300.0 / simulator.range_step))
-        hits += float(power.max()) > known_level_factor(PFA / 100.0) * simulator.noise_power  # of some 100 cells
+        hits += float(power.max()) > threshold_in_noise(simulator, PFA / 100.0)  # of some 100 cells
     return hits / 10.0
 
 
@@ -279,7 +297,7 @@ def sart_range(run: Run) -> list[Figure]:
             dot = each.effects["beacon"].first_dot
             if dot is not None:
                 power = around(scan.power, simulator, each.bearing, dot, 3)
-                hits[int(each.body.split()[-1])] += power.max() > known_level_factor(PFA) * simulator.noise_power
+                hits[int(each.body.split()[-1])] += power.max() > threshold_in_noise(simulator)
     return [Figure.least("first detection", float(nautical[hits >= 8].max(initial=0.0)), 5.0, "NM")]
 
 

@@ -19,6 +19,7 @@ MEASUREMENTS: dict[str, Callable[[Run], list[Figure]]] = {
     **sea.MEASUREMENTS, **targets.MEASUREMENTS, **bodies.MEASUREMENTS, **signals.MEASUREMENTS, **tracking.MEASUREMENTS,
 }  # fmt: skip
 REASONS = json.loads(Path(__file__).with_name("reasons.json").read_text(encoding="utf-8"))  # by row: why ours lies outside
+CAPTURED = Path(__file__).with_name("captured.txt").read_text(encoding="utf-8")  # video of real sets, measured once
 NOT_COMPUTED = "the engine cannot express it"
 
 
@@ -105,6 +106,7 @@ They run by themselves: `radar-service scan DIR/{example}/scene-1.json -o out.np
 The rows were fixed before any of them was computed, and none was dropped. A row is inside where all its figures are.
 One that the engine cannot express is outside. Rows of a model, rows recalled without a source, and rows without a number
 are shown, not counted. Rows of antennas and sets give the scene what a maker prints, and test that a scan shows it.
+Detection ranges of the standard are those of the Furuno sets of ships (`[radar] set`), on the scale that shows all that is asked.
 
 **{inside} of {counted} rows are inside.** {shown} are shown. What is outside comes first.
 
@@ -121,7 +123,7 @@ def page(verdicts: Sequence[Verdict]) -> str:
     for word in ORDER:
         if groups[word]:
             lines += [f"## {word.capitalize()}", "", *_table(groups[word]), ""]
-    return "\n".join(lines)
+    return "\n".join([*lines, CAPTURED])
 
 
 def _table(verdicts: Sequence[Verdict]) -> list[str]:

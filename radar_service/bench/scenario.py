@@ -17,7 +17,7 @@ from radar_service.scene_file.error_tables import drawn_biases
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
-CLUTTER = {"sea_state", "rain_mm_h"}  # keys of an environment with clutter
+CLUTTER = {"sea_state", "wave_height_m", "rain_mm_h"}  # keys of an environment with clutter
 OF_SHIPS = {"gap_cells": 12, "gap_spokes": 4, "split_db": 200.0, "max_plots": 200}  # the plots of a ship are one
 AMONG_OTHERS = {
     "threshold": "ca",
@@ -69,7 +69,7 @@ GENERAL = tuple(
         "course_after_turn_deg": {"maximum": 5.0}, "turn_lag_s": {"maximum": 15.0}, "turn_course_deg": {"maximum": 30.0},
         "bridged": {"minimum": 1.0}, "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
         "delay_s": {"maximum": 1.0}, "trend_s": {"maximum": 60.0}, "vector_s": {"maximum": 180.0},
-        "false_noise_h": {"maximum": 1.0}, "false_sea_h": {"maximum": 1.0}, "false_rain_h": {"maximum": 1.0},
+        "false_noise_h": {"maximum": 1.0}, "false_sea_h": {"maximum": 24.0}, "false_rain_h": {"maximum": 24.0},
         "false_land_h": {"maximum": 240.0}, "answer_turns": {"maximum": 1.0}, "growth_mb": {"maximum": 2.0},
     }.items()
 )  # fmt: skip

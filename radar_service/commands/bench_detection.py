@@ -10,7 +10,7 @@ from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.detection.clutter import BANDS, ClutterCase, clutter_study, clutter_summary
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
-from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario
+from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError, load_scenario
 from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.scene_file.load import load_scene
@@ -61,7 +61,7 @@ def _detection(options: argparse.Namespace) -> int:
     make_folder(options.out)  # refused now, not after the study
     shown = partial(progress, unit="parts", name=lambda part: part.job.name)
     air = scenario.scene.get("environment", {})
-    if options.sea_state or options.rain_mm_h or air.get("sea_state") or air.get("rain_mm_h"):
+    if options.sea_state or options.rain_mm_h or any(map(air.get, CLUTTER)):
         cases = _cases(options, scenario)
         with executor_of(options) as executor:
             study = clutter_study(scenario, cases, options.scans, executor, shown, options.seed)
@@ -77,7 +77,8 @@ def _detection(options: argparse.Namespace) -> int:
 
 def _cases(options: argparse.Namespace, scenario: Scenario) -> list[ClutterCase]:
     """The cases of the options. Raises UsageError."""
-    air, farthest = scenario.scene.get("environment", {}), load_scene(scenario.scene_for(0)).radar.range_max / NAUTICAL_MILE
+    scene = load_scene(scenario.scene_for(0))
+    air, farthest = scene.environment, scene.radar.range_max / NAUTICAL_MILE
     usual = np.geomspace(NEAREST, max(0.9 * farthest, NEAREST), options.ranges).tolist()
     ranges = tuple(distance * NAUTICAL_MILE for distance in options.at_nm or usual)
     needed, _, of = options.looks.partition("/")
@@ -86,8 +87,8 @@ def _cases(options: argparse.Namespace, scenario: Scenario) -> list[ClutterCase]
             ClutterCase(
                 state, rain, ranges, options.pfa, int(needed), int(of), options.swerling, options.band, options.polarization
             )
-            for state in options.sea_state or [air.get("sea_state", 0)]
-            for rain in options.rain_mm_h or [air.get("rain_mm_h", 0.0)]
+            for state in options.sea_state or [air.sea_state]
+            for rain in options.rain_mm_h or [air.rain_mm_h]
         ]  # fmt: skip
     except ValueError as error:
         raise UsageError(f"--looks, --pfa: {error}") from None

@@ -23,7 +23,9 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
+from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
+from radar_service.receive.noise import integrate
 from radar_service.stages.stage import Added, Tile
 
 
@@ -58,6 +60,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
         record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
     add_stages(prepared, Tile(azimuths, ~blind, field, None if record is None else record.added))
+    _integrate(prepared, azimuths, field)
     return field
 
 
@@ -193,8 +196,7 @@ def receive(
     compression = prepared.compression
     spectrum = compression.joined_spectrum(with_silence(rows, blind), with_silence(land, blind))
     if prepared.scene.environment.noise:
-        scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
-        rng = generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile)
+        rng = _noise_generator(prepared, azimuths)
         if spectrum is None:
             spectrum = compression.noise.draw(len(azimuths.time), rng)
         else:
@@ -202,6 +204,20 @@ def receive(
     if spectrum is None:
         return np.zeros((len(azimuths.time), compression.bins), dtype=np.complex64)
     return compression.from_spectrum(spectrum)
+
+
+def _noise_generator(prepared: Prepared, azimuths: AzimuthTimes, *purpose: int) -> np.random.Generator:
+    """Random numbers of a tile's receiver noise."""
+    scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
+    return generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile, *purpose)
+
+
+def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> None:
+    """Integrates the pulses of the spokes of a tile; nothing where these have one, or no noise."""
+    radar = prepared.scene.radar
+    if radar.pulses_integrated > 1 and prepared.scene.environment.noise:
+        noise = receiver_noise_power(radar)
+        integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
 
 
 def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:

@@ -562,6 +562,20 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
     }
 }
 
+/* Narrows a window, a piece that an eye sees in part, to a box about what it sees. */
+static void narrow(Aspect *a, View *view, int piece, Polygon *window, double water) {
+    Vec along = unit_of(vsub(window->at[1], window->at[0])), axes[2] = {along, vcross(a->scene->plane[piece].normal, along)};
+    a->kept.n = 0;
+    add_region(&a->kept, window);
+    hide(a, &a->kept, view, window, piece, NULL, view->leg.eye, water);
+    for (int side = 0; side < 4; side++) {
+        Plane end = {vscale(axes[side / 2], side % 2 ? 1.0 : -1.0), INFINITY};
+        for (int64_t k = 0; k < a->kept.n; k++)
+            for (int i = 0; i < a->kept.at[k].n; i++) end.offset = smaller(end.offset, vdot(end.normal, a->kept.at[k].at[i]));
+        if (a->kept.n) keep_before(window, end);
+    }
+}
+
 static void bounces(Aspect *a, const double *reach, double water) {
     const Scene *scene = a->scene;
     for (int s = 0; s < a->legs; s++) {
@@ -573,6 +587,8 @@ static void bounces(Aspect *a, const double *reach, double water) {
             Path path = {1, {one, 0}, s, {out->leg.eye, mirrored(out->leg.eye, mirror), out->leg.eye}};
             Vec direction = reflected(out->leg.ahead, mirror.normal);
             Polygon window = piece_of(scene, one);
+            if (out->seen[one] == PARTLY) narrow(a, out, one, &window, water);
+            if (window.n < 3) continue;
             Beam beam = beam_through(&window, path.eye[1], mirror);
             int count = all_in_beam(&a->tree, scene, &beam, a->from_first);
             a->lit.work += count;

@@ -9,7 +9,7 @@
 
 enum {
     PIECE_CORNERS = 12, /* of a piece of a mesh, at most */
-    MOST = 48,          /* of a region: a piece, the water, two planes and the 27 edges of a beam's window leave 43 at most */
+    MOST = 56,          /* of a region: a piece, the water, two planes and the 31 edges of a beam's window leave 47 at most */
 };
 
 static const double THIN = 1e-7;   /* m: what reaches no further across a plane is on neither side of it */

@@ -72,7 +72,9 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
     environment, costs = scene.environment, statistics.costs
     of_effects = {} if costs is None else costs.effects
     receiver = None if costs is None else costs.receiver
-    noise = "thermal, k T0 F" if environment.noise else NOT_REQUESTED
+    pulses = scene.radar.pulses_integrated
+    integrated = f"; the {pulses} pulses of a spoke are integrated without their phases" * (pulses > 1)
+    noise = f"thermal, k T0 F{integrated}" if environment.noise else NOT_REQUESTED
     return [
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
         *_near_pulses(scene.radar),
@@ -219,8 +221,8 @@ def _seaway(scene: Scene) -> list[PlanItem]:
     planing = sum(motion.top_speed > law.form.max_speed for motion, law in ships)
     fast = f"; {planing} faster than Froude {MAX_FROUDE:g} answer as at that" if planing else ""
     how = (
-        f"{len(ships)} ships by closed-form responses to {WAVES} waves of {seaway.height:g} m in {seaway.period:.3g} s, exact at "
-        f"any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
+        f"{len(ships)} ships by closed-form responses to {WAVES} waves of {seaway.height:.3g} m in {seaway.period:.3g} s, "
+        f"exact at any time; hulls are boxes, without yaw and planing{fast}; metal has as many aspects as their rates ask"
     )
     return [PlanItem("seaway", bool(ships), how if ships else "no ship floats")]
 

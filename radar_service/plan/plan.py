@@ -10,6 +10,7 @@ from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.bodies import bodies
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.credibility import credibility
 from radar_service.plan.effects import effects
 from radar_service.plan.settings_search import (
     all_rests,
@@ -46,6 +47,7 @@ class Plan:
     costs: CPU times per azimuth [us]; None before they are measured.
     realtime_factor: simulated seconds per second of one thread of this machine; None without costs.
     caveats: a sentence for each requirement that the plan cannot meet.
+    believed: what of the scene was held against published figures, a line each.
     """
 
     fidelity: str
@@ -57,6 +59,7 @@ class Plan:
     costs: Costs | None
     realtime_factor: float | None
     caveats: tuple[str, ...]
+    believed: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data for JSON: infinities and NaN become None."""
@@ -69,7 +72,8 @@ class Plan:
         price_width = max((len(price) for price in prices), default=0)
         pairs = zip(self.choices, prices, strict=True)
         lines = [f"{'+' if c.modelled else '-'} {c.what:<{width}}  {price:<{price_width}}  {c.how}" for c, price in pairs]
-        return "\n".join([*self._head(), *lines, *(f"! {caveat}" for caveat in self.caveats)])
+        caveats = [f"! {caveat}" for caveat in self.caveats]
+        return "\n".join([*self._head(), *lines, *caveats, *(f"= {line}" for line in self.believed)])
 
     def _head(self) -> list[str]:
         budget = self.settings["error_db"]
@@ -105,16 +109,18 @@ def _counted(counts: Counts) -> str:
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as its statistics are known."""
     errors, items = _field_errors(scene, fidelity), bodies(scene, fidelity, statistics)
+    choices = (*effects(scene, fidelity, statistics), *items)
     return Plan(
         fidelity.name,
         arithmetic(),
-        (*effects(scene, fidelity, statistics), *items),
+        choices,
         asdict(fidelity),
         errors,
         statistics.counts,
         statistics.costs,
         None if statistics.costs is None else realtime_factor(scene, statistics.costs),
         (*_caveats(scene, fidelity, errors), *_weak_bodies(fidelity, items)),
+        credibility(scene, choices),
     )
 
 

@@ -25,7 +25,7 @@ DRAW_ROWS = 2**12
 MAX_FACTOR = 1e9  # of a threshold over the level
 SPREAD = 0.95  # the quantile that tells the shape: the cells of a ship or two in a region are fewer than the rest
 LOG_POWER = np.linspace(-10.0, 8.0, 145)  # of the laws of clutter, of unit mean
-SHAPES = np.geomspace(100.0, 0.1, 13)  # of texture: as noise, to the spikiest
+SHAPES = np.geomspace(100.0, 0.05, 14)  # of texture: as noise, to the spikiest
 CLUTTER_TO_NOISE = 10.0 ** np.arange(-1.0, 3.1, 0.25)
 TINY = 1e-300
 
@@ -50,9 +50,9 @@ def covariance(cells: Indices, correlation: Complexes) -> Complexes:
     return np.asarray(matrix[np.ix_(place, place)])
 
 
-def known_level_factor(pfa: float) -> float:
-    """Returns the factor on a known mean of exponential power: -ln(pfa)."""
-    return float(-np.log(pfa))
+def known_level_factor(pfa: float, pulses: int = 1) -> float:
+    """Returns the factor on a known mean of the power of noise, averaged over so many pulses: of one -ln(pfa)."""
+    return float(-np.log(pfa) if pulses == 1 else gammainccinv(pulses, pfa) / pulses)
 
 
 @BLAS_LIMIT.held()
@@ -106,6 +106,7 @@ def _root(log_probability: Callable[[float], float]) -> float:
 def effective_looks(radar: Radar, spokes: int) -> float:
     """Returns the number of independent looks in the mean of `spokes` spokes of clutter whose speckle rests as the beam passes.
 
+    Of the sea's, which changes, there are more, so factors by this number are on the safe side.
     The field of a spoke is the sum of the clutter's over azimuth, weighted by the one-way power gain, so that two spokes have its
     autocorrelation.
     """

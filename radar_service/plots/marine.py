@@ -30,7 +30,7 @@ from radar_service.scans.scan import Scan
 from radar_service.trace.land_mask import WATER, LandMask
 
 PFA = 1e-5  # false alarms per cell: some 5 plots in the cells of the sea of a scan
-SECTORS = 8  # in which the shape is measured: the sea upwind is spikier than across
+SECTORS = 16  # in which the shape is measured: the sea along the waves is spikier than across
 GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logarithm of range
 REGION_CELLS = 24, 256  # of a region along range, at least and at most
 EVERY = 2  # spokes: their median over azimuth is the STC's curve

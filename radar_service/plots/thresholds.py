@@ -47,7 +47,7 @@ class KnownThreshold:
 
     def of(self, power: Singles) -> Floats:
         """Returns thresholds, as Threshold.of."""
-        return np.full((1, 1), receiver_noise_power(self.radar) * known_level_factor(self.pfa))
+        return np.full((1, 1), receiver_noise_power(self.radar) * known_level_factor(self.pfa, self.radar.pulses_integrated))
 
 
 Window = tuple[int, int]  # first offset from the cell under test, and number of cells

@@ -6,14 +6,12 @@ import numpy as np
 from scipy.special import i0e
 
 from radar_service.numerics.types import Complexes, Floats
-from radar_service.world.seaway import SIGNIFICANT_WAVE_HEIGHT
+from radar_service.world.seaway import significant_wave_height
 
 
-def rms_wave_height(sea_state: int) -> float:
-    """Standard deviation of the surface [m] for a Douglas sea state 0 to 9: a quarter of H_1/3; else ValueError."""
-    if not 0 <= sea_state < len(SIGNIFICANT_WAVE_HEIGHT):
-        raise ValueError(f"sea_state: {sea_state} is not allowed; a whole number from 0 to 9 (Douglas scale)")
-    return SIGNIFICANT_WAVE_HEIGHT[sea_state] / 4.0
+def rms_wave_height(sea_state: float) -> float:
+    """Standard deviation of the surface [m] for a sea state of 0 to 9: a quarter of H_1/3; else ValueError."""
+    return significant_wave_height(sea_state) / 4.0
 
 
 @lru_cache(maxsize=16)  # a radar asks for its own frequency at each block of azimuths

@@ -68,6 +68,8 @@ class Radar:
     near_pulses: other pulses, which serve the nearer ranges, by rising range.
     effects: what effects keep of it, by their names.
     label_floor: lowest power that is labelled as a body's, over the body's peak in the spoke; 0: every power.
+    integration: whether the pulses of a spoke are integrated without their phases.
+    scales: range scales of the set that it is [m], rising; none where it is no set.
     """
 
     frequency: float
@@ -101,6 +103,8 @@ class Radar:
     near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
     effects: Mapping[str, Any] = field(default_factory=dict, hash=False)
     label_floor: float = field(default=1e-3, metadata={"added": 1})
+    integration: bool = field(default=False, metadata={"added": 1})
+    scales: tuple[float, ...] = field(default=(), metadata={"added": 1})
 
     @property
     def of_each_pulse(self) -> tuple["Radar", ...]:
@@ -149,6 +153,20 @@ class Radar:
     def spoke_period(self) -> float:
         """Time from one spoke to the next [s]."""
         return self.rotation_period / self.azimuths
+
+    @property
+    def longest_range(self) -> float:
+        """The longest range that its range control has [m]."""
+        return self.scales[-1] if self.scales else self.range_max
+
+    def scale_for(self, distance: float) -> float:
+        """Returns the shortest range scale of a set that shows a distance [m], to 1 %; the longest beyond it."""
+        return next((scale for scale in self.scales if scale >= distance / 1.01), self.longest_range)
+
+    @property
+    def pulses_integrated(self) -> int:
+        """Number of pulses in a spoke whose powers are averaged."""
+        return max(1, int(self.prf * self.spoke_period + 1e-9)) if self.integration and self.prf else 1
 
     def azimuth_gain(self, offset: Floats) -> Floats:
         """One-way power gain relative to boresight at offsets in azimuth [rad] of any shape, by a table."""

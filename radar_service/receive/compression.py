@@ -35,7 +35,7 @@ class Compression:
     kernel: with which echoes are spread along range.
     tables: of the kernel.
     echo_filter: (size,) spectrum of the compressed pulse over that of the kernel.
-    noise: receiver noise behind the filter.
+    noise: receiver noise behind the filter, of the sum of the pulses of a spoke where these are integrated.
     eclipsing_filter: removes what a one-antenna radar does not receive of a chirp; None without eclipsing.
     """
 
@@ -130,7 +130,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     pulse_length = int(np.ceil(radar.pulse * fs))
     size = int(scipy.fft.next_fast_len(radar.bins + 2 * pulse_length + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    noise = GaussianSpectrum(noise_spectrum(radar, frequency), receiver_noise_power(radar))
+    noise = GaussianSpectrum(noise_spectrum(radar, frequency), receiver_noise_power(radar) / radar.pulses_integrated)
     transmitted, filtered = waveform_spectra(radar)
     own_kernel = isinstance(kernel, PulseKernel)
     pulse = np.ones(size) if own_kernel else fs * transmitted(frequency) * filtered(frequency)

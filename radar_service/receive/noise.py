@@ -39,3 +39,14 @@ class GaussianSpectrum:
         parts = spectrum.view(np.float32)
         parts[:, : self._above] += draws[:, : self._above]
         parts[:, parts.shape[1] - self._below :] += draws[:, self._above :]
+
+
+def integrate(field: Profiles, pulses: int, power: float, rng: np.random.Generator) -> None:
+    """Gives profiles (K, bins), in place, the power that the mean over `pulses` pulses with the same echoes has, and the phase
+    of their sum.
+
+    field: with noise of power / pulses; power: of the noise of one pulse. The mean of |s + n|^2 is |s + mean n|^2 plus the
+    variance of n, which is independent and has a gamma law of pulses - 1 looks; its samples are drawn as uncorrelated.
+    """
+    variance = rng.standard_gamma(pulses - 1, field.shape, dtype=np.float32) * np.float32(power / pulses)
+    field *= np.sqrt(1.0 + variance / np.maximum(field.real**2 + field.imag**2, np.float32(1e-37)))

@@ -29,7 +29,7 @@ from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.scene_file.document import model_and_folder
+from radar_service.scene_file.document import model_and_folder, model_at_range
 from radar_service.service.codecs.native import messages
 from radar_service.service.codecs.native.source_fields import source_fields
 from radar_service.service.feed_request import View
@@ -53,13 +53,14 @@ OUTLINE = ("name", "origin", "body_count", "warnings", "notes", "stream")  # fie
 def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
     """Returns the scene of a scene request as its file has it, and the SHA-256 of each file that it names, by its name.
 
-    The rate of rotation is that of the scene request. The document is None where the scene's file has gone; so is the hash
-    of a file.
+    The rate of rotation and the range scale are those of the scene request. The document is None where the scene's file has
+    gone; so is the hash of a file.
     """
     try:
         model, folder = model_and_folder(scene_request.scene_input, None)
     except SceneError:
         return None, {}
+    model = model_at_range(model, scene_request.radar, scene_request.range_m)
     document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
     if scene_request.rpm is not None:
         document["radar"] = _at_rpm(document.get("radar", {}), scene_request)

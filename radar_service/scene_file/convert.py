@@ -8,6 +8,7 @@ import numpy as np
 from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
+from radar_service.radar.sets import radar_sets
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
@@ -18,7 +19,7 @@ from radar_service.world.atmosphere import gas_attenuation_db_per_km
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
 from radar_service.world.presence import Fading, Presence
-from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway
+from radar_service.world.seaway import PEAK_PERIOD, PERIOD_HEIGHT, Seaway, significant_wave_height
 from radar_service.world.stream import NO_STREAM, Stream
 
 
@@ -39,6 +40,7 @@ def _single_pulse(model: RadarModel) -> Radar:
         pattern_el=default_el if model.pattern_el is None else antenna_pattern(model.pattern_el, model),
         noise_factor=10.0 ** (model.noise_figure_db / 10.0),
         effects=effect_records(model, "radar_keys", lambda effect, given: effect.radar_record(given)),
+        scales=() if model.set is None else tuple(radar_sets()[model.set].scales),
         label_floor=0.0 if model.labels_within_db == "none" else 10.0 ** (-model.labels_within_db / 10.0),
     )  # fmt: skip
 
@@ -50,7 +52,8 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
     return record_of(
         Environment, model, earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
         gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
-        effect_keys=environment_values(model), stream=stream_from_model(model), seaway=seaway_from_model(model),
+        sea_state=model.state, effect_keys=environment_values(model), stream=stream_from_model(model),
+        seaway=seaway_from_model(model),
     )  # fmt: skip
 
 
@@ -59,12 +62,12 @@ def seaway_from_model(model: EnvironmentModel) -> Seaway | None:
     if not model.seaway:
         return None
     sea = SeawayModel() if model.seaway is True else model.seaway
-    if sea.height_m is None and model.sea_state == 0:
+    if sea.height_m is None and not model.state:
         raise SceneError(
-            "environment.seaway: sea_state 0 has no waves; give sea_state 1 to 9, give seaway.height_m, or remove seaway"
+            "environment.seaway: sea_state 0 has no waves; give sea_state up to 9, give seaway.height_m, or remove seaway"
         )
-    height = SIGNIFICANT_WAVE_HEIGHT[model.sea_state] if sea.height_m is None else sea.height_m
-    period = float(np.interp(height, SIGNIFICANT_WAVE_HEIGHT, PEAK_PERIOD)) if sea.period_s is None else sea.period_s
+    height = significant_wave_height(model.state) if sea.height_m is None else sea.height_m
+    period = float(np.interp(height, PERIOD_HEIGHT, PEAK_PERIOD)) if sea.period_s is None else sea.period_s
     coming_from = model.wind_from_deg if sea.from_deg is None else sea.from_deg
     rms = {"list_rms": math.radians(sea.list_deg), "trim_rms": math.radians(sea.trim_deg)}
     return record_of(Seaway, sea, height=height, period=period, towards=math.radians(coming_from + 180.0), **rms)

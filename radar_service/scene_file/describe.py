@@ -192,10 +192,10 @@ def _environment_lines(scene: Scene) -> list[str]:
     enabled = [name for name in ("noise", "multipath", "diffraction", "ground_plane") if getattr(e, name)]
     enabled += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
     enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
-    enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
+    enabled += [f"sea state {e.sea_state:.3g}"] if e.sea_state else []
     if e.seaway is not None:
         coming_from = bearing_text(e.seaway.towards + math.pi)
-        enabled.append(f"waves of {e.seaway.height:g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
+        enabled.append(f"waves of {e.seaway.height:.3g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
     if any(e.stream):
         enabled.append(f"stream of {math.hypot(*e.stream) / KNOT:.3g} kn to {bearing_text(math.atan2(*e.stream))}")
     enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]

@@ -53,6 +53,21 @@ def validated(data: Mapping[str, Any]) -> SceneModel:
         raise error_from_problems(problems_from_validation(error)) from None
 
 
+def model_at_range(model: SceneModel, radar_id: str | None, range_m: float | None) -> SceneModel:
+    """Returns a scene with another range scale [m] of the radar of this id, the first for None; as it is without a scale.
+
+    Raises SceneError.
+    """
+    if range_m is None:
+        return model
+    document: dict[str, Any] = model.model_dump(exclude_unset=True)
+    radars = document.get("radar", {})
+    changed = [radars] if isinstance(radars, dict) else [each for each in radars if radar_id in (None, each["id"])][:1]
+    for table in changed:
+        table["range_max_m"] = range_m
+    return validated(document)
+
+
 def packaged_scenes() -> list[str]:
     """Returns the sorted names of the scenes in the package."""
     return sorted(file.stem for file in packaged_folder("scenes").glob("*.toml"))

@@ -10,6 +10,7 @@ from typing import Any
 BODY = "body "  # how what a choice is about begins, where it is about a body (plan.bodies)
 TELLING: Mapping[str, Any] = {
     "caveats": [],
+    "believed": [],
     "counts": None,
 }  # parts of a plan that name or count bodies, and what stands there instead
 

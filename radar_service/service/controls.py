@@ -30,7 +30,7 @@ class Control:
     description: for people;
     read: the value from the settings and the scene (for engine controls the scene that runs next);
     write: the settings with another value (display and transmitter controls);
-    rebuild: the scene request of the scene with another value (engine controls);
+    rebuild: the scene request of the scene with another value (engine controls, and the range of a set that is sold);
     unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
     scene_maximum: a maximum that depends on the scene;
     step: of a slider, between its limits; None for a number that is typed.
@@ -70,16 +70,16 @@ def _display(
     return replace(switch, kind="number", unit=unit, example=example, minimum=0, maximum=maximum, step=1)
 
 
-def _range_max(scene: SceneOutline) -> float:
-    return scene.radar.range_max
+def _longest_range(scene: SceneOutline) -> float:
+    return scene.radar.longest_range
 
 
 def _read_range(settings: Settings, scene: SceneOutline) -> float:
-    return min(settings.range or _range_max(scene), _range_max(scene))
+    return min(settings.range or scene.radar.range_max, scene.radar.range_max)
 
 
 def _write_range(settings: Settings, scene: SceneOutline, value: float) -> Settings:
-    return replace(settings, range=None if value == _range_max(scene) else value)
+    return replace(settings, range=None if scene.radar.scales or value == scene.radar.range_max else value)
 
 
 def _write_pace(settings: Settings, scene: SceneOutline, change: Mapping[str, Any]) -> Settings:
@@ -97,8 +97,11 @@ CONTROLS = (
         write=lambda settings, scene, value: replace(settings, transmit=value), label_off="Standby",
     ),
     Control(
-        "range_m", "number", "transmitter", "Range", "display range, at most the scene's; a change opens a new epoch",
-        read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
+        "range_m", "number", "transmitter", "Range",
+        "display range, at most the scene's; a change opens a new epoch; "
+        "a set that is sold takes its next longer scale",
+        read=_read_range, write=_write_range, rebuild=lambda request, value: replace(request, range_m=value),
+        unit="m", example=5000, minimum=10, scene_maximum=_longest_range,
     ),
     _display(
         "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
@@ -141,18 +144,24 @@ def changed_settings(settings: Settings, scene: SceneOutline, requested: Mapping
     return settings
 
 
-def needs_new_spoke_source(requested: Mapping[str, Any]) -> bool:
-    """Whether an engine control is among the requested ones."""
-    return any(control.name in requested and control.rebuild is not None for control in CONTROLS)
+def needs_new_spoke_source(scene: SceneOutline, requested: Mapping[str, Any]) -> bool:
+    """Whether a control is among the requested ones that has the scene prepared anew."""
+    return any(control.name in requested and _rebuilds(control, scene) for control in CONTROLS)
+
+
+def _rebuilds(control: Control, scene: SceneOutline) -> bool:
+    """Whether a control has the scene prepared anew: a range only of a set with scales."""
+    return control.rebuild is not None and (control.write is None or bool(scene.radar.scales))
 
 
 def changed_request(settings: Settings, spoke_source: SceneSpokeSource, requested: Mapping[str, Any]) -> SceneRequest | None:
     """Returns the scene request of the scene with the requested engine controls, None where it has them already."""
     scene_request = result = spoke_source.scene_request
+    scene = spoke_source.info.scene
     for control in CONTROLS:
-        if control.name in requested and control.rebuild is not None:
-            value = requested[control.name]
-            if not math.isclose(value, control.read(settings, spoke_source.info.scene), rel_tol=1e-9):
+        if control.name in requested and control.rebuild is not None and _rebuilds(control, scene):
+            value = requested[control.name] if control.write is None else scene.radar.scale_for(requested[control.name])
+            if not math.isclose(value, control.read(settings, scene), rel_tol=1e-9):
                 result = control.rebuild(result, value)
     return None if result is scene_request else result
 

@@ -20,6 +20,7 @@ class SceneRequest:
     scene_input: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene_file.readers.sandbox.
     rpm: rate of rotation instead of the scene's own.
+    range_m: range scale of a set that is sold instead of the scene's own.
     goes_on: whether it goes on with the time, the commands and the errors of a scene that runs.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this scene request before; it is not made again.
@@ -30,6 +31,7 @@ class SceneRequest:
     scene_input: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    range_m: float | None = None
     goes_on: bool = False
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)

@@ -17,7 +17,7 @@ class Environment:
     multipath: bool
     gas_db_per_km: float  # one way; a number also where the scene has "itu"
     rain_mm_h: float
-    sea_state: int
+    sea_state: float  # also where the scene has wave_height_m; 0 for no sea
     effect_keys: Mapping[str, Any] = field(hash=False)  # values of effects' keys, by key
     wind_from: float
     ground_plane: bool

@@ -21,7 +21,7 @@ SUNK = 0.03  # m by which a part reaches into what it stands on
 BAR = 0.02  # m, half the width of rails
 POLE = 0.0012  # of the length, that half the width of poles is more
 KEEL = 0.75  # breadth of the bottom over that of the waterline: of no account for echoes
-# Walls lean by up to half a degree on a ship of 100 m, and more on smaller ones, as echoes of ships ask (docs/measurements.md).
+# Walls lean by up to half a degree on a ship of 100 m, and more on smaller ones, as echoes of ships ask (docs/accuracy.md).
 LEAN_DEG, LEAN_LENGTH, LEAN_POWER = 0.5, 100.0, 0.75
 MAX_TAPER = 0.2  # of the width of a block that two of its walls may lean inward together
 # Along the ship from transom (-1) to stem (1): half breadths of the deck and of the waterline, as shares of half the beam.

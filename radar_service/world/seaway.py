@@ -9,12 +9,38 @@ import numpy as np
 
 from radar_service.numerics.types import Floats
 
-# Significant wave height H_1/3 [m] by Douglas sea state: the middle of each band of WMO code table 3700. State 9 has no
-# upper limit, so it has its lower edge.
-SIGNIFICANT_WAVE_HEIGHT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0, 7.5, 11.5, 14.0)
-# Most probable period of the spectrum's peak [s] by sea state on the open North Atlantic: Bales 1983 and NATO STANAG 4194, whose
-# wave heights are those above. States 0 and 1 have none there, and the one of state 2 here.
-PEAK_PERIOD = (7.5, 7.5, 7.5, 7.5, 8.8, 9.7, 12.4, 15.0, 16.4, 20.0)
+MAX_SEA_STATE = 9  # 10.1 m
+MIN_WIND_STATE = 0.5  # ripples below have its wind, 1.8 m/s
+CALM, RISE, POWER = 0.04, 0.1, 2.1  # of the height by sea state
+# Most probable period of the spectrum's peak [s] by significant wave height [m] on the open North Atlantic: Bales 1983 and NATO
+# STANAG 4194. Below 0.875 m they have none, and the one of that height here.
+PERIOD_HEIGHT = (0.875, 1.875, 3.25, 5.0, 7.5, 11.5, 14.0)
+PEAK_PERIOD = (7.5, 8.8, 9.7, 12.4, 15.0, 16.4, 20.0)
+
+
+def significant_wave_height(sea_state: float) -> float:
+    """Returns H_1/3 [m] of a sea state of 0 to 9, fractions too: 0.04 + 0.1 s^2.1 m, and none at 0; else ValueError.
+
+    The states of the data behind sigma0: Gregers-Hansen and Mital, NRL/MR/5310-12-9346 (2012), p. 3. Those from 2 to 6 lie in
+    the bands of the Douglas scale (WMO code table 3700).
+    """
+    if not 0.0 <= sea_state <= MAX_SEA_STATE:
+        raise ValueError(
+            f"sea_state: {sea_state:g} is not allowed; 0 to 9, where 3 has waves of 1.04 m; give the nearest of these"
+        )
+    return CALM + RISE * sea_state**POWER if sea_state else 0.0
+
+
+def sea_state_of(height: float) -> float:
+    """Returns the sea state whose significant wave height this is [m], 0 to 0.04 m."""
+    return float(max((height - CALM) / RISE, 0.0) ** (1.0 / POWER))
+
+
+def wind_speed(sea_state: float) -> float:
+    """Returns the wind [m/s] that raises a sea, 3.16 s^0.8 (GIT: Horst, Dyer and Tuley 1978); ValueError without one."""
+    if not 0.0 < sea_state <= MAX_SEA_STATE:
+        raise ValueError(f"sea_state: {sea_state:g} has no wind; give one above 0 and up to 9")
+    return float(3.16 * max(sea_state, MIN_WIND_STATE) ** 0.8)
 
 
 @dataclass(frozen=True)

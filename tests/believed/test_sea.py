@@ -11,7 +11,7 @@ from radar_service.believed.targets import X
 
 @pytest.mark.parametrize(("state", "published"), [(1, -56.55), (3, -43.74)])
 def test_sigma0_is_that_of_the_law(tmp_path: Path, state: int, published: float) -> None:
-    """NRL 2012 at 9.41 GHz, HH, 1 degree (docs/reference-values.md); 0.1 dB of speckle."""
+    """NRL 2012 at 9.41 GHz, HH, 1 degree (docs/accuracy.md); 0.1 dB of speckle."""
     assert reflectivity(Run(tmp_path), 9.41e9, "h", 1.0, state) == pytest.approx(published, abs=0.1)
 
 

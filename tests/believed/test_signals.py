@@ -30,7 +30,7 @@ def test_slow_dots_are_the_stronger_ones() -> None:
     np.testing.assert_array_equal(slow_dots(distance, power), [1000.0, 2200.0, 3400.0])
 
 
-@pytest.mark.parametrize("row", ["P04", "T06"])
+@pytest.mark.parametrize("row", ["P04", "T06", "E01", "E03"])
 def test_rows_give_the_same_verdict(tmp_path: Path, row: str) -> None:
-    """Cheap rows; the band of a long pulse is outside."""
-    assert all(figure.inside for figure in MEASUREMENTS[row](Run(tmp_path))) is (row != "T06")
+    """Cheap rows."""
+    assert all(figure.inside for figure in MEASUREMENTS[row](Run(tmp_path)))

@@ -33,7 +33,8 @@ def test_misses_come_first_and_each_says_why(tmp_path: Path) -> None:
     text = page(found)
     assert "**1 of 4 rows are inside.** 1 are shown." in text and "**b 2 NM (3 or more)**" in text
     places = [
-        text.index(part) for part in ("## Outside", "| P04 |", "| W02 |", "## Inside", "| P06 |", "## Shown", "| N12 |")
+        text.index(part)
+        for part in ("## Outside", "| P04 |", "| W02 |", "## Inside", "| P06 |", "## Shown", "| N12 |", "## Shown: video")
     ]
     assert places == sorted(places)
     assert "source: JRC JMA-9922" in row_text(found[1], tmp_path) and "why: it is so" in row_text(found[1], tmp_path)

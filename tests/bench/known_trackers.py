@@ -20,7 +20,8 @@ UNDER_WAY = 2.0  # m/s: the course of what is slower is not known
 ACCELERATIONS, STAY = (1e-5, 0.02), (400.0, 30.0)  # of the models that keep a course and turn [m^2/s^3], [s]
 GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
 CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
-UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot
+UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot; one less among clutter
+CLUTTER = 1e-7  # plots of clutter per m^2 and scan from which there is clutter
 
 
 class _Track:
@@ -114,6 +115,8 @@ class Imm:
 
     def __init__(self, sheet: DataSheet | None = None) -> None:
         self.sheet = sheet or DataSheet()
+        density = self.sheet.false_plots / (np.pi * self.sheet.range_max**2)
+        self.unlikely = UNLIKELY if density < CLUTTER else UNLIKELY - 1
         self.tracks: list[_Track] = []
         self.started = 0
 
@@ -133,7 +136,7 @@ class Imm:
                 self.tracks[pairs[j]].update(plot)
         for plot in others:
             self.begin(plot)
-        self.tracks = [t for t in self.tracks if t.missed < (LOST if t.plots >= CONFIRM else UNLIKELY)]
+        self.tracks = [t for t in self.tracks if t.missed < (LOST if t.plots >= CONFIRM else self.unlikely)]
 
     def begin(self, plot: Plot) -> None:
         """Begins a track, but where the beam has met a target twice in a scan, before and after north."""

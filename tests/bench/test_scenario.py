@@ -238,6 +238,8 @@ def test_every_track_scenario_has_plot_errors_and_something_to_notice(name: str)
 def test_the_sea_of_a_scenario_moves_all_that_floats_or_its_source_says_why_not(name: str) -> None:
     """Own ship and each body have the sway of a seaway, but for bodies whose `hull` says that they do not float."""
     scenario = load_scenario(name)
+    assert "sea_texture_shape" not in scenario.scene["environment"]  # the product's sea, and its extractor
+    assert (scenario.plots.threshold, scenario.plots.pfa, scenario.plots.nearest_m) == ("auto", None, 0.0)
     if not scenario.scene["environment"].get("seaway"):
         assert "without a seaway" in scenario.source
         return
@@ -247,12 +249,12 @@ def test_the_sea_of_a_scenario_moves_all_that_floats_or_its_source_says_why_not(
     assert {name for name, sway in sways.items() if not isinstance(sway, SeawayMotion)} == fixed
 
 
-@pytest.mark.parametrize(("state", "exceeded_dbsm"), [(2, 8.1), (3, 6.9), (5, 4.2)])
+@pytest.mark.parametrize(("state", "exceeded_dbsm", "median_dbsm"), [(2, 7.7, 8.75), (3, 6.5, 8.75), (5, 8.8, 13.6)])
 def test_the_reflector_of_a_rolling_vessel_has_the_standard_s_cross_section_in_the_median(
-    state: int, exceeded_dbsm: float
+    state: int, exceeded_dbsm: float, median_dbsm: float
 ) -> None:
-    """7.5 m2 (table 2 of MSC.192(79)), within 0.5 dB. At 95 % of the time it has a cross-section that falls with the sea: that
-    of 20 seeds, within what one seed differs by."""
+    """7.5 m2 (table 2 of MSC.192(79)), within 0.5 dB; at sea state 5 23 m2, as the source of the scenario says. At 95 % of the
+    time it has a cross-section that falls with the sea: that of 20 seeds, within what one seed differs by."""
     scene = load_scene(load_scenario(f"reflector-sea-state-{state}").scene_for(0))
     vessel, time = scene.bodies[0], np.arange(0.0, 95.0, 0.25)
     pose = vessel.motion.pose(time)
@@ -264,7 +266,7 @@ def test_the_reflector_of_a_rolling_vessel_has_the_standard_s_cross_section_in_t
     level /= np.linalg.norm(level, axis=1)[:, None]
     area = reflector_area(vessel.reflector, toward, level, scene.radar.wavelength)
     cross_section = 10.0 * np.log10(4.0 * np.pi * area**2 / scene.radar.wavelength**2)
-    assert np.median(cross_section) == pytest.approx(8.75, abs=0.5)
+    assert np.median(cross_section) == pytest.approx(median_dbsm, abs=0.5)
     assert np.percentile(cross_section, 5) == pytest.approx(exceeded_dbsm, abs=1.0)
 
 

@@ -10,7 +10,9 @@ from radar_service.__main__ import main
 from radar_service.display.video import Controls
 from radar_service.ports.asterix.asterix_port import AsterixSink
 from radar_service.ports.asterix.video_blocks import Form
-from radar_service.ports.garmin_xhd.announcements import Announcements, XhdSenders, XhdSink
+from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
+from radar_service.ports.garmin_xhd.datagrams import XHD
+from radar_service.ports.navico_halo.datagrams import HALO
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.recording import read, replay_station
 from radar_service.service.settings import Settings
@@ -63,24 +65,26 @@ def test_captures_hold_what_ports_send(
     """With controls that look at the spoke before."""
     settings = Settings(video=Controls(gain=60.0, gain_auto=False, interference_rejection=True))
     monkeypatch.setattr(replay_station, "recorded_settings", lambda *_: settings)
-    files = {name: tmp_path / f"{name}.pcap" for name in ("asterix", "garmin-xhd")}
+    files = {name: tmp_path / f"{name}.pcap" for name in ("asterix", "garmin-xhd", "navico-halo")}
     options: list[Any] = [word for name, file in files.items() for word in (f"--{name}", str(file))]
     assert main(["export", str(run), *options, "--asterix-bits", "16", "--asterix-sac", "5"]) == 0
     assert f"{2 * AZIMUTHS} spokes of radar 0" in capsys.readouterr().out
-    video, xhd = Kept(), XhdSenders(Kept(), Kept(), Kept())
+    video = Kept()
     sent_live(run, AsterixSink(UdpPort([video]), Form(5, 16), 1))
-    sent_live(run, XhdSink(Announcements(xhd), lambda: True, lambda: True, lambda lost: None))
     got = list(datagrams(files["asterix"], 8600))
     assert [content for _, content in got if len(content) > 300] == [each for each in video.pieces if len(each) > 300]
     start = read(run).start_utc
     assert start is not None
     time, first = next((time, videos([content])[0]) for time, content in got[5:] if videos([content]))
     assert abs(first.time - (time - start.timestamp() + start.hour * 3600 + start.minute * 60 + start.second)) < 1 / 128
-    spokes = [content for _, content in datagrams(files["garmin-xhd"], 50102)]
-    assert len(spokes) > 2 * 1440 - 100 and spokes == xhd.spokes.pieces  # type: ignore[attr-defined]
-    reports = [content for _, content in datagrams(files["garmin-xhd"], 50100)]
-    heartbeats = list(datagrams(files["garmin-xhd"], 50050))
-    assert len(reports) > 100 and len(heartbeats) == 4  # in 3.6 s
+    for dialect, least in ((XHD, 2 * 1440 - 100), (HALO, 2 * 2048 // 32 - 3)):
+        to = Senders(Kept(), Kept(), Kept())
+        sent_live(run, DialectSink(Announcements(dialect, "", to), lambda: True, lambda: True, lambda lost: None))
+        found, reports, spokes = (
+            [content for _, content in datagrams(files[dialect.name], port)] for _, port in dialect.destinations
+        )
+        assert len(spokes) >= least and spokes == to.spokes.pieces  # type: ignore[attr-defined]
+        assert len(reports) > 25 and len(found) == 4  # in 3.6 s
 
 
 def test_what_cannot_be_exported_is_said_in_a_sentence(
@@ -95,7 +99,7 @@ def test_what_cannot_be_exported_is_said_in_a_sentence(
         ([str(cut), "--asterix", same], "cut.mcap: it ends before the first spoke of radar 0"),
         ([str(run), "--asterix", same, "--garmin-xhd", same], "--asterix and --garmin-xhd name one file"),
         ([str(run), "--asterix", str(full), "--overwrite"], "full.pcap: No space left"),
-        ([str(run)], "nothing to write; give --asterix FILE.pcap or --garmin-xhd FILE.pcap"),
+        ([str(run)], "nothing to write; give --asterix FILE.pcap or --garmin-xhd FILE.pcap or --navico-halo FILE.pcap"),
         (["none.mcap", "--asterix", str(tmp_path / "a.pcap")], "there is no such file"),
         ([str(run), "--asterix", str(tmp_path / "a.pcap"), "--radar", "stern"], 'the recording has no "stern"'),
         ([str(run), "--asterix", str(run.with_suffix(".pcap"))], "exists already"),

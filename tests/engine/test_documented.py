@@ -91,7 +91,7 @@ def test_multipath_multiplies_the_magnitude_squared_of_eq_12() -> None:
         chain(point(800.0, 90.0, up=6.0), environment={"multipath": on, "sea_state": 2}, rays=1) for on in (True, False)
     )
     factor = printed_two_ray_factor(
-        800.0, 6.0, 10.0, 299_792_458.0 / 9.41e9, earth_radius=4 / 3 * 6_371_000.0, wave_height=0.075
+        800.0, 6.0, 10.0, 299_792_458.0 / 9.41e9, earth_radius=4 / 3 * 6_371_000.0, wave_height=(0.04 + 0.1 * 2**2.1) / 4
     )
     ratio = wet.azimuth_field(0, 180)[400] / dry.azimuth_field(0, 180)[400]
     assert ratio == pytest.approx(np.abs(factor) ** 2, rel=1e-5)  # complex64

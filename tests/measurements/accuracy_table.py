@@ -1,4 +1,4 @@
-"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference.
+"""The table of docs/accuracy.md#accuracy: quantities, theory, measured value and difference.
 
 Every figure is measured in the run that prints it.
 
@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 import radar_service as rs
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.receive.compression import receiver_noise_power
+from tests.reference.docs_tables import write_measured
 from tests.reference.point_scene import error_db, exact_field, scattered
 from tests.scenes import point, scene
 
@@ -148,7 +149,7 @@ def multipath(distance: float, theory: float) -> Row:
         for on in (True, False)
     ]
     return decibels(
-        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high (theory: coefficient -1; engine: that of the sea)",
+        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high",
         theory,
         float(db(powers[0] / powers[1])),
     )
@@ -188,4 +189,5 @@ def table() -> str:
 
 
 if __name__ == "__main__":
+    write_measured("accuracy", table() + "\n")
     print(table())

@@ -1,7 +1,9 @@
 """Detection in sea clutter as radar manuals print it, against the law of this package: which cause moves it, one at a time.
 
-The laws alone, without a simulation: mean sigma0, its wind factor and the K distribution, an ideal threshold at Pfa 1e-4 in one
-look. Run with `python -m tests.measurements.sea_detection`. The table is of JRC JMA-932B, p. 6-6, as in JMR-7230 and JMA-9110.
+The laws alone, without a simulation: mean sigma0, its wind factor and the K distribution, an ideal threshold at Pfa 1e-4, in one
+look but where a column integrates over the beam.
+
+Run with `python -m tests.measurements.sea_detection`. The table is of JRC JMA-932B, p. 6-6, as in JMR-7230 and JMA-9110.
 """
 
 from collections.abc import Callable
@@ -9,9 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import gammaincc
 from scipy.stats import gamma, ncx2
 
-from radar_service.stages.clutter.sea import mean_sigma0, texture_shape, wind_factor
+from radar_service.plots.false_alarms import effective_looks
+from radar_service.scene_file.load import load_scene
+from radar_service.stages.clutter.sea import mean_sigma0, speckle_time, swell_factor, texture_shape, wind_factor
+from radar_service.world.seaway import sea_state_of
 
 PFA, ANTENNA, DRAWS = 1e-4, 15.0, 4000
 HEIGHTS = np.array([0.0, 0.6, 0.9, 1.2, 2.0, 3.0, 4.0])  # m, by the manuals' sea states 0 to 6
@@ -28,7 +34,8 @@ class Causes:
     """What a column of the study assumes.
 
     state: of the law, by the manuals' state. direction: off the wind [rad]; None: the mean. shape_factor: on Ward's shape.
-    spikes: share and power of a second component. swerling: 0 or 1. loss_db: of a threshold.
+    spikes: share and power of a second component. swerling: 0 or 1. loss_db: of a threshold. looks: independent ones of the
+    sea, in a band.
     """
 
     state: Callable[[float], float] = lambda printed: printed
@@ -37,11 +44,22 @@ class Causes:
     spikes: tuple[float, float] = (0.0, 1.0)
     swerling: int = 1
     loss_db: float = 0.0
+    looks: Callable[[str], float] = lambda band: 1.0
 
 
 def by_height(printed: float) -> float:
-    """The state of the GIT model, height 0.128 s^2 m, that is as high as the manuals' state (Horst, Dyer and Tuley 1978)."""
-    return float(np.sqrt(np.interp(printed, np.arange(len(HEIGHTS)), HEIGHTS) / 0.1284))
+    """The state that is as high as the manuals' state."""
+    return sea_state_of(float(np.interp(printed, np.arange(len(HEIGHTS)), HEIGHTS)))
+
+
+def in_the_beam(band: str, rests: bool = False) -> float:
+    """Looks in the half-power beam at 24 rpm, of a sea that changes as the beam passes, or rests."""
+    frequency, beamwidth, _ = BANDS[band]
+    radar = load_scene({"radar": {"frequency_hz": frequency, "beamwidth_deg": beamwidth, "azimuths": 4096, "rpm": 24}}).radar
+    spokes = int(radar.beamwidth / radar.azimuth_step)
+    at_rest = effective_looks(radar, spokes)
+    changes = radar.rotation_period * spokes / radar.azimuths / speckle_time(radar.wavelength)
+    return at_rest if rests else float(np.hypot(at_rest, changes))
 
 
 def detection(band: str, rcs: float, printed: float, causes: Causes) -> float:
@@ -60,8 +78,14 @@ def detection(band: str, rcs: float, printed: float, causes: Causes) -> float:
     local = np.maximum(np.append(texture[:-1], far), 1e-12)
     mixed, weights = np.append(local, local * power), np.append(weight * (1.0 - share), weight * share)
     mixed /= np.sum(mixed * weights)
-    threshold = brentq(lambda t: np.sum(weights * np.exp(-t / mixed)) - PFA, 0.1, 1e5) * 10.0 ** (causes.loss_db / 10.0)
+    looks = causes.looks(band)
+    threshold = brentq(lambda t: np.sum(weights * gammaincc(looks, looks * t / mixed)) - PFA, 0.1, 1e5)
+    threshold *= 10.0 ** (causes.loss_db / 10.0)
     signal = rcs / (sigma0 * area)
+    if looks > 1.0:  # the target rests in the beam
+        powers = -np.log((np.arange(40) + 0.5) / 40)[:, None] * signal if causes.swerling else np.array([[signal]])
+        seen = ncx2.sf(2.0 * looks * threshold / mixed, 2.0 * looks, 2.0 * looks * powers / mixed)
+        return float(np.mean(np.sum(weights * seen, axis=1)))
     if causes.swerling == 1:
         return float(np.sum(weights * np.exp(-threshold / (mixed + signal))))
     return float(np.sum(weights * ncx2.sf(2.0 * threshold / mixed, 2.0, 2.0 * signal / mixed)))
@@ -93,7 +117,15 @@ def main() -> None:
         "downwind": replace(high, direction=np.pi),
         "upwind (from here on)": up,
         "loss of the extractor, 1 dB": replace(up, loss_db=1.0),
-        "swell along the line of sight, 10^(-1/3) on Ward's shape": replace(up, shape_factor=10.0 ** (-1.0 / 3.0)),
+        "integrated over the beam, speckle at rest": replace(up, looks=lambda band: in_the_beam(band, rests=True)),
+        "integrated over the beam, speckle that changes in 7 ms": replace(up, looks=in_the_beam),
+        "the same with swell along the line of sight": replace(
+            up, looks=in_the_beam, shape_factor=float(swell_factor(np.zeros(1))[0])
+        ),
+        "swell along the line of sight, 10^(-1/3) on Ward's shape": replace(
+            up, shape_factor=float(swell_factor(np.zeros(1))[0])
+        ),
+        "swell across": replace(up, shape_factor=float(swell_factor(np.full(1, np.pi / 2))[0])),
         "Ward's shape as in his cells of 4.2 m, and not extrapolated to 23 m": replace(
             up, shape_factor=(4.2 / 23.0) ** 0.625
         ),

@@ -1,6 +1,6 @@
 """Uploads and other scenes beside eight programs that take all processor time they get, and the lag of the feed meanwhile.
 
-`pytest -m bench -s tests/measurements/test_busy_machine.py` prints the figures of docs/measurements.md#a-busy-machine.
+`pytest -m bench -s tests/measurements/test_busy_machine.py` prints the figures of docs/accuracy.md#a-busy-machine.
 """
 
 import asyncio

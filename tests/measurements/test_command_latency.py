@@ -1,6 +1,6 @@
 """Latency of commands at pace 1, from the pose that a client sends to the first spoke at a client that shows it.
 
-`pytest -m bench -s tests/measurements/test_command_latency.py` prints the figures of docs/measurements.md#commands. Server, world
+`pytest -m bench -s tests/measurements/test_command_latency.py` prints the figures of docs/accuracy.md#commands. Server, world
 and both clients share this machine, and so does what else runs on it.
 """
 

@@ -1,4 +1,4 @@
-"""The feed under load, each row of docs/measurements.md#load: pytest -m bench tests/measurements/test_feed_load.py -s prints the
+"""The feed under load, each row of docs/accuracy.md#load: pytest -m bench tests/measurements/test_feed_load.py -s prints the
 figures."""
 
 import os

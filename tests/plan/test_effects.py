@@ -60,7 +60,7 @@ def test_a_seaway_is_named_with_the_ships_that_it_moves() -> None:
     hull = {"name": "h", "shape": "hull", "length_m": 9, "beam_m": 3, "height_m": 3, "position_m": [0, 300, 0]}
     sea = {"sea_state": 2, "seaway": True}
     item = items(scene([hull, point("t", 0, 500)], environment=sea))["seaway"]
-    assert item.modelled and item.how.startswith("2 ships by closed-form responses to 64 waves of 0.3 m in 7.5 s")
+    assert item.modelled and item.how.startswith("2 ships by closed-form responses to 64 waves of 0.469 m in 7.5 s")
     assert "Froude" not in item.how
     fast = items(scene([hull | {"course_deg": 0, "speed_kn": 9}], environment=sea))["seaway"]
     assert "1 faster than Froude 0.4 answer as at that" in fast.how  # sqrt(g L) = 9.4 m/s, of which 0.4 are 7.3 kn

@@ -35,6 +35,12 @@ def test_independent_cells_give_the_textbook_factor(pfa: float) -> None:
     assert known_level_factor(pfa) == pytest.approx(-np.log(pfa))
 
 
+def test_the_mean_of_pulses_exceeds_its_factor_as_rarely_as_asked() -> None:
+    mean = np.random.default_rng(8).exponential(size=(6, 200_000)).mean(axis=0)
+    assert (mean > known_level_factor(1e-2, 6)).mean() == pytest.approx(1e-2, rel=0.1)
+    assert known_level_factor(1e-4, 6) < known_level_factor(1e-4)
+
+
 def test_an_ordered_statistic_of_independent_cells_has_rohlings_factor() -> None:
     """pfa = prod over i < k of (N - i) / (N - i + factor), Rohling 1983. 0.5 %: three deviations of the drawn levels."""
     n, rank, pfa = 32, 24, 1e-4

@@ -1,4 +1,4 @@
-"""All ports at once: the feed keeps its promises while programs read NMEA, AIS, Signal K, ASTERIX and an xHD, or never read."""
+"""All ports at once: the feed keeps its promises while programs read NMEA, AIS, Signal K, ASTERIX, xHD and HALO, or never."""
 
 import asyncio
 import contextlib
@@ -13,6 +13,7 @@ from radar_service.ports.app import create_app
 from radar_service.ports.asterix.asterix_port import AsterixPort
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.navico_halo.datagrams import HALO
 from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.port_host import PortHost
@@ -24,9 +25,10 @@ from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import running
+from tests.ports.dialect.test_dialect_port import Display
 from tests.ports.garmin_xhd.reading import read_spoke
-from tests.ports.garmin_xhd.test_xhd_port import Display
 from tests.ports.listening import FLAT_OUT
+from tests.ports.navico_halo.reading import read_frame
 from tests.ports.nmea.test_senders import free_port
 from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
@@ -51,8 +53,15 @@ def senders() -> Iterator[list[TcpSender]]:
 def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, senders: list[TcpSender]) -> None:
     """A lossless client gets each spoke once and in order, readers get whole sentences, and no port has a fault."""
     scene = load_scene({"radar": RADAR, "origin": {"latitude_deg": 54.0, "longitude_deg": 8.0}, "body": SHIPS})
-    video, shown = UdpSender("--asterix", Address(HERE, free_port()), joined=0), Display()
-    ports = (NmeaPort([senders[0]]), AisPort([senders[1]]), SignalKPort(), AsterixPort([video], Form()), shown.port)
+    video, shown, halo = UdpSender("--asterix", Address(HERE, free_port()), joined=0), Display(), Display(HALO)
+    ports = (
+        NmeaPort([senders[0]]),
+        AisPort([senders[1]]),
+        SignalKPort(),
+        AsterixPort([video], Form()),
+        shown.port,
+        halo.port,
+    )
     host = PortHost((RestPort(), FeedPort(), *ports))
 
     async def whole() -> None:
@@ -75,9 +84,11 @@ def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, sender
                     assert lines[0][:1] in b"$!" and all(b"*" in line for line in lines[:-1])
                 health = (await server.http.get("/api/health")).json()
                 assert health["status"] in ("ok", "behind") and health["radars"][0]["restarts"] == 0
-        assert [thread.faults for thread in host.threads.values()] == [0] * 7
+        assert [thread.faults for thread in host.threads.values()] == [0] * 8
+        assert {each.number for frame in halo.spokes.pieces for each in read_frame(frame)} == set(range(2048))
         assert {read_spoke(each).number for each in shown.spokes.pieces} == set(range(1440)) and video.lost == 0
         video.close()
         shown.close()
+        halo.close()
 
     asyncio.run(asyncio.wait_for(whole(), 60))

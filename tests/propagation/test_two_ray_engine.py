@@ -82,8 +82,8 @@ def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> 
 )
 def test_both_polarizations_and_every_sea(polarization: str, sea_state: int, distances: tuple[float, ...]) -> None:
     """Level to 0.1 dB and phase to 1 degree of the reference, away from deep nulls; the permittivity's three digits move F by
-    0.2 %. Wave heights: a quarter of 0, 0.875 and 3.25 m (WMO code 3700)."""
-    rms = {0: 0.0, 3: 0.875 / 4, 5: 3.25 / 4}[sea_state]
+    0.2 %. Wave heights: a quarter of 0, 1.0445 and 2.9765 m, 0.04 + 0.1 s^2.1."""
+    rms = {0: 0.0, 3: 1.0445 / 4, 5: 2.9765 / 4}[sea_state]
     for distance in distances:
         computed = quiet_factor(distance, polarization, sea_state)
         exact = reference_factor(distance, polarization, rms)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.receive.noise import MIN_POWER, GaussianSpectrum
+from radar_service.receive.noise import MIN_POWER, GaussianSpectrum, integrate
 
 SIZE, ROWS = 240, 4000
 SHAPE = np.exp(-((np.fft.fftfreq(SIZE) / 0.1) ** 2)) * (1.2 + np.sin(7 * np.fft.fftfreq(SIZE)))  # not symmetric
@@ -38,3 +38,20 @@ def test_adding_is_drawing_and_a_sum() -> None:
     added = before.copy()
     noise.add(added, np.random.default_rng(4))
     np.testing.assert_array_equal(added, before + noise.draw(3, np.random.default_rng(4)))
+
+
+@pytest.mark.parametrize("snr", [0.0, 4.0])
+def test_integrated_power_has_the_law_of_the_mean_over_pulses(snr: float) -> None:
+    """Mean snr + 1 and variance (2 snr + 1) / pulses of a steady echo in noise (Marcum 1960), and its third moment by draws of
+    every pulse; the phase is that of the sum."""
+    pulses, count, rng = 5, 200_000, np.random.default_rng(6)
+    noise = (rng.standard_normal((pulses, count, 2)) @ np.array([1.0, 1.0j])) / np.sqrt(2.0)
+    each = np.sqrt(snr) + noise
+    field = each.mean(axis=0)[None].astype(np.complex64)
+    before = np.angle(field)
+    integrate(field, pulses, 1.0, np.random.default_rng(7))
+    power, expected = np.abs(field[0].astype(complex)) ** 2, (np.abs(each) ** 2).mean(axis=0)
+    assert power.mean() == pytest.approx(snr + 1.0, rel=0.01)
+    assert power.var() == pytest.approx((2.0 * snr + 1.0) / pulses, rel=0.02)
+    assert np.quantile(power, 0.999) == pytest.approx(np.quantile(expected, 0.999), rel=0.02)
+    np.testing.assert_allclose(np.angle(field), before, atol=1e-4)

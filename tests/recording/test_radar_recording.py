@@ -92,6 +92,12 @@ def test_of_several_radars_the_rate_is_that_of_the_one_that_is_named(radar: str 
     assert document is not None and [table["rpm"] for table in document["radar"]] == rpms
 
 
+def test_the_range_scale_of_a_set_is_that_of_the_order() -> None:
+    radars = [{"set": "furuno-1824c", "id": "bow"}, {"set": "furuno-1824c", "id": "pier", "height_m": 9}]
+    document, _ = scene_document(SceneRequest({"radar": radars}, range_m=1852.0, radar="pier"))
+    assert document is not None and document["radar"] == [radars[0], radars[1] | {"range_max_m": 1852.0}]
+
+
 def test_files_have_hashes(tmp_path: Path) -> None:
     (tmp_path / "ship.stl").write_bytes(b"solid")
     bodies = [{"name": name, "mesh": file} for name, file in (("a", "ship.stl"), ("b", "gone.stl"), ("c", "ship.stl"))]

@@ -8,13 +8,15 @@ import inspect
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Sequence
-from functools import partial
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.ports.app import create_app
+from radar_service.radar.sets import radar_sets
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
@@ -143,6 +145,25 @@ def materials() -> str:
     return table(("material", "scattering", "gamma", "power reflectivity", "ground"), rows)
 
 
+def sets() -> str:
+    """The sets that are sold, their rows by range scale, and the source of each number."""
+    rows = []
+    for name, each in radar_sets().items():
+        scales: dict[str, list[str]] = {}
+        for length, keys in each.scales.items():
+            scales.setdefault(_pulse(keys), []).append(f"{length / NAUTICAL_MILE:g}")
+        about = [f"{', '.join(nm)} NM: {pulse}" for pulse, nm in scales.items()]
+        sources = [f"{keys}: {text}" for keys, text in each.sources.items()]
+        rows.append((f"`{name}`", each.of, "; ".join(about), "; ".join(sources)))
+    return table(("set", "of what", "by range scale", "sources"), rows)
+
+
+def _pulse(keys: Mapping[str, Any]) -> str:
+    """What a set transmits at a scale, in words; the band of a chirp follows its samples."""
+    pulses = [f"{each['pulse_s'] * 1e6:g} us" for each in keys.get("pulses", [keys])]
+    return " and ".join(pulses) + (f", {keys['prf_hz']} Hz" if "prf_hz" in keys else "")
+
+
 def transmitter_states() -> str:
     """The states of a transmitter."""
     return table(("state", "the transmitter"), [(f"`{state.name}`", state.value) for state in State])
@@ -213,6 +234,21 @@ def interfaces() -> str:
     return table(("interface", "what it is", "members", "in"), rows)
 
 
+@cache
+def sections() -> dict[str, list[list[str]]]:
+    """What is promised, by section: a sentence, then the tests that check it."""
+    return tomllib.loads(Path(__file__).with_name("promises.toml").read_text(encoding="utf-8"))
+
+
+def promises(section: str) -> str:
+    """The promises of a section, with links to the tests that check each."""
+    links = [
+        (row[0], ", ".join(f"[{test.rsplit('/', 1)[-1]}](../tests/{test}.py)" for test in row[1:]))
+        for row in sections()[section]
+    ]
+    return table(("promise", "tests"), links)
+
+
 def first_paragraph(of: object) -> str:
     """The first paragraph of a docstring, on one line."""
     return (inspect.getdoc(of) or "").split("\n\n")[0].replace("\n", " ")
@@ -255,6 +291,7 @@ TABLES: dict[str, Callable[[], str]] = {
         for name in ("gyro", "log", "position", "antenna", "feed")
     },
     "materials": materials,
+    "sets": sets,
     "presets": presets,
     "rest": rest,
     "public": public,
@@ -262,7 +299,16 @@ TABLES: dict[str, Callable[[], str]] = {
     "rooms": rooms,
     "transmitter-states": transmitter_states,
     "transitions": transitions,
+    **{f"promises-{name}": partial(promises, name) for name in sections()},
 }
+
+
+def write_measured(name: str, rows: str) -> None:
+    """Writes what a command has measured into the page of accuracy, between `<!-- measured: NAME -->` and `<!-- end -->`."""
+    document = DOCS.parent / "docs/accuracy.md"
+    block = re.compile(rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)", flags=re.S)
+    text = document.read_text(encoding="utf-8")
+    document.write_text(block.sub(lambda result: result[1] + rows + result[2], text), encoding="utf-8")
 
 
 def renewed(text: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 WAVELENGTH = 299_792_458.0 / 9.41e9
-SEA = 55.3 - 38.2j  # relative permittivity of sea water at 15 degrees C and 9.41 GHz (docs/reference-values.md)
+SEA = 55.3 - 38.2j  # relative permittivity of sea water at 15 degrees C and 9.41 GHz (docs/accuracy.md)
 STEP = 0.25  # m between samples of a profile
 
 

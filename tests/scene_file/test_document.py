@@ -40,7 +40,11 @@ from tests.scene_file.scene_sources import problems
             b'{"body": [{"mesh":\n"a\\ship.obj"}]}',
             "a backslash begins an escape; write paths with forward slashes",
         ),
-        ("a.toml", b"", "scene: it is empty; give it a name, a radar or a body, or load one of aids, far-target, harbour,"),
+        (
+            "a.toml",
+            b"",
+            "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour,",
+        ),
         ("a.yaml", b"name: a", 'the ending ".yaml" is not known'),
         ("a.toml", b"#" * (10 * 2**20 + 1), "larger than 10485760 bytes"),
         ("a.toml", b"name = 1979-05-27", "name: 1979-05-27 is not allowed; text"),
@@ -62,13 +66,15 @@ def test_missing_scenes(source: str | Path, tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize("source", ["", " "])
 def test_no_name_is_an_error_with_a_remedy(source: str) -> None:
     (message,) = problems(source)
-    assert message.startswith('scene: "" names no scene; give a .toml or .json file, or one of aids, far-target, harbour, ')
+    assert message.startswith(
+        'scene: "" names no scene; give a .toml or .json file, or one of aids, coast, far-target, harbour, '
+    )
 
 
 def test_an_empty_mapping_is_an_error_with_a_remedy() -> None:
     (message,) = problems({})
     assert message.startswith(
-        "scene: it is empty; give it a name, a radar or a body, or load one of aids, far-target, harbour, "
+        "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour, "
     )
 
 

@@ -67,7 +67,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
         'environment.gas_db_per_km: nan is not allowed; one of "itu" or a finite',
     ),
     ({"environment": {"gas_db_per_km": "itu"}, "radar": {"frequency_hz": 60e9}}, 'environment.gas_db_per_km: "itu" covers'),
-    ({"environment": {"sea_state": 10}}, "environment.sea_state: 10 is not allowed; a whole number from 0 to 9; lower it"),
+    ({"environment": {"sea_state": 10}}, "environment.sea_state: 10 is not allowed; a finite number from 0 to 9; lower it"),
     ({"body": {}}, "body: a table of 0 keys is not allowed; a list of at most 10000 values"),
     ({"body": [5]}, "body[0]: 5 is not allowed; a table with the keys"),
     ({"body": [point(), point()]}, 'body[1].name: "p" is taken by an earlier body; names are unique'),

@@ -113,7 +113,7 @@ def test_what_diffracts_has_no_horizon() -> None:
 
 def test_no_ray_slips_through_the_edges_of_a_closed_body() -> None:
     """20,000 lines of sight at the vertices and edge middles of a sphere's far side: all blocked but for Embree's known
-    0.09 % at exact edges (docs/reference-values.md#embree), allowed 0.3 %."""
+    0.09 % at exact edges (docs/accuracy.md#embree), allowed 0.3 %."""
     import trimesh
 
     ball = trimesh.creation.icosphere(subdivisions=5, radius=50.0)

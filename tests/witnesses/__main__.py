@@ -1,6 +1,6 @@
 """Programs of others as witnesses of what a service sends: gpsdecode, OpenCPN on a screen of its own, mayara's web page.
 
-`python -m tests.witnesses FOLDER [NAMES]`, which `.ci/witnesses` calls; ASTERIX, Garmin xHD and ROS 2 are in `dialects.py`.
+`python -m tests.witnesses FOLDER [NAMES]`, which `.ci/witnesses` calls; ASTERIX, Garmin xHD, HALO and ROS 2 are in `dialects.py`.
 Ten ships move. gpsdecode decodes their AIS, and that of an aid to navigation and a SART, with the parts of static reports
 joined; it is compared with the truth. OpenCPN shows own ship and the ships on FOLDER/opencpn.png, to be looked at. The page is
 opened where MAYARA_GUI names its folder (`signalk_page.py`). What is absent is printed.
@@ -191,6 +191,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "mayara's page": ("chromium",),
         "ASTERIX 240": ("unshare", "ip", "tshark"),
         "radar_pi": ("unshare", "ip", "g++", "wx-config"),
+        "halo_radar": ("unshare", "ip", "g++"),
         "rosbags": (),
     }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
@@ -200,6 +201,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "mayara's page": lambda: signalk_page.judged(folder, Path(gui)) if gui else "not asked, without MAYARA_GUI",
         "ASTERIX 240": lambda: dialects.asterix(folder),
         "radar_pi": lambda: dialects.radar_pi(folder),
+        "halo_radar": lambda: dialects.halo_radar(folder),
         "rosbags": lambda: dialects.ros2_bag(folder),
     }
     for name, judge in judges.items() if not names else [(name, judges[name]) for name in names]:

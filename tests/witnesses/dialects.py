@@ -1,9 +1,10 @@
-"""Programs of others as witnesses of ASTERIX, Garmin xHD and ROS 2 bags: five reflectors against the truth.
+"""Programs of others as witnesses of ASTERIX, Garmin xHD, Navico HALO and ROS 2 bags: five reflectors against the truth.
 
 A service runs in a network namespace of its own, with a bridge in 172.16/12, which needs root. tshark captures there what it
 sends by UDP, and decodes it; libasterix and asterix-decoder, each in an environment of its own below FOLDER, decode it too. The
-receiver and the control of radar_pi for a Garmin xHD, built from its sources (RADAR_PI names their folder, with `src` and
-`include`) by g++ with wxWidgets and the stubs of `radar_pi/`, find the radar, draw it and command it. rosbags reads a bag.
+receivers and the controls of radar_pi for a Garmin xHD and a HALO, built from its sources (RADAR_PI names their folder, with
+`src` and `include`) by g++ with wxWidgets and the stubs of `radar_pi/`, find the radar, draw it and command it; so does the class
+Radar of the ROS driver halo_radar, whose folder HALO_RADAR names. rosbags reads a bag.
 """
 
 import json
@@ -36,11 +37,18 @@ TALK = [
     ("rejection 1", "rejection 1", 0.2), ("off", "power 1", 0.2), ("on", "power 8", 0.2), ("gain-auto", "gain-state 1", 0.2),
     ("sea-auto", "sea-state 1", 0.2), ("range 1852", "range 1852", 0.2),
 ]  # fmt: skip
+HALO_TALK = [
+    ("range 1000", "range 1000", 0.2), ("gain 33", "gain 32.941176", 0.2), ("sea_clutter 20", "sea_clutter 20.000000", 0.2),
+    ("rain_clutter 7", "rain_clutter 6.666667", 0.2), ("interference_rejection low", "interference_rejection low", 0.2),
+    ("status standby", "status standby", 0.2), ("status transmit", "status transmit", 0.2), ("gain auto", "gain_mode auto", 0.2),
+    ("sea_clutter auto", "sea_clutter_mode auto", 0.2), ("range 1852", "range 1852", 0.2),
+]  # fmt: skip
 NAMESPACE = """ip link set lo up && ip link add br0 type bridge && ip addr add 172.16.2.0/12 dev br0 &&
 ip addr add 172.16.3.150/12 dev br0 && ip link set br0 up && exec "$@" """
-SOURCES = ["include/RadarReceive.h", "include/RadarControl.h", "include/socketutil.h", "src/socketutil.cpp"]
-SOURCES += [f"include/garminxhd/GarminxHD{part}.h" for part in ("Receive", "Control")]
-SOURCES += [f"src/garminxhd/GarminxHD{part}.cpp" for part in ("Receive", "Control")]
+COMMON = ["include/RadarReceive.h", "include/RadarControl.h", "include/socketutil.h", "src/socketutil.cpp"]
+COMMON += ["include/RadarLocationInfo.h"]
+PARTS = {"garmin-xhd": ("GarminxHD", ("Receive", "Control")), "navico-halo": ("Navico", ("Receive", "Control", "Locate"))}
+IMAGE = {"garmin-xhd": (1440, 705), "navico-halo": (2048, 1024)}
 
 
 def still_scene() -> dict[str, Any]:
@@ -125,35 +133,62 @@ def judge_video(decoded: list[Any], bits: int) -> None:
         assert (bearing - begin) % 360.0 <= (ends[begin] - begin) % 360.0 + 0.011, crossing
 
 
-def built_reader(folder: Path, sources: Path) -> Path:
-    """radar_pi's receiver and control of an xHD, with what `radar_pi/` has in place of the rest."""
-    build = folder / "xhd-reader"
+def built_reader(folder: Path, sources: Path, dialect: str) -> Path:
+    """radar_pi's receiver and control of an xHD or a HALO, with what `radar_pi/` has in place of the rest."""
+    build, (maker, parts) = folder / f"{dialect}-reader", PARTS[dialect]
     build.mkdir(exist_ok=True)
-    for file in [*(HERE / "radar_pi").iterdir(), *(sources / name for name in SOURCES)]:
+    own = [
+        f"{kind}/{maker.lower()}/{maker}{part}.{end}" for part in parts for kind, end in (("include", "h"), ("src", "cpp"))
+    ]
+    if maker == "Navico":
+        own.append("include/navico/NavicoCommon.h")
+        (build / "navico").is_symlink() or (build / "navico").symlink_to(".")
+    for file in [*(HERE / "radar_pi").iterdir(), *(sources / name for name in COMMON + own)]:
         shutil.copy(file, build)
-    names = sorted(set(re.findall("CT_[A-Z_0-9]+", (build / "GarminxHDControl.cpp").read_text())))
+    names = sorted(set(re.findall("CT_[A-Z_0-9]+", (build / f"{maker}Control.cpp").read_text())))
     (build / "items.h").write_text(",".join(names))
     flags = " ".join(subprocess.run(["wx-config", f"--{of}", "base"], capture_output=True, text=True, check=True).stdout.strip()
                      for of in ("cxxflags", "libs"))  # fmt: skip
-    command = f"g++ -w -O1 -include RadarControl.h -o reader *.cpp {flags}"
+    command = f"g++ -w -O1 -D{maker.upper()} -include RadarControl.h -o reader *.cpp {flags}"
     subprocess.run(command, shell=True, cwd=build, check=True)
     return build / "reader"
 
 
 def radar_pi(folder: Path) -> str:
-    """Lets radar_pi's code find, draw and command the radar. Raises AssertionError."""
+    """Lets radar_pi's code find, draw and command the radar as an xHD and as a HALO. Raises AssertionError."""
     sources = os.environ.get("RADAR_PI", "")
     if not sources:
         return "not asked, without RADAR_PI"
-    reader, image = built_reader(folder, Path(sources)), folder / "xhd.image"
-    service = " ".join(serving(folder, "--garmin-xhd", "br0"))
+    return "; ".join(
+        f"{dialect}: {read_by(folder, built_reader(folder, Path(sources), dialect), dialect, TALK)}" for dialect in PARTS
+    )
+
+
+def halo_radar(folder: Path) -> str:
+    """Lets the code of the ROS driver find, draw and command the radar as a HALO. Raises AssertionError."""
+    if not (sources := os.environ.get("HALO_RADAR", "")):
+        return "not asked, without HALO_RADAR"
+    build = folder / "halo_radar"
+    build.mkdir(exist_ok=True)
+    code = Path(sources) / "simrad_halo_radar" / "src" / "halo_radar"
+    for name in ("halo_radar.cpp", "halo_radar.h", "halo_radar_structures.h"):
+        shutil.copy(code / name, build)
+    shutil.copy(HERE / "halo_radar" / "reader.cpp", build)
+    subprocess.run("g++ -w -O1 -pthread -o reader *.cpp", shell=True, cwd=build, check=True)
+    return read_by(folder, build / "reader", "navico-halo", HALO_TALK)
+
+
+def read_by(folder: Path, reader: Path, dialect: str, talk: list[tuple[str, str, float]]) -> str:
+    """What a reader says and draws, against the truth. talk: what it is told, as TALK is. Raises AssertionError."""
+    image = folder / f"{dialect}.image"
+    service = " ".join(serving(folder, f"--{dialect}", "br0"))
     with subprocess.Popen(
         alone(["sh", "-c", f"{service} >&2 & sleep 5; {reader}; kill $!"]), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL, text=True,
     ) as process:  # fmt: skip
         assert process.stdin is not None and process.stdout is not None
         time.sleep(12.0)
-        for word in (*(word for word, _, _ in TALK), "wait", f"image {image}", "quit"):
+        for word in (*(word for word, _, _ in talk), "wait", f"image {image}", "quit 0"):
             if word == "wait":
                 time.sleep(6.0)
                 continue
@@ -161,21 +196,21 @@ def radar_pi(folder: Path) -> str:
             process.stdin.flush()
             time.sleep(1.0)
         lines = process.communicate(timeout=30)[0].splitlines()
-    (folder / "xhd.log").write_text("\n".join(lines))
+    (folder / f"{dialect}.log").write_text("\n".join(lines))
     said = [(float(line.split()[0]), line.split(maxsplit=1)[1]) for line in lines]
     first = {text: when for when, text in reversed(said)}
     started = first["started 1"]
     spoke = next(when for when, text in said if text.startswith("spoke "))
     slowest = 0.0
-    for word, answer, limit in TALK:
-        begin = next(when for when, text in said if text.startswith(f"say-{word.split()[0]} ") and word.split()[-1] in (
-            word.split()[0], text.split()[-1]))  # fmt: skip
+    for word, answer, limit in talk:
+        begin = next(when for when, text in said if text in (f"say-{word}", f"say-{word} 0"))
         delay = min((when - begin for when, text in said if text == answer and when >= begin), default=math.inf)
         assert delay <= limit, (word, delay)
         slowest = max(slowest, delay)
-    values = {text.split()[0]: int(text.split()[1]) for _, text in said}
-    assert values["broken"] == 0
-    judge_picture(np.frombuffer(image.read_bytes(), np.uint8).reshape(1440, 705), values["samples"], values["metres"])
+    values = {text.split()[0]: int(text.split()[1]) for _, text in said if text.split()[1].isdigit()}
+    assert values.get("broken", 0) == 0
+    assert dialect == "garmin-xhd" or abs(values.get("heading", 188) - 33 / 360 * 2048) <= 1.0
+    judge_picture(np.frombuffer(image.read_bytes(), np.uint8).reshape(IMAGE[dialect]), values["samples"], values["metres"])
     return (
         f"found {1000 * (first['found 1'] - started):.0f} ms and drawn {1000 * (spoke - started):.0f} ms after its start, "
         f"commands back within {1000 * slowest:.0f} ms, 5 reflectors within a sample and a spoke"
@@ -183,15 +218,19 @@ def radar_pi(folder: Path) -> str:
 
 
 def judge_picture(image: np.ndarray[Any, Any], samples: int, metres: int) -> None:
-    """Whether each reflector is in the strongest sample near it, and within a spoke."""
-    width = metres / samples
+    """Whether each reflector is in the strongest sample near it or, where ours are longer, within a cell, and within a spoke."""
+    width, turn = metres / samples, image.shape[0]
+    cell, half = Simulator(load_scene(still_scene()), "fast", 1).range_step, round(30.0 / width)
     for crossing in truth():
         sample = int(crossing["range"] / width)
-        near = image[:, sample - 5 : sample + 6]
+        near = image[:, sample - half : sample + half + 1]
         rows, columns = np.nonzero(near == near.max())
-        assert set(columns) == {5}, (crossing, columns)
-        angle = math.degrees(crossing["relative_bearing"]) * 4.0
-        assert abs(math.remainder(float(np.median(rows)) - angle, 1440.0)) <= 1.5, (crossing, rows)
+        assert set(columns) == {half} or (cell > width and abs(np.median(columns) - half) * width <= cell), (
+            crossing,
+            columns,
+        )
+        angle = crossing["relative_bearing"] / (2.0 * math.pi) * turn
+        assert abs(math.remainder(float(np.median(rows)) - angle, turn)) <= 0.5 + 0.5 * turn / 720, (crossing, rows)
 
 
 def ros2_bag(folder: Path) -> str:

@@ -12,7 +12,7 @@ from radar_service.numerics.types import Floats
 from radar_service.world import seaway_motion
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.motion import Motion
-from radar_service.world.seaway import PEAK_PERIOD, SIGNIFICANT_WAVE_HEIGHT, Seaway, Waves
+from radar_service.world.seaway import PEAK_PERIOD, PERIOD_HEIGHT, Seaway, Waves, significant_wave_height
 from radar_service.world.seaway_motion import (
     EASING,
     MARGIN,
@@ -232,7 +232,8 @@ def test_a_motion_has_the_variance_of_its_amplitudes() -> None:
 @pytest.mark.parametrize(("state", "low", "high"), [(3, 0.5, 1.5), (5, 2.0, 5.0)])
 def test_a_coaster_of_75_m_rolls_in_a_beam_sea_as_such_ships_do(state: int, low: float, high: float) -> None:
     """Degrees rms, at rest and at 8 knots."""
-    sea = Seaway(SIGNIFICANT_WAVE_HEIGHT[state], PEAK_PERIOD[state], 0.0, 1.0, 0, 0.0, 0.0)
+    height = significant_wave_height(state)
+    sea = Seaway(height, float(np.interp(height, PERIOD_HEIGHT, PEAK_PERIOD)), 0.0, 1.0, 0, 0.0, 0.0)
     for speed in (0.0, 8.0 * KNOT):
         assert low < np.rad2deg(np.sqrt(variance_in_theory(sea, COASTER, np.pi / 2.0, speed)[0])) < high
 

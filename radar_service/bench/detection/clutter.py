@@ -131,8 +131,8 @@ def clutter_targets(scenario: Scenario) -> list[Target]:
 
 def clutter_scene(scenario: Scenario, case: ClutterCase, target: Target | None) -> Scene:
     """Returns the scene of a case, with a target at each range in each direction. Raises SceneError and ScenarioError."""
-    state = int(case.sea_state) if float(case.sea_state).is_integer() else case.sea_state
-    air = {**scenario.scene.get("environment", {}), "sea_state": state, "rain_mm_h": case.rain_mm_h}
+    air = {**scenario.scene.get("environment", {}), "sea_state": case.sea_state, "rain_mm_h": case.rain_mm_h}
+    air.pop("wave_height_m", None)
     if not isinstance(scenario.scene.get("radar", {}), Mapping):
         raise ScenarioError(f"{scenario.name}: radar: detection in clutter is of one radar; leave one")
     radar = dict(scenario.scene.get("radar", {}))

@@ -23,7 +23,7 @@ from radar_service.bench.detection.detection import (
     spoke_gains,
 )  # fmt: skip
 from radar_service.bench.detection.verdicts import HIGHEST, LOWEST, Measured, judged
-from radar_service.bench.scenario import Scenario, ScenarioError
+from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.false_alarms import known_level_factor
 from radar_service.receive.compression import receiver_noise_power
@@ -102,9 +102,9 @@ def targets_of(scenario: Scenario) -> list[Target]:
                 f'{scenario.name}: body "{body["name"]}": detection is judged for points with rcs_dbsm; leave it out of targets'
             )
     air = scenario.scene.get("environment", {})
-    if not air.get("noise") or air.get("sea_state") or air.get("rain_mm_h"):
+    if not air.get("noise") or any(map(air.get, CLUTTER)):
         raise ScenarioError(
-            f"{scenario.name}: environment: detection is judged in noise alone; give noise = true, no sea_state, no rain_mm_h"
+            f"{scenario.name}: environment: detection is judged in noise alone; give noise = true, no sea, no rain"
         )
     return [Target.of(scenario, body) for body in bodies]
 

@@ -1,37 +1,42 @@
 """Datagrams of a Garmin xHD: heartbeat, reports and spokes out, commands in. No I/O. All integers are little-endian."""
 
 import struct
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
+from radar_service.ports.dialect.dialect import (
+    TRANSMIT,
+    Commands,
+    Dialect,
+    IgnoredError,
+    SampleForm,
+    Setting,
+    Spoke,
+    follow,
+    levels,
+    one_of,
+    percent,
+    ranged,
+)
+
 GROUP, FINDERS = "239.254.2.0", "239.254.2.2"  # of reports and spokes, of heartbeats
-SPOKES = 1440  # a revolution
-MAX_SAMPLES = 705  # of a spoke: what readers take
 TABLE = (
     232, 463, 926, 1389, 1852, 2778, 3704, 5556, 7408, 11112, 14816, 22224, 29632, 44448, 66672, 88896,
 )  # fmt: skip  # m: ranges that are offered, 1/8 to 48 nautical miles
-STANDBY, SPINNING_UP, TRANSMIT = 3, 4, 5  # states of the scanner
 AUTO = 2  # a mode of gain and of sea
 # What readers may change: transmit, range, gain and its mode, rain, sea, interference rejection (two of the names it has).
 FEATURES = (0x13, 0x4A, 0x4B, 0x4C, 0x4F, 0x50, 0x51, 0x52, 0x53, 0x37, 0x38)
-LEAST_RANGE = 10.0  # m
 
 
-class IgnoredError(ValueError):
-    """A command that is not followed. The text is a word for the reason: form, unknown or value."""
+class Frames:
+    """Makes a datagram of each spoke."""
 
+    def of(self, spokes: Sequence[Spoke]) -> list[bytes]:
+        """Returns the datagrams of spokes."""
+        return [spoke(each.number, each.metres, each.samples.tobytes()) for each in spokes]
 
-@dataclass(frozen=True)
-class Setting:
-    """What is reported. state: of the scanner; range: shown [m]; range_max: of the scene [m]; level: of auto gain, 0 or 1;
-    controls: ours, as REST gives them."""
-
-    state: int = STANDBY
-    range: int = 0
-    range_max: float = 0.0
-    level: int = 0
-    controls: Mapping[str, Any] | None = None
+    def clear(self) -> None:
+        """No spoke waits for others."""
 
 
 def heartbeat(identity: int, count: int) -> bytes:
@@ -56,7 +61,7 @@ def reports(of: Setting) -> list[bytes]:
     ranges = [each for each in TABLE if each <= of.range_max] or [int(of.range_max)]
     bits = sum(1 << bit for bit in FEATURES)
     return [
-        _byte(0x0992, of.state), _long(0x0993, 0), _byte(0x0918, 1 if sends else 2), _byte(0x0919, bool(has.get("transmit"))),
+        _byte(0x0992, 3 + of.state), _long(0x0993, 0), _byte(0x0918, 1 if sends else 2), _byte(0x0919, bool(has.get("transmit"))),
         _byte(0x0916, 0), _byte(0x091C, 0), _long(0x091E, of.range),
         _byte(0x0924, AUTO * bool(has.get("gain_auto"))), _short(0x0925, round(100 * has.get("gain", 0))),
         _byte(0x091D, of.level), _byte(0x0933, rain > 0), _short(0x0934, rain),
@@ -68,19 +73,11 @@ def reports(of: Setting) -> list[bytes]:
     ]  # fmt: skip
 
 
-def changed_by(command: bytes, of: Setting) -> tuple[dict[str, Any], int | None]:
-    """Returns our controls that a command changes, and the level of auto gain where it has that. Raises IgnoredError."""
+def changed_by(command: bytes, of: Setting) -> dict[str, Any]:
+    """Returns what a command changes. Raises IgnoredError."""
     if len(command) < 9 or struct.unpack_from("<I", command, 4)[0] != len(command) - 8:
         raise IgnoredError("form")
-    number = struct.unpack_from("<I", command)[0]
-    if number not in COMMANDS:
-        raise IgnoredError("unknown")
-    size, change = COMMANDS[number]
-    if len(command) != 8 + size:
-        raise IgnoredError("form")
-    value = int.from_bytes(command[8:], "little")
-    changed = change(value, of)
-    return changed, value if number == 0x091D else None
+    return follow(COMMANDS, struct.unpack_from("<I", command)[0], command[8:], of)
 
 
 def _byte(number: int, value: int) -> bytes:
@@ -95,49 +92,26 @@ def _long(number: int, value: int) -> bytes:
     return struct.pack("<IIi", number, 4, value)
 
 
-Change = Callable[[int, Setting], dict[str, Any]]
-
-
-def _one_of(changes: Mapping[int, dict[str, Any]]) -> Change:
-    """A change for each value that a command may have."""
-
-    def change(value: int, of: Setting) -> dict[str, Any]:
-        if value not in changes:
-            raise IgnoredError("value")
-        return changes[value]
-
-    return change
-
-
-def _percent(name: str, **also: bool) -> Change:
-    """A change of a number from 0 to 100, given as hundredths. also: controls that it sets besides."""
-
-    def change(value: int, of: Setting) -> dict[str, Any]:
-        if value > 100_00:
-            raise IgnoredError("value")
-        return {name: value / 100.0, **also}
-
-    return change
-
-
 def _rejection(value: int, of: Setting) -> dict[str, Any]:
     return {"interference_rejection": value > 0}
 
 
-def _range(value: int, of: Setting) -> dict[str, Any]:
-    return {"range_m": min(max(float(value), LEAST_RANGE), of.range_max)}
-
-
-COMMANDS: dict[int, tuple[int, Change]] = {  # bytes of the value, and what it changes
-    0x0919: (1, _one_of({0: {"transmit": False}, 1: {"transmit": True}})),
-    0x091E: (4, _range),
-    0x0924: (1, _one_of({0: {"gain_auto": False}, AUTO: {"gain_auto": True}})),
-    0x0925: (2, _percent("gain", gain_auto=False)),
-    0x091D: (1, _one_of({0: {}, 1: {}})),
-    0x0939: (1, _one_of({0: {"sea": 0.0, "sea_auto": False}, 1: {"sea_auto": False}, AUTO: {"sea_auto": True}})),
-    0x093A: (2, _percent("sea", sea_auto=False)),
-    0x0933: (1, _one_of({0: {"rain": 0.0}, 1: {}})),
-    0x0934: (2, _percent("rain")),
-    0x0932: (1, _rejection),
-    0x091B: (1, _rejection),
+COMMANDS: Commands = {
+    (0x0919, 1): one_of({0: {"transmit": False}, 1: {"transmit": True}}),
+    (0x091E, 4): lambda value, of: ranged(float(value), of),
+    (0x0924, 1): one_of({0: {"gain_auto": False}, AUTO: {"gain_auto": True}}),
+    (0x0925, 2): percent("gain", 100_00, gain_auto=False),
+    (0x091D, 1): one_of({0: {"level": 0}, 1: {"level": 1}}),
+    (0x0939, 1): one_of({0: {"sea": 0.0, "sea_auto": False}, 1: {"sea_auto": False}, AUTO: {"sea_auto": True}}),
+    (0x093A, 2): percent("sea", 100_00, sea_auto=False),
+    (0x0933, 1): one_of({0: {"rain": 0.0}, 1: {}}),
+    (0x0934, 2): percent("rain", 100_00),
+    (0x0932, 1): _rejection,
+    (0x091B, 1): _rejection,
 }
+XHD = Dialect(
+    "garmin-xhd", "172.16.2.0", 1440,
+    SampleForm(705, False, levels(39, 254)),  # less are colours of trails for readers, more is an approaching target
+    Frames, ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102)), (("", 50101),),
+    lambda identity, count, here: heartbeat(identity, count), reports, changed_by,
+)  # fmt: skip

@@ -2,17 +2,15 @@
 
 import contextlib
 import socket
-import sys
 import time
 from collections.abc import Callable, Sequence
-from ipaddress import ip_address
 from typing import NamedTuple, Protocol
 
 from typing_extensions import override
 
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import Lines
-from radar_service.ports.udp.addresses import Address, bound
+from radar_service.ports.udp.addresses import Address, bound, join
 from radar_service.service.token_bucket import TokenBucket
 
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
@@ -126,7 +124,7 @@ class UdpReceiver:
         """Arguments as of TcpListener. Raises UsageError."""
         self._allowed, self._clock, self._where, self._joined = allowed, clock, where, clock()
         self._talks: dict[str, _Talk] = {}
-        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: _join(joined, where))
+        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: join(joined, where))
 
     @property
     def address(self) -> tuple[str, int]:
@@ -150,7 +148,7 @@ class UdpReceiver:
         if self._clock() - self._joined >= REJOIN:
             self._joined = self._clock()
             with contextlib.suppress(OSError):  # as a rule it is in the group
-                _join(self._socket, self._where)
+                join(self._socket, self._where)
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_DATAGRAMS):
                 data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
@@ -172,16 +170,3 @@ class UdpReceiver:
         if len(self._talks) > MAX_CLIENTS:
             del self._talks[next(iter(self._talks))]
         return talk
-
-
-def _join(receiving: socket.socket, where: Address) -> None:
-    """Joins the group, where the address is one."""
-    with contextlib.suppress(ValueError):  # a name
-        group = ip_address(where.host)
-        if not group.is_multicast:
-            return
-        if group.version == 4:
-            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group.packed + where.interface_address)
-        else:
-            request = group.packed + where.interface_index.to_bytes(4, sys.byteorder)
-            receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)

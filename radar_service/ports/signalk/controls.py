@@ -65,8 +65,8 @@ class SignalKControl:
 
 def ranges(scene: SceneOutline) -> list[int]:
     """Returns the display ranges [m] that are offered: those of sets, and all that the radar has, rounded down."""
-    maximum = int(scene.radar.range_max)
-    return sorted({*(each for each in RANGES if each <= maximum), maximum})
+    maximum = int(scene.radar.longest_range)
+    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in RANGES if each <= maximum), maximum})
 
 
 def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]:

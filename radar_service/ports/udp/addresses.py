@@ -8,6 +8,7 @@ import argparse
 import errno
 import re
 import socket
+import sys
 from collections.abc import Callable
 from ipaddress import ip_address
 from typing import NamedTuple
@@ -43,6 +44,14 @@ class Address(NamedTuple):
                 raise OSError(errno.EINVAL, f"a link-local address needs an interface, as [{self.host}]:{self.port}%eth0")
             return self.host, self.port, 0, self.interface_index
         return self.host, self.port
+
+    @property
+    def is_group(self) -> bool:
+        """Whether it is one of multicast."""
+        try:
+            return ip_address(self.host).is_multicast
+        except ValueError:  # a name
+            return False
 
     @property
     def interface_index(self) -> int:
@@ -108,7 +117,7 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
     """
     result = socket.socket(where.family, kind)
     try:
-        if kind == socket.SOCK_STREAM:
+        if kind == socket.SOCK_STREAM or where.is_group:
             result.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         result.bind(where.for_sockets)
         prepare(result)
@@ -117,3 +126,14 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
         raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
     result.setblocking(False)
     return result
+
+
+def join(receiving: socket.socket, where: Address) -> None:
+    """Joins the group, where the address is one. Raises OSError where it is in it already, or the interface is away."""
+    if where.is_group:
+        group = ip_address(where.host).packed
+        if where.family == socket.AF_INET:
+            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group + where.interface_address)
+        else:
+            request = group + where.interface_index.to_bytes(4, sys.byteorder)
+            receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, request)

@@ -44,7 +44,7 @@ from radar_service.world.poses import BodyPose, pose_at
 SHAPE_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 FACETS_DB = 0.1  # plates against their formulas (tests/scattering/physical_optics)
-REBOUNCES_DB = 0.4  # 0.33 dB rms over 317 aspects of seven ships against brute force (docs/measurements.md#accuracy)
+REBOUNCES_DB = 0.4  # 0.33 dB rms over 317 aspects of seven ships against brute force (docs/accuracy.md#accuracy)
 
 
 class PhysicalOptics(AspectModel):

@@ -1,14 +1,16 @@
 """The model of the radar in a scene file, and checks of settings that the physics cannot compute together."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ModelWrapValidatorHandler, model_validator
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.parameters import max_rpm
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
+from radar_service.radar.sets import radar_sets
 from radar_service.scene_file.model.errors import RadarErrorsModel
 from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
 from radar_service.stages.registry import effects, given_keys
@@ -66,16 +68,25 @@ class PulseModel(WaveformModel):
 WAVEFORM_KEYS = tuple(WaveformModel.model_fields)
 
 
+OF_A_SCALE = {*WAVEFORM_KEYS, "pulses", "sample_rate_hz", "prf_hz", "integration"}  # keys that belong to a set
+
 if TYPE_CHECKING:
     PatternName = str
+    SetName = str
 else:
     PatternName = Literal[tuple(PATTERNS)]
+    SetName = Literal[tuple(radar_sets())]
 PatternTable = tuple[tuple[Number, Number], ...]
 
 
 class RadarModel(WaveformModel):
     """The radar: waveform, scan, antenna, receiver."""
 
+    set: SetName | None = Field(
+        None,
+        description="a set that is sold, docs/sets.md: its keys on the scale range_max_m, 11112 by default; other keys replace "
+        "its own, but for those of the pulse",
+    )
     frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
     sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
     pulses: tuple[PulseModel, ...] = Field(
@@ -83,6 +94,9 @@ class RadarModel(WaveformModel):
     )
     prf_hz: Number | None = Field(None, ge=10, le=1e6, description="pulses per second; default: no limit on range")
     second_time_around: Flag = Field(False, description="echoes from beyond Ru = c / (2 prf_hz) are received at R - n Ru")
+    integration: Flag = Field(
+        False, description="noncoherent, of the pulses of a spoke: prf_hz x 60 / (rpm x azimuths) of them"
+    )
     azimuths: Whole = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
     rpm: Number = Field(24.0, ge=0.01, le=600)
     range_max_m: Number = Field(5000.0, ge=10, le=200_000)
@@ -131,6 +145,25 @@ class RadarModel(WaveformModel):
     def bins(self) -> int:
         """Range bins of a spoke."""
         return math.ceil(self.range_max_m / (SPEED_OF_LIGHT / (2.0 * self.sampling_hz)) - 1e-9)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_set(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Adds the keys of a set at its scale, which do not count as given."""
+        known = radar_sets().get(str(data.get("set"))) if isinstance(data, Mapping) else None
+        if known is None:
+            return handler(data)
+        if pulse := sorted(OF_A_SCALE.intersection(data)):
+            value = str(data[pulse[0]])[:60]
+            raise ValueError(f'{pulse[0]}: {value} beside set "{known.name}", which has its own: remove one of the two')
+        scale = data.get("range_max_m")
+        try:
+            keys = known.scales[known.scale(scale if isinstance(scale, int | float) else None)]
+        except ValueError as error:
+            raise ValueError(f"range_max_m: {error}") from None
+        model = handler({**keys, **data})
+        model.model_fields_set.intersection_update(data)
+        return model
 
     @model_validator(mode="after")
     def _check_radar(self) -> Self:
@@ -252,8 +285,9 @@ def _check_waveform(radar: RadarModel) -> None:
 
 def _check_repetition(radar: RadarModel) -> None:
     if radar.prf_hz is None:
-        if radar.second_time_around:
-            raise ValueError("second_time_around: it needs a pulse repetition frequency; add prf_hz")
+        for key in ("second_time_around", "integration"):
+            if getattr(radar, key):
+                raise ValueError(f"{key}: it needs a pulse repetition frequency; add prf_hz")
         return
     interval = 1.0 / radar.prf_hz
     if radar.pulse_s >= interval:

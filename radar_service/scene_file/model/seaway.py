@@ -13,7 +13,7 @@ class SeawayModel(Section):
     """Waves that move ships."""
 
     height_m: Annotated[float, Field(strict=True, gt=0, le=20)] | None = Field(
-        None, description="significant wave height; default: of `sea_state`, which then is 1 or more"
+        None, description="significant wave height; default: that of the sea, which then has one"
     )
     period_s: Annotated[float, Field(strict=True, ge=1.5, le=30)] | None = Field(
         None, description="of the spectrum's peak; default: most probable at this height on the open North Atlantic"

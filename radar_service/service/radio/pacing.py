@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 BATCH_SECONDS = 0.015  # of wall-clock time per message: eight to ten times the capacity of single spokes, and not visible
-BATCH_SPOKES = 32  # at any speed: beyond it a message gains little (docs/reference-values.md#fan-out)
+BATCH_SPOKES = 32  # at any speed: beyond it a message gains little (docs/accuracy.md#fan-out)
 LATE_LIMIT = 0.25  # s behind after which the schedule starts anew: catching up would be a burst
 WINDOW = 5.0  # s over which the achieved factor is measured
 MIN_WINDOW = 0.5  # s; over less a single batch weighs too much

@@ -22,7 +22,8 @@ from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
 from radar_service.radar.parameters import Radar
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file.document import model_and_folder, model_at_range
+from radar_service.scene_file.load import scene_from_model
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
@@ -40,7 +41,9 @@ def scene_of(scene_request: SceneRequest) -> Scene:
     """Returns the scene of a scene request. Raises SceneError and MachineBusyError."""
     sandbox = Sandbox() if scene_request.sandboxed else None
     try:
-        scene = load_scene(scene_request.scene_input, mesh_reader=sandbox or IN_PROCESS)
+        model, folder = model_and_folder(scene_request.scene_input, None)
+        model = model_at_range(model, scene_request.radar, scene_request.range_m)
+        scene = scene_from_model(model, folder, sandbox or IN_PROCESS)
     finally:
         if sandbox:
             sandbox.close()

@@ -209,7 +209,7 @@ class Station:
         valid.
         """
         changed_settings(self.settings, self.epoch.info.scene, requested)  # refuses before the scene changes
-        if needs_new_spoke_source(requested):
+        if needs_new_spoke_source(self.epoch.info.scene, requested):
             await self._go_on(requested)
         self.transmitter.pacer.set(changed_settings(self.settings, self.epoch.info.scene, requested))
         pace = requested.get("pace", {})

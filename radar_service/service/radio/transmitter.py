@@ -4,8 +4,8 @@ What leads from one of its states to the next is in `transmitter_state`; each st
 
 When a change acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
-- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
-  and where the group has several radars, which all begin it together.
+- range: a new epoch at once; with a set that is sold it acts as rpm does. Another scene: a new epoch when the running scan ends;
+  at once while paused or failed, and where the group has several radars, which all begin it together.
 - commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
 - rpm: a new epoch when the scan of a spoke source begins that is prepared meanwhile; the running scan ends there.

@@ -1,10 +1,12 @@
 """Azimuth rows: fields over bearing and range, computed in blocks and kept while the beam passes over them."""
 
 from collections.abc import Callable
+from functools import partial
 from threading import Lock
 from typing import Any
 
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
@@ -15,6 +17,8 @@ MakeRows = Callable[[int, int, int], Rows]
 
 BLOCK = 32  # rows computed together, so that a random generator is set up for many thousands of draws
 CHUNK = 128  # rows of one array, so that few spans need two; whole blocks
+ANGLES = 2**16  # on a circle, at which beams are compared
+WEAKEST, ALIAS = 1e-3, 1e-2  # of a beam: where its weights end; by how much rows too few make the correlation vary
 SPARE = 1  # chunks kept beyond those of a span, for slower threads
 
 
@@ -118,6 +122,27 @@ class BeamWeights:
 def weight_rows(weights: Singles, rows: Rows) -> Singles:
     """Rows (J, N), real or complex, summed with weights (K, J): (K, N), or (K, 2 N) with interleaved real and imaginary parts."""
     return weights @ rows.view(np.float32)
+
+
+def changing_beam(gain: Gain, extent: float, rotation_period: float, life: float) -> tuple[Gain, float, int]:
+    """Returns a gain, its extent [rad] and the rows per scan with which rows at rest stand for rows that change.
+
+    Over azimuth their weighted sum has the correlation of rows weighted by `gain` [offset in rad] within `extent` [rad], times
+    exp(-(t / life)^2) for the time t in which the antenna turns so far. rotation_period, life: [s].
+    """
+    offset: Floats = np.arange(-0.5, 0.5, 1.0 / ANGLES) * (2.0 * np.pi)
+    seen = scipy.fft.rfft(np.where(np.abs(offset) <= extent, gain(offset), 0.0))
+    correlation: Floats = scipy.fft.irfft(np.abs(seen) ** 2)
+    correlation *= np.exp(-((np.fft.ifftshift(offset) * (rotation_period / (2.0 * np.pi * life))) ** 2))
+    root: Floats = np.fft.fftshift(scipy.fft.irfft(np.sqrt(np.maximum(scipy.fft.rfft(correlation).real, 0.0))))
+    alias = np.abs(scipy.fft.rfft(root**2))  # of rows so many per scan
+    reach = np.abs(offset[np.abs(root) > WEAKEST * root.max()]).max()
+    rows = int(np.flatnonzero(alias > ALIAS * alias[0])[-1]) + 1
+    return partial(_interpolated, offset, root), float(reach), rows
+
+
+def _interpolated(known: Floats, values: Floats, offset: Floats) -> Floats:
+    return np.asarray(np.interp(offset, known, values))
 
 
 def beam_weights(azimuth: Floats, rows_per_scan: int, gain: Gain, extent: float) -> tuple[int, int, Floats]:

@@ -2,21 +2,21 @@
 
 Speckle is weighted by the beam and has the correlation of the pulse. In each cell it is multiplied by the root of the sea's local
 mean power (texture x mean) plus the rain's. Conditional on the texture both are complex Gaussian with the same correlations, so
-one speckle serves both. It is constant while the beam passes, and new in each scan.
+one speckle serves both. Over the sea it changes while the beam passes; rain alone has it constant. It is new in each scan.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.receive.detection import square_law
-from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, weight_rows
+from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
 from radar_service.stages.clutter.effect import RAIN, SEA
 from radar_service.stages.clutter.rain import rain_power
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, pulse_power, received_share, resolution_cell
-from radar_service.stages.clutter.sea import wind_factor
+from radar_service.stages.clutter.sea import speckle_time, wind_factor
 from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
 from radar_service.stages.clutter.texture import SpeckleRows
 from radar_service.stages.stage import RandomField
@@ -132,12 +132,16 @@ def prepare_clutter(
         return None
     rows_per_scan = min(radar.azimuths, int(np.ceil(2.0 * np.pi / cell.width * ROWS_PER_BEAM)))
     extent = BEAM_EXTENT * cell.width
+    beam: tuple[Gain, float, int] = radar.azimuth_gain, extent, rows_per_scan
+    if len(sea):
+        beam = changing_beam(radar.azimuth_gain, extent, radar.rotation_period, speckle_time(radar.wavelength))
+    gain, reach, speckle_rows = *beam[:2], min(radar.azimuths, beam[2])
     return Clutter(
         rain.astype(np.float32),
         floor,
         columns,
-        BeamWeights(radar.azimuths, rows_per_scan, radar.azimuth_gain, extent, order=2),
-        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, speckle_seed, scene.random_key).make),
+        BeamWeights(radar.azimuths, speckle_rows, gain, reach, order=2),
+        AzimuthRowCache(speckle_rows, SpeckleRows(pulse_power(compression), columns, speckle_seed, scene.random_key).make),
         prepare_sea(scene, line_of_sight, sea, cell, columns, rows_per_scan, extent, seed) if len(sea) else None,
     )
 

@@ -6,26 +6,26 @@ Sigma0 is the measured one. It includes the interference of direct and reflected
 import numpy as np
 from scipy.special import i0
 
+from radar_service.numerics.constants import GRAVITY
 from radar_service.numerics.types import Floats
+from radar_service.world.seaway import wind_speed
 
-GRAVITY = 9.80665  # m/s^2, standard
-MAX_SEA_STATE = 6  # the data behind sigma0 end here; higher seas count as this one
+MAX_SEA_STATE = 6  # the data behind sigma0 end here; in sigma0 higher seas count as this one
 MAX_GRAZING_DEG = 60.0  # the fit of sigma0 ends here; larger angles count as this one
 
 # NRL 2012, coefficients c1 to c5 by polarization.
 _SIGMA0 = {"h": (-73.00, 20.78, 7.351, 25.65, 0.00540), "v": (-50.79, 25.93, 0.7093, 21.58, 0.00211)}
-# Wind [m/s] of each sea state, Douglas 1 to 6 (M. Farshchian, NRL 2010, for Watts' correlation length).
-_WIND = (2.5, 4.5, 6.0, 8.5, 11.0, 14.0)
 _SHAPE_OFFSET = {"h": 2.09, "v": 1.39}
+MEASURED_LENGTH, MEASURED_ACROSS = 4.2, (100.0, 800.0)  # m, of the cells behind the law of the shape (Ward 1982)
 SHAPE_LIMITS = (0.05, 100.0)  # spikier than any sea measured; Rayleigh to 0.1 dB at Pfa 1e-4
 
 
-def mean_sigma0(grazing: Floats, frequency: float, sea_state: int, polarization: str) -> Floats:
+def mean_sigma0(grazing: Floats, frequency: float, sea_state: float, polarization: str) -> Floats:
     """Mean sea clutter cross-section per area (power ratio), averaged over wind directions; 0 below the horizon.
 
-    grazing: any shape [rad], fitted from 0.1 to 60 degrees; frequency: fitted from 0.5 to 35e9 [Hz]; sea_state: Douglas,
-    fitted from 0 to 6; polarization: "h" or "v", else ValueError. Source: Gregers-Hansen and Mital, "An improved empirical
-    model for radar sea clutter reflectivity", NRL/MR/5310-12-9346 (2012).
+    grazing: any shape [rad], fitted from 0.1 to 60 degrees; frequency: fitted from 0.5 to 35e9 [Hz]; sea_state: by wave
+    height, fitted from 0 to 6; polarization: "h" or "v", else ValueError. Source: Gregers-Hansen and Mital, "An improved
+    empirical model for radar sea clutter reflectivity", NRL/MR/5310-12-9346 (2012).
     """
     if polarization not in _SIGMA0:
         raise ValueError(f'polarization: "{polarization}" is not one of h, v')
@@ -56,7 +56,8 @@ def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floa
 
     grazing: [rad], measured from 0.1 to 10 degrees; cell_area: of the resolution cell [m^2]; polarization: "h" or "v".
     log10 nu = 2/3 log10 psi_deg + 5/8 log10 A - k, k = 2.09 (h) or 1.39 (v), without its swell term: Ward, Tough and Watts,
-    "Sea Clutter: Scattering, the K Distribution and Radar Performance" (2006), p. 237, there for X band.
+    "Sea Clutter: Scattering, the K Distribution and Radar Performance" (2006), p. 237, there for X band. Its data: cells
+    MEASURED_LENGTH long and MEASURED_ACROSS across.
     """
     psi = np.rad2deg(np.maximum(grazing, 1e-6))
     area = np.maximum(cell_area, 1e-6)
@@ -64,14 +65,34 @@ def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floa
     return np.clip(nu, *SHAPE_LIMITS)
 
 
-def wind_speed(sea_state: int) -> float:
-    """Wind [m/s] of a sea of Douglas state 1 to 6, higher ones as 6; ValueError below 1."""
-    if sea_state < 1:
-        raise ValueError(f"sea_state: {sea_state} has no wind; 1 and up (Douglas scale)")
-    return _WIND[min(sea_state, MAX_SEA_STATE) - 1]
+def speckle_time(wavelength: float) -> float:
+    """Time [s] after which the field of sea clutter has the correlation 1/e: 7 ms in X band, in proportion to wavelength [m].
+
+    Ward, Baker and Watts, IEE Proc. F 137(2), 1990, measured 5 to 10 ms in X band. The velocities on the sea that spread the
+    Doppler spectrum are those of any band.
+    """
+    return 7e-3 * wavelength / 0.032
 
 
-def texture_length(off_wind: Floats, sea_state: int) -> Floats:
+def swell_factor(off_waves: Floats) -> Floats:
+    """Factor on the shape of texture where waves run, 10^(-cos(2 theta) / 3): spikier along them (Ward, as `texture_shape`).
+
+    off_waves: angle between the line of sight and the direction of the waves [rad].
+    """
+    return np.asarray(10.0 ** (-np.cos(2.0 * off_waves) / 3.0))
+
+
+def beyond_measured_shapes(cell_length: float, across: tuple[float, float]) -> str:
+    """Says in which cells the shape of texture is extrapolated; "" for none. cell_length: [m]; across: first and last one [m]."""
+    (least, most), parts = MEASURED_ACROSS, []
+    if cell_length > 1.05 * MEASURED_LENGTH or cell_length < MEASURED_LENGTH / 1.05:
+        parts.append(f"{cell_length:.3g} m long (measured: {MEASURED_LENGTH:g} m)")
+    if across[0] < least or across[1] > most:
+        parts.append(f"{across[0]:.3g} to {across[1]:.3g} m across (measured: {least:g} to {most:g} m)")
+    return f", extrapolated to cells {', '.join(parts)}" if parts else ""
+
+
+def texture_length(off_wind: Floats, sea_state: float) -> Floats:
     """Range [m] over which the texture of a fully developed sea decorrelates (to 1/e).
 
     off_wind: as in `wind_factor` [rad]. (pi/2) (W^2/g) sqrt(3 cos^2 phi + 1), W the wind (Watts, IEE Proc. RSN 143, 1996).
@@ -80,11 +101,11 @@ def texture_length(off_wind: Floats, sea_state: int) -> Floats:
     return np.asarray(np.pi / 2.0 * wind**2 / GRAVITY * np.sqrt(3.0 * np.cos(off_wind) ** 2 + 1.0))
 
 
-def peak_wave_speed(sea_state: int) -> float:
+def peak_wave_speed(sea_state: float) -> float:
     """Phase speed [m/s] of the peak waves of a fully developed sea, W / 0.877 (Pierson and Moskowitz 1964)."""
     return wind_speed(sea_state) / 0.877
 
 
-def peak_wave_period(sea_state: int) -> float:
+def peak_wave_period(sea_state: float) -> float:
     """Period [s] of the peak waves, 2 pi c / g in deep water; texture lasts seconds (Ward, Baker and Watts 1990)."""
     return 2.0 * np.pi * peak_wave_speed(sea_state) / GRAVITY

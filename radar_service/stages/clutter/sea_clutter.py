@@ -11,13 +11,22 @@ from radar_service.radar.parameters import Radar
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
 from radar_service.stages.clutter.effect import TEXTURE_SHAPE
 from radar_service.stages.clutter.resolution_cell import ResolutionCell, unit_power
-from radar_service.stages.clutter.sea import mean_sigma0, peak_wave_period, peak_wave_speed, texture_length, texture_shape
+from radar_service.stages.clutter.sea import (
+    mean_sigma0,
+    peak_wave_period,
+    peak_wave_speed,
+    swell_factor,
+    texture_length,
+    texture_shape,
+)
 from radar_service.stages.clutter.sea_cells import SeaCells, sea_point
 from radar_service.stages.clutter.texture import TextureTable, gaussian_correlation
 from radar_service.stages.clutter.texture_law import TextureLaw
 from radar_service.stages.clutter.texture_rows import TextureGrid, TextureRows
+from radar_service.stages.clutter.wave_rows import SeenWaves, WaveRows
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
+from radar_service.world.wave_drawing import drawn_waves
 
 TEXTURE_BLOCK = 64  # rows of texture computed together
 TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
@@ -79,7 +88,7 @@ class Sea:
         cells, bins = -(-columns // self.mean.shape[1]), self.mean.shape[1]
         first, stop, weights = self.texture_beam.at(number)
         rows = self.texture.span(first, stop)[:, : cells * bins // self.column_bins]
-        root = self.table.roots(weight_rows(weights, rows)).reshape(len(level), cells, -1)
+        root = self.table.roots(weight_rows(weights, rows), number).reshape(len(level), cells, -1)
         root *= np.sqrt(level[:, :cells, None])
         amplitude = np.empty((len(level), cells, bins), dtype=np.float32)
         for i in range(self.column_bins):
@@ -106,9 +115,11 @@ def prepare_sea(
     """
     radar, step = scene.radar, scene.radar.range_step
     middle = (np.arange(columns, dtype=np.float64) + 0.5) * step
-    stretch = _stretch(float(np.median(_shape(scene, middle, cell, line_of_sight.earth_radius))))
+    waves = _seen_waves(scene, cell)
+    stretch = 1.0 if waves else _stretch(float(np.median(_shape(scene, middle, cell, line_of_sight.earth_radius))))
     law = _texture_law(scene, cell, stretch)
-    column_bins = _column_bins(float(np.hypot(law.across, law.cell)), cell.length, step)
+    shortest = law.across if waves is None else 2.0 / float(np.linalg.norm(waves.waves.wavenumber, axis=1).max())
+    column_bins = _column_bins(float(np.hypot(shortest, law.cell)), cell.length, step)
     cells = SeaCells(scene, line_of_sight, min(radar.azimuths, 2 * rows_per_scan), columns * step, column_bins)
     total = cells.count * cells.bins
     mean = np.pad(np.sqrt(power), (0, total - len(power))).astype(np.float32).reshape(-1, cells.bins)
@@ -117,14 +128,18 @@ def prepare_sea(
         scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
     )
     gain, reach = partial(_stretched_gain, radar, stretch), stretch * TEXTURE_EXTENT * cell.width
-    rows = TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed)
+    rows = (
+        WaveRows(waves, grid, _row_weights(rows_per_scan, gain, reach))
+        if waves
+        else TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed)
+    )
     return Sea(
         mean,
         cells,
         BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_stretched_gain, radar, 1.0), extent, order=1),
         AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK, scene.own_revision),
         BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
-        TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
+        TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius), _shape_factors(scene)),
         column_bins,
     )
 
@@ -136,6 +151,20 @@ def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: f
         return np.full(len(distance), requested)
     grazing = sea_point(distance, scene.radar.height, earth_radius).grazing
     return texture_shape(grazing, cell.area(distance), scene.radar.polarization)
+
+
+def _shape_factors(scene: Scene) -> Floats | None:
+    """Factors (azimuths,) of waves on the published shape; None without waves, or with the scene's shape."""
+    seaway, radar = scene.environment.seaway, scene.radar
+    if seaway is None or scene.environment.effect_keys[TEXTURE_SHAPE] is not None:
+        return None
+    return swell_factor(np.arange(radar.azimuths, dtype=np.float64) * radar.azimuth_step - seaway.towards)
+
+
+def _seen_waves(scene: Scene, cell: ResolutionCell) -> SeenWaves | None:
+    """The waves that move the ships of a scene; None where none do."""
+    seaway = scene.environment.seaway
+    return None if seaway is None else SeenWaves(drawn_waves(seaway, scene.environment.stream), cell.length)
 
 
 def _column_bins(length: float, cell_length: float, step: float) -> int:
@@ -163,6 +192,13 @@ def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
         weights = np.where(energy[:, None] > 0.0, weights, np.arange(weights.shape[1]) == weights.shape[1] // 2)
     products = np.mean([np.correlate(each, each, "full") / np.sum(each**2) for each in weights], axis=0)
     return np.asarray(products)
+
+
+def _row_weights(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
+    """The beam's weights (2 M + 1,) on rows about one on boresight; their squares add up to 1."""
+    reach = int(np.floor(extent * rows_per_scan / (2.0 * np.pi) + 1e-9))
+    weights = gain(np.arange(-reach, reach + 1, dtype=np.float64) * (2.0 * np.pi / rows_per_scan))
+    return np.asarray(weights / np.sqrt(np.sum(weights**2)))
 
 
 def _texture_law(scene: Scene, cell: ResolutionCell, stretch: float) -> TextureLaw:

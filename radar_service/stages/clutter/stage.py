@@ -4,13 +4,14 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
+from radar_service.receive.compression import compression_for
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
 from radar_service.stages.clutter.effect import TEXTURE_SHAPE
 from radar_service.stages.clutter.rain import RAIN_HEIGHT
-from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
-from radar_service.stages.clutter.sea import MAX_SEA_STATE
+from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, resolution_cell
+from radar_service.stages.clutter.sea import MAX_SEA_STATE, beyond_measured_shapes
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
 from radar_service.world.scene import Scene
@@ -32,11 +33,9 @@ class ClutterStage(Stage):
         environment = scene.environment
         sea, rain = environment.sea_state, environment.rain_mm_h
         fit = "" if sea <= MAX_SEA_STATE else f" (as {MAX_SEA_STATE}, the highest measured)"
-        shape = environment.effect_keys[TEXTURE_SHAPE]
-        texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
-        sea_text = (
-            f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; shadows of resting bodies"
-        )
+        level = f"NRL 2012 sigma0 of sea state {sea:.3g}{fit}, GIT wind factor"
+        texture = _texture(scene, fidelity) if sea else ""
+        sea_text = f"{level}, K-distributed: {texture}; shadows of resting bodies"
         rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
         floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
         error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
@@ -57,3 +56,16 @@ class ClutterStage(Stage):
         if (pattern := changed_pattern(scene.radar)) is not None:
             rows = rows.behind(pattern.clutter_power(azimuths.boresight - scene.platform.heading(azimuths.time)))
         tile.add_field(rows)
+
+
+def _texture(scene: Scene, fidelity: Fidelity) -> str:
+    """Says of the texture where its shape is from, in which cells before the horizon it is extrapolated, and that waves show."""
+    environment, radar = scene.environment, scene.radar
+    shape = environment.effect_keys[TEXTURE_SHAPE]
+    waves = "" if environment.seaway is None else ", in the rows of the waves that move ships"
+    if shape is not None:
+        return f"shape {shape:g}{waves}"
+    cell = resolution_cell(radar.azimuth_gain, compression_for(radar, fidelity.kernel_width), radar.range_step)
+    farthest = min(radar.range_max, scene.horizon())
+    beyond = beyond_measured_shapes(cell.length, (cell.width * radar.height, cell.width * farthest))
+    return f"shape by grazing angle and cell (Ward){beyond}{waves}"

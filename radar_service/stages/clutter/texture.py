@@ -11,7 +11,7 @@ import scipy.fft
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
 from radar_service.numerics.random import SPECKLE, generator
-from radar_service.numerics.types import Floats, Profiles, Singles
+from radar_service.numerics.types import Floats, Indices, Profiles, Singles
 from radar_service.receive.noise import GaussianSpectrum
 
 MAX_SIGMA = 6.5  # end of the table of texture; one sample in 10^10 lies beyond
@@ -42,19 +42,30 @@ class SpeckleRows:
 class TextureTable:
     """The root of gamma texture of unit mean from a standard Gaussian, for the shape nu of each range bin (N,)."""
 
-    def __init__(self, shape: Floats) -> None:
-        levels = max(1, int(np.ceil(np.log(shape.max() / shape.min()) / np.log(SHAPE_RATIO))) + 1)
-        shapes = np.geomspace(shape.min(), shape.max(), levels)
+    def __init__(self, shape: Floats, factors: Floats | None = None) -> None:
+        """factors: (D,) on the shapes, by direction; None for 1 in all."""
+        known = np.ones(1) if factors is None else factors
+        low, high = float(shape.min() * known.min()), float(shape.max() * known.max())
+        if factors is not None:  # each of both rounds to a level
+            low, high = low / SHAPE_RATIO, high * SHAPE_RATIO
+        levels = max(1, int(np.ceil(np.log(high / low) / np.log(SHAPE_RATIO))) + 1)
+        shapes = np.geomspace(low, high, levels)
         nearest = np.searchsorted(np.sqrt(shapes[1:] * shapes[:-1]), shape)
-        roots = _root_table(float(shape.min()), float(shape.max()), levels)
+        roots = _root_table(low, high, levels)
         self._roots = roots.ravel()
         middle = nearest * roots.shape[1] + MAX_SIGMA * STEPS + 0.5  # truncation then rounds
         self._middle = middle.astype(np.float32)
+        self._turned: Singles | None = None
+        if factors is not None and levels > 1:
+            steps = np.rint(np.log(factors) / np.log(shapes[1] / shapes[0]))
+            self._turned = (steps * roots.shape[1]).astype(np.float32)
 
-    def roots(self, gaussian: Singles) -> Singles:
-        """Amplitude factors (K, n) of Gaussians (K, n) of the first n range bins."""
+    def roots(self, gaussian: Singles, direction: Indices | None = None) -> Singles:
+        """Amplitude factors (K, n) of Gaussians (K, n) of the first n range bins; direction: (K,) whose factors hold."""
         entry = gaussian * np.float32(STEPS)
         entry += self._middle[: gaussian.shape[1]]
+        if self._turned is not None and direction is not None:
+            entry += self._turned[direction % len(self._turned), None]
         return self._roots.take(entry.astype(np.intp), mode="clip")
 
 

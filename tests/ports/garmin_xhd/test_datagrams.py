@@ -3,9 +3,11 @@
 import struct
 from typing import Any
 
+import numpy as np
 import pytest
 
-from radar_service.ports.garmin_xhd.datagrams import TRANSMIT, IgnoredError, Setting, changed_by, heartbeat, reports
+from radar_service.ports.dialect.dialect import TRANSMIT, IgnoredError, Setting
+from radar_service.ports.garmin_xhd.datagrams import XHD, changed_by, heartbeat, reports
 from tests.ports.garmin_xhd.reading import command, read_reports
 
 CONTROLS = {
@@ -41,11 +43,11 @@ def test_reports_tell_the_controls() -> None:
         (0x0925, 4210, 2, {"gain": 42.1, "gain_auto": False}), (0x0939, 0, 1, {"sea": 0.0, "sea_auto": False}),
         (0x093A, 10000, 2, {"sea": 100.0, "sea_auto": False}), (0x0939, 2, 1, {"sea_auto": True}), (0x0933, 0, 1, {"rain": 0.0}),
         (0x0933, 1, 1, {}), (0x0934, 50, 2, {"rain": 0.5}), (0x0932, 1, 1, {"interference_rejection": True}),
-        (0x091B, 0, 1, {"interference_rejection": False}), (0x091D, 0, 1, {}),
+        (0x091B, 0, 1, {"interference_rejection": False}), (0x091D, 0, 1, {"level": 0}),
     ],
 )  # fmt: skip
 def test_commands_become_controls(number: int, value: int, size: int, change: dict[str, Any]) -> None:
-    assert changed_by(command(number, value, size), SHOWN) == (change, 0 if number == 0x091D else None)
+    assert changed_by(command(number, value, size), SHOWN) == change
 
 
 @pytest.mark.parametrize(
@@ -59,3 +61,8 @@ def test_commands_become_controls(number: int, value: int, size: int, change: di
 def test_what_is_no_command_is_ignored_with_a_word(content: bytes, word: str) -> None:
     with pytest.raises(IgnoredError, match=f"^{word}$"):
         changed_by(content, SHOWN)
+
+
+def test_levels_keep_clear_of_trails_and_of_doppler() -> None:
+    levels = XHD.samples.levels
+    assert levels[0] == 0 and levels[1] == 39 and levels[255] == 254 and (np.diff(levels[1:].astype(int)) >= 0).all()

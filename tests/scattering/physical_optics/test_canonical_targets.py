@@ -74,7 +74,7 @@ def test_plate_of_the_reference_table(tmp_path: Path, tilt_deg: float, printed: 
     "radius, coarse, fine", [(0.3, 20, 28), (1.0, 32, 44), pytest.param(2.0, 48, 64, marks=pytest.mark.study)]
 )
 def test_sphere(tmp_path: Path, radius: float, coarse: int, fine: int) -> None:
-    """pi r^2 (docs/reference-values.md#cross-sections: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that
+    """pi r^2 (docs/accuracy.md#cross-sections: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that
     sag by s shift phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the
     amplitude."""
     for n in (coarse, fine):
@@ -238,7 +238,7 @@ def test_turning_body_and_antenna_together_changes_nothing(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("tilt_deg, rays", [(30.0, 31), (10.0, 16)])
 def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, tilt_deg: float, rays: int) -> None:
-    """docs/reference-values.md#coherent-ray-sums: on a square metre tilted by 30 degrees one ray per wavelength meets a
+    """docs/accuracy.md#coherent-ray-sums: on a square metre tilted by 30 degrees one ray per wavelength meets a
     grating lobe and reads 38 dB too much, 16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1
     dB of theory."""
     t = np.deg2rad(tilt_deg)

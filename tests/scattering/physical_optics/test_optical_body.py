@@ -80,7 +80,7 @@ def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path
         scale = np.vdot(recomputed, computed) / np.vdot(recomputed, recomputed)
         scales.append(scale)
         assert decibels(float(np.sum(np.abs(computed - scale * recomputed) ** 2) / np.sum(np.abs(computed) ** 2))) < -27.0
-    # dB that a peak between two samples may lose at 1.5 samples per bandwidth (docs/reference-values.md#straddle-loss)
+    # dB that a peak between two samples may lose at 1.5 samples per bandwidth (docs/accuracy.md#straddle-loss)
     straddle = 1.65
     assert decibels(float(abs(scales[1] / scales[0]) ** 2)) == pytest.approx(0.0, abs=straddle)
 

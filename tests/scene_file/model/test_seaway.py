@@ -13,7 +13,7 @@ HULL = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 
 @pytest.mark.parametrize(
     ("environment", "message"),
     [
-        ({"seaway": True}, "environment.seaway: sea_state 0 has no waves; give sea_state 1 to 9"),
+        ({"seaway": True}, "environment.seaway: sea_state 0 has no waves; give sea_state up to 9"),
         ({"seaway": {"from_deg": 20}}, "environment.seaway: sea_state 0 has no waves"),
         ({"seaway": {"height_m": 0}}, "environment.seaway.height_m"),
         ({"seaway": {"height_m": 1, "period_s": 1}}, "environment.seaway.period_s"),

@@ -270,7 +270,7 @@ def test_what_is_no_longer_held_is_a_gap(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_view_holds_four_mebibytes() -> None:
-    """As docs/feed.md and docs/promises.md say."""
+    """As docs/feed.md and docs/accuracy.md say."""
     assert hub_module.HISTORY_BYTES == 4 * 2**20
 
 

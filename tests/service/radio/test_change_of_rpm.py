@@ -11,6 +11,7 @@ import pytest
 from radar_service.processes.call import Progress
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
+from radar_service.service.controls import ControlError
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.transmitter import Transmitter
@@ -62,6 +63,34 @@ def test_time_goes_on_twice() -> None:
     assert [60 / epoch.info.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
     goes_on(sink, 1)
     goes_on(sink, 2)
+
+
+def test_a_range_of_a_set_that_is_sold_is_a_scale_prepared_anew_and_time_goes_on() -> None:
+    """5.5 km becomes the scale of 6 NM with its own pulse; the scale that runs is no change, and one beyond all is refused."""
+    order = SceneRequest({"radar": {"set": "furuno-1824c", "range_max_m": 1852, "azimuths": 64, "coarse_azimuths": True}})
+    sink, made = RecordingSink(), list[InProcess]()
+
+    def make(order: SceneRequest, progress: Progress) -> InProcess:
+        made.append(InProcess(order, "fast"))
+        return made[-1]
+
+    async def body() -> None:
+        station = Station("0", InProcess(order, "fast"), make, settings=FAST, sinks=[sink])
+        await station.start()
+        await station.change({"range_m": 7500.0})
+        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
+        assert station.controls()["range_m"] == 6 * 1852
+        count = len(made)
+        await station.change({"range_m": 6 * 1852.0})
+        assert len(made) == count
+        with pytest.raises(ControlError, match="range_m: 150000; this radar allows 10 to 133344 m"):
+            await station.change({"range_m": 150e3})
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 60))
+    radars = [epoch.info.radar for epoch in sink.epochs]
+    assert [(radar.range_max / 1852, radar.pulse) for radar in radars] == [(1, 80e-9), (6, 800e-9)]
+    goes_on(sink, 1)
 
 
 def test_a_paused_radar_changes_at_once() -> None:

@@ -167,16 +167,18 @@ def fields(made: rs.Scene, scans: int) -> NDArray[np.complex128]:
 
 
 def test_speckle_has_the_beams_and_the_pulses_correlation() -> None:
-    """Shape 1000 is Rayleigh. Along azimuth: the overlap of the beam with itself shifted (by quadrature), across north and
-    from scan to scan as anywhere else. Along range: the pulse's. Both 5 sigma of the independent cells."""
-    made = sea(CLOSE, 1000.0)
+    """Shape 1000 is Rayleigh. Along azimuth: the overlap of the beam with itself shifted (by quadrature), times
+    exp(-(t / 7 ms)^2) for the 4.2 ms from spoke to spoke, across north and from scan to scan as anywhere else. Along range: the
+    pulse's. Both 5 sigma of the independent cells."""
+    made = sea(CLOSE | {"rpm": 60}, 1000.0)
     field = fields(made, 4)
     sigma = 1 / np.sqrt(field.size / (7 * 2.5))  # 7 azimuths, 2.5 bins to an independent cell
     beam = made.radar.beamwidth
 
     def overlap(lag: float) -> float:
         x = np.linspace(-0.5, 0.5, 20_001)
-        return float(np.sum(sinc2_beam(x, beam) * sinc2_beam(x - lag, beam)))
+        changed = np.exp(-((lag / (2 * np.pi) / (7e-3 * made.radar.wavelength / 0.032)) ** 2))  # one revolution a second
+        return float(np.sum(sinc2_beam(x, beam) * sinc2_beam(x - lag, beam)) * changed)
 
     whole = field.reshape(-1, field.shape[2])
     for steps in (1, 2, 4, 6, 9):

@@ -5,12 +5,13 @@ import pytest
 
 from radar_service.stages.clutter.sea import (
     SHAPE_LIMITS,
+    beyond_measured_shapes,
     mean_sigma0,
     peak_wave_period,
+    swell_factor,
     texture_length,
     texture_shape,
     wind_factor,
-    wind_speed,
 )  # fmt: skip
 
 # Reference values of the NRL 2012 model at 9.41 GHz by sea state 0 to 6 [dB], printed to two places (origin: computed from
@@ -40,11 +41,9 @@ def test_sigma0_ends_at_the_horizon_and_holds_beyond_its_fit() -> None:
     assert np.all(np.isfinite(mean_sigma0(np.array([1e-9, 1e-300]), 9.41e9, 3, "h")))
 
 
-def test_unknown_polarization_and_a_calm_without_wind_are_refused() -> None:
+def test_unknown_polarization_is_refused() -> None:
     with pytest.raises(ValueError, match='polarization: "x" is not one of h, v'):
         mean_sigma0(np.ones(1), 9.41e9, 3, "x")
-    with pytest.raises(ValueError, match="sea_state: 0 has no wind"):
-        wind_speed(0)
 
 
 @pytest.mark.parametrize("frequency", [3.05e9, 9.41e9, 16e9])
@@ -72,9 +71,20 @@ def test_texture_shape_by_hand() -> None:
     assert texture_shape(np.array([-0.1, 1.5]), np.array([0.0, 1e9]), "h").tolist() == list(SHAPE_LIMITS)
 
 
+def test_waves_along_the_line_of_sight_make_spikes() -> None:
+    """Ward's swell term: log10 nu - 1/3 along the waves, either way, and + 1/3 across them."""
+    assert np.log10(swell_factor(np.array([0.0, np.pi / 2, np.pi]))) == pytest.approx([-1 / 3, 1 / 3, -1 / 3], abs=1e-12)
+
+
+def test_shapes_beyond_their_measured_cells_are_told() -> None:
+    """Ward's cells are 4.2 m long, and 100 to 800 m across."""
+    assert beyond_measured_shapes(4.2, (100.0, 800.0)) == ""
+    told = beyond_measured_shapes(12.0, (0.2, 131.0))
+    assert told == ", extrapolated to cells 12 m long (measured: 4.2 m), 0.2 to 131 m across (measured: 100 to 800 m)"
+
+
 def test_texture_length_and_life_by_hand() -> None:
-    """Sea state 3, wind 6 m/s: (pi/2) 36/9.80665 = 5.766 m across the wind and twice that along it; waves of 36 m and
-    4.38 s: 6/0.877 = 6.842 m/s, 2 pi 6.842/9.80665."""
-    assert texture_length(np.array([0.0, np.pi / 2, np.pi]), 3) == pytest.approx([11.533, 5.766, 11.533], abs=1e-3)
-    assert peak_wave_period(3) == pytest.approx(4.383, abs=1e-3)
-    assert wind_speed(9) == wind_speed(6)
+    """Sea state 3, wind 3.16 x 3^0.8 = 7.610 m/s: (pi/2) 57.91/9.80665 = 9.276 m across the wind and twice that along it; waves
+    of 48 m and 5.56 s: 7.610/0.877 = 8.677 m/s, 2 pi 8.677/9.80665."""
+    assert texture_length(np.array([0.0, np.pi / 2, np.pi]), 3) == pytest.approx([18.552, 9.276, 18.552], abs=1e-3)
+    assert peak_wave_period(3) == pytest.approx(5.560, abs=1e-3)

@@ -18,8 +18,9 @@ from tests.scenes import scene
 
 COLUMN = 3 * 299_792_458 / 150e6  # m, of a column of texture: three bins at 75 MSPS, a quarter of the shortest length
 RADAR = {"range_max_m": 8000, "azimuths": 72, "beamwidth_deg": 10, "rpm": 60}
-SEA = {"sea_state": 5, "wind_from_deg": 90, "sea_texture_shape": 2}  # wind 11 m/s: waves of 12.543 m/s and 8.036 s
-SPEED, LIFETIME = 11 / 0.877, 2 * np.pi * 11 / 0.877 / 9.80665
+SEA = {"sea_state": 5, "wind_from_deg": 90, "sea_texture_shape": 2}  # wind 11.45 m/s: waves of 13.057 m/s and 8.366 s
+SPEED = 3.16 * 5**0.8 / 0.877
+LIFETIME = 2 * np.pi * SPEED / 9.80665
 
 
 def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
@@ -40,7 +41,7 @@ def best_lag(before: NDArray[np.float64], after: NDArray[np.float64], maximum: i
     return (int(np.argmax([middle @ after[maximum + lag : len(after) - maximum + lag] for lag in lags])) - maximum) * COLUMN
 
 
-WINDS = {3: 6.0, 5: 11.0, 6: 14.0}  # m/s
+WINDS = {state: 3.16 * state**0.8 for state in (3, 5, 6)}  # m/s
 FINE = {"range_max_m": 5400, "azimuths": 1440, "beamwidth_deg": 1.0, "rpm": 48, "power_w": 1e6}
 
 
@@ -118,8 +119,8 @@ def sum_rows(sea: Sea, number: NDArray[np.int64]) -> NDArray[np.float32]:
 
 
 def test_waves_run_downwind_and_own_ship_leaves_them_behind() -> None:
-    """Wind from the east: in a second waves come 12.5 m nearer upwind and go as far away downwind, abeam nothing. Own ship at
-    20 m/s adds to it what it leaves behind: 32.5 m and 7.5 m. To the column (6 m)."""
+    """Wind from the east: in a second waves come 13.1 m nearer upwind and go as far away downwind, abeam nothing. Own ship at
+    20 m/s adds to it what it leaves behind: 33.1 m and 6.9 m. To the column (6 m)."""
     turn = rows(1).shape[1]
     east, west, north = turn // 4, 3 * turn // 4, 0
     at_rest = rows(2)
@@ -132,8 +133,8 @@ def test_waves_run_downwind_and_own_ship_leaves_them_behind() -> None:
 
 
 def test_life_is_the_period_of_the_tallest_waves() -> None:
-    """Abeam of the wind nothing moves: the correlation after s seconds is that of the cosine weights for 8.036 s; 5 sigma of
-    16 km / 2 L independent stretches, L = 26 m that of the Gaussian."""
+    """Abeam of the wind nothing moves: the correlation after s seconds is that of the cosine weights for 8.366 s; 5 sigma of
+    16 km / 2 L independent stretches, L = 28 m that of the Gaussian."""
     gaussian = rows(12)[:, 0]
 
     def weights(time: float) -> NDArray[np.float64]:
@@ -144,4 +145,4 @@ def test_life_is_the_period_of_the_tallest_waves() -> None:
 
     for later in range(12):
         expected = weights(0.0) @ weights(float(later))
-        assert np.mean(gaussian[0] * gaussian[later]) == pytest.approx(expected, abs=5 * np.sqrt(2 * 26 / 8000))
+        assert np.mean(gaussian[0] * gaussian[later]) == pytest.approx(expected, abs=5 * np.sqrt(2 * 28 / 8000))

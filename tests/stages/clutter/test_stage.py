@@ -52,3 +52,12 @@ def test_the_specification_names_only_clutter_that_is_requested() -> None:
 
     assert lines("balanced", rain_mm_h=4.0) == {"sea clutter": False, "rain clutter": True}
     assert lines("documented", rain_mm_h=4.0) == {"rain clutter": True} and lines("documented") == {}
+
+
+def test_the_plan_says_where_the_texture_is_extrapolated_and_that_waves_show() -> None:
+    def how(**keys: Any) -> str:
+        made = scene(radar=RADAR, environment={"sea_state": 3, **keys})
+        return next(iter(ClutterStage.plan(made, PRESETS["balanced"], None))).how
+
+    assert "(Ward), extrapolated to cells 1.58 to 210 m across (measured: 100 to 800 m)" in how() and "waves" not in how()
+    assert "shape 4, in the rows of the waves that move ships" in how(seaway=True, sea_texture_shape=4)

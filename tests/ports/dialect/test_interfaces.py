@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from radar_service.commands.command_line import parser
-from radar_service.ports import garmin_xhd
+from radar_service.ports import garmin_xhd, navico_halo
 from radar_service.terminal.arguments import UsageError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="interfaces are asked for as Linux has them")
 
 
 def test_loopback_stays_here_and_what_leaves_needs_insecure() -> None:
-    from radar_service.ports.garmin_xhd.interfaces import checked_address
+    from radar_service.ports.dialect.interfaces import checked_address
 
     assert checked_address("--x", "lo", False) == "127.0.0.1"
     for name in ("nosuch9", "\udcff"):  # the second is what a byte that is not UTF-8 becomes
@@ -31,7 +31,7 @@ def test_loopback_stays_here_and_what_leaves_needs_insecure() -> None:
 def test_a_bridge_stays_here_as_its_parts_do_also_by_its_second_address(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from radar_service.ports.garmin_xhd import interfaces
+    from radar_service.ports.dialect import interfaces
 
     drivers = {"br0": b"bridge", "br1": b"bridge", "veth0": b"veth", "eth0": b"e1000"}
     for bridge, part in (("br0", "veth0"), ("br1", "eth0")):
@@ -50,6 +50,7 @@ def test_a_bridge_stays_here_as_its_parts_do_also_by_its_second_address(
 
 
 def test_the_port_is_there_when_asked_for() -> None:
-    assert garmin_xhd.opened(parser("serve").parse_args(["serve"])) is None
-    with pytest.raises(UsageError, match="nosuch9"):
-        garmin_xhd.opened(parser("replay").parse_args(["replay", "--garmin-xhd", "nosuch9", "a.mcap"]))
+    for name, package in (("--garmin-xhd", garmin_xhd), ("--navico-halo", navico_halo)):
+        assert package.opened(parser("serve").parse_args(["serve"])) is None
+        with pytest.raises(UsageError, match=f"^{name}: nosuch9"):
+            package.opened(parser("replay").parse_args(["replay", name, "nosuch9", "a.mcap"]))

@@ -1,4 +1,4 @@
-"""What an xHD sends: heartbeats, reports and spokes, each from the port of its destination."""
+"""What a radar of another maker sends: what it is found by, reports and spokes, each from the port of its destination."""
 
 import threading
 import time
@@ -7,43 +7,33 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from radar_service.ports.garmin_xhd.datagrams import (
-    FINDERS,
-    GROUP,
-    SPINNING_UP,
-    TRANSMIT,
-    Setting,
-    heartbeat,
-    reports,
-    spoke,
-)
-from radar_service.ports.garmin_xhd.spokes import BowSpokes, Samples
+from radar_service.ports.dialect.dialect import SPINNING_UP, TRANSMIT, Dialect, Setting
+from radar_service.ports.dialect.spokes import BowSpokes, Samples, true_headings
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import Capture, CaptureSender
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.ports.udp.udp_port import Sender
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 
-DESTINATIONS = ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102))  # of heartbeats, reports and spokes
-RADAR = "172.16.2.0"  # address of a real one, for captures that nobody has sent
-REPORTS, HEARTBEATS = 0.5, 1.0  # s between two of each
+REPORTS, FOUND_BY = 0.5, 1.0  # s between two of each
 
 
-class XhdSenders(NamedTuple):
+class Senders(NamedTuple):
     """Where each kind of datagram goes."""
 
-    heartbeats: Sender
+    found_by: Sender
     reports: Sender
     spokes: Sender
 
 
-def xhd_senders(option: str, here: str, capture: Capture | None = None) -> XhdSenders:
+def senders_of(dialect: Dialect, here: str, capture: Capture | None = None) -> Senders:
     """Returns senders from an address of this machine; each has the port of its destination. Raises UsageError."""
 
     def sender(group: str, port: int) -> UdpSender:
-        return UdpSender(option, Address(group, port, here), joined=0, source=Address(here, port), capture=capture)
+        to, source = Address(group, port, here), Address(here, port)
+        return UdpSender(f"--{dialect.name}", to, joined=0, source=source, capture=capture)
 
-    return XhdSenders(*(sender(*to) for to in DESTINATIONS))
+    return Senders(*(sender(*to) for to in dialect.destinations))
 
 
 class Announcements:
@@ -52,11 +42,12 @@ class Announcements:
     setting: what is reported; nothing is before the controls are known.
     """
 
-    def __init__(self, senders: XhdSenders, clock: Callable[[], float] = time.monotonic) -> None:
-        self.setting = Setting()
+    def __init__(self, dialect: Dialect, here: str, senders: Senders, clock: Callable[[], float] = time.monotonic) -> None:
+        """here: the radar's address."""
+        self.setting, self.dialect, self._here = Setting(), dialect, here
         self._to, self._clock, self._lock = senders, clock, threading.Lock()
-        self._reported = self._beaten = float("-inf")  # when reports and heartbeats were sent last
-        self._beats = 0
+        self._reported = self._announced = float("-inf")  # when reports, and what it is found by, were sent last
+        self._count = 0
 
     def report(self, **changes: Any) -> None:
         """Sends all reports, with changes of the setting."""
@@ -64,7 +55,7 @@ class Announcements:
             if changes:
                 self.setting = replace(self.setting, **changes)
             if self.setting.controls is not None:
-                self._to.reports.send(reports(self.setting))
+                self._to.reports.send(self.dialect.reports(self.setting))
 
     def become(self, state: int) -> None:
         """Reports a state of the scanner, which spins up before it transmits."""
@@ -73,25 +64,27 @@ class Announcements:
                 self.report(state=SPINNING_UP)
             self.report(state=state)
 
-    def spokes(self, spokes: Sequence[bytes], transmits: bool = True) -> None:
+    def spokes(self, datagrams: Sequence[bytes], transmits: bool = True) -> None:
         """Sends spokes, after the reports that it transmits. transmits: whether it still does, once these are sent."""
         if transmits:
             self.become(TRANSMIT)
-        self._to.spokes.send(spokes)
+        self._to.spokes.send(datagrams)
 
-    def what_is_due(self, radar: str, at_once: bool = False) -> None:
-        """Sends a heartbeat and reports when they are due. radar: its id, by which readers know it again."""
+    def what_is_due(self, radar: str, at_once: bool = False, sought: bool = False) -> None:
+        """Sends what it is found by, and reports, when they are due. radar: its id, by which readers know it again; at_once: the
+        reports are; sought: the first is."""
         now = self._clock()
-        if now >= self._beaten + HEARTBEATS:
-            self._beaten = now
-            self._to.heartbeats.send([heartbeat(zlib.crc32(f"radar-service {radar}".encode()), self._beats)])
-            self._beats += 1
+        if sought or now >= self._announced + FOUND_BY:
+            self._announced = now
+            identity = zlib.crc32(f"radar-service {radar}".encode())
+            self._to.found_by.send([self.dialect.found_by(identity, self._count, self._here)])
+            self._count += 1
         if at_once or now >= self._reported + REPORTS:
             self._reported = now
             self.report()
 
 
-class XhdSink:
+class DialectSink:
     """The spokes of one radar."""
 
     def __init__(
@@ -102,21 +95,23 @@ class XhdSink:
         self._to, self._is_sent, self._transmits, self._note_lost = to, is_sent, transmits, note_lost
         self._samples: Samples | None = None
         self._spokes: BowSpokes | None = None
+        self._frames = to.dialect.frames()
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins spokes of another range, which is reported before they come."""
-        known = radar.epoch.info.radar
-        self._samples, self._spokes = Samples(radar.epoch), BowSpokes(known.azimuths)
+        known, dialect = radar.epoch.info.radar, self._to.dialect
+        self._samples = Samples(radar.epoch, dialect.samples)
+        self._spokes = BowSpokes(known.azimuths, dialect.spokes, self._frames.clear)
         if self._is_sent():
-            self._to.report(range=self._samples.metres, range_max=known.range_max)
+            self._to.report(range=self._samples.metres, range_max=known.longest_range)
 
     def send(self, batch: SpokeBatch) -> None:
         """Sends the spokes that are complete."""
         assert self._samples is not None and self._spokes is not None, "open_epoch comes first"
         if self._is_sent():
-            lost, metres = self._spokes.lost, self._samples.metres
-            ended = self._spokes.ended(batch, self._samples.of(batch))
-            self._to.spokes([spoke(number, metres, row.tobytes()) for number, row in ended], self._transmits())
+            lost = self._spokes.lost
+            ended = self._spokes.ended(batch, self._samples.of(batch), self._samples.metres, true_headings(batch))
+            self._to.spokes(self._frames.of(ended), self._transmits())
             self._note_lost(self._spokes.lost - lost)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
@@ -126,12 +121,12 @@ class XhdSink:
         """Sends nothing."""
 
 
-class XhdExport(XhdSink):
-    """The spokes of a recorded radar, with heartbeats and reports by the time of the capture that they go into."""
+class DialectExport(DialectSink):
+    """The spokes of a recorded radar, with what it is found by and reports by the time of the capture that they go into."""
 
-    def __init__(self, capture: Capture) -> None:
-        senders = XhdSenders(*(CaptureSender(capture, (RADAR, to[1]), to) for to in DESTINATIONS))
-        self._announced, self._radar = Announcements(senders, lambda: capture.clock()), ""
+    def __init__(self, dialect: Dialect, capture: Capture) -> None:
+        senders = Senders(*(CaptureSender(capture, (dialect.radar, to[1]), to) for to in dialect.destinations))
+        self._announced, self._radar = Announcements(dialect, dialect.radar, senders, lambda: capture.clock()), ""
         super().__init__(self._announced, lambda: True, lambda: True, lambda count: None)
 
     def open_epoch(self, radar: RadarInfo) -> None:

@@ -1,10 +1,11 @@
-"""What an xHD sends by the clock and at changes."""
+"""What a radar of another maker sends by the clock, at changes and when it is looked for: an xHD, and a HALO."""
 
 import struct
 from collections.abc import Sequence
 
-from radar_service.ports.garmin_xhd.announcements import Announcements, XhdSenders
-from radar_service.ports.garmin_xhd.datagrams import STANDBY, TRANSMIT
+from radar_service.ports.dialect.announcements import Announcements, Senders
+from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT
+from radar_service.ports.garmin_xhd.datagrams import XHD
 
 
 class Kept:
@@ -23,9 +24,9 @@ class Kept:
 
 
 def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() -> None:
-    senders, now = XhdSenders(Kept(), Kept(), Kept()), [0.0]
+    senders, now = Senders(Kept(), Kept(), Kept()), [0.0]
     beats, reports, spokes = (sender.got for sender in senders)  # type: ignore[attr-defined]
-    announced = Announcements(senders, lambda: now[0])
+    announced = Announcements(XHD, "172.16.2.0", senders, lambda: now[0])
     announced.what_is_due("0")
     assert len(beats) == 1 and not reports  # no controls are known yet
     announced.report(controls={"transmit": True}, range=500, range_max=1000.0)
@@ -34,6 +35,8 @@ def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() ->
         announced.what_is_due("0")
         assert len(reports) == count * size
     assert len(beats) == 2
+    announced.what_is_due("0", sought=True)
+    assert len(beats) == 3
     announced.what_is_due("0", at_once=True)
     assert len(reports) == 4 * size
     announced.become(STANDBY)

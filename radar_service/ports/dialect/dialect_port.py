@@ -1,20 +1,23 @@
-"""The port of Garmin xHD: one radar of a service is found, shown and commanded as if it were one."""
+"""The port of a dialect: one radar of a service is found, shown and commanded as if it were of that maker."""
 
 import asyncio
+import contextlib
 import logging
 import select
 import socket
 import threading
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any
 
 from typing_extensions import override
 
-from radar_service.ports.garmin_xhd.announcements import Announcements, XhdSenders, XhdSink
-from radar_service.ports.garmin_xhd.datagrams import STANDBY, TRANSMIT, IgnoredError, changed_by
+from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
+from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT, Dialect, IgnoredError
 from radar_service.ports.port import Service
 from radar_service.ports.port_thread import described
+from radar_service.ports.udp.addresses import Address, bound, join
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.radio.state_changes import StateChange
@@ -24,34 +27,57 @@ from radar_service.service.spokes import SpokeSink
 from radar_service.terminal.arguments import UsageError
 
 BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few per cent of a core
+REJOIN = 5.0  # s
 LOOK = 0.1  # s between two looks at what is due
 MAX_DATAGRAMS = 64  # at once
 TRANSMITS = ("running", "behind")  # states of a radar
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
 
 
-class XhdPort(UdpPort):
-    """Sends the first radar, or `radar`. The thread of the port sends its spokes. A thread of its own sends reports and
-    heartbeats by the wall clock, at any pace, and takes commands."""
+class Listener:
+    """A socket that takes commands, without waiting, also of a group on one interface."""
 
-    name = "garmin-xhd"
+    def __init__(self, option: str, here: str, host: str, port: int) -> None:
+        """option: with which messages begin; host: of a group, "" for the radar itself. Raises UsageError."""
+        self._where = Address(host, port, here) if host else Address(here, port)
+        self.socket = bound(option, self._where, socket.SOCK_DGRAM, lambda listening: join(listening, self._where))
+        self.close = self.socket.close
 
-    def __init__(self, senders: XhdSenders, commands: socket.socket, radar: str | None = None) -> None:
-        """commands: the socket that takes them, which does not wait."""
+    def join_again(self) -> None:
+        """Joins the group again: an interface that was away and came back is in none."""
+        with contextlib.suppress(OSError):  # as a rule it is in the group
+            join(self.socket, self._where)
+
+    def commands(self) -> Iterator[bytes]:
+        """Yields those that have come, some at most."""
+        with contextlib.suppress(OSError):  # none is left; or the interface is away
+            for _ in range(MAX_DATAGRAMS):
+                yield self.socket.recv(MAX_COMMAND)
+
+
+class DialectPort(UdpPort):
+    """Sends the first radar, or `radar`. The thread of the port sends its spokes. A thread of its own takes commands, and sends
+    reports, and what it is found by, by the wall clock at any pace."""
+
+    def __init__(
+        self, dialect: Dialect, here: str, senders: Senders, listeners: Sequence[Listener], radar: str | None = None
+    ) -> None:
+        """here: the radar's address; listeners: take commands."""
         super().__init__(senders)
-        self._to, self._commands, self._radar = Announcements(senders), commands, radar
+        self.name = dialect.name  # type: ignore[misc]
+        self._to, self._listeners, self._radar = Announcements(dialect, here, senders), listeners, radar
         self._stations, self._refused, self._told = Stations(), Refusals(), set[str]()
         self._changes: dict[str, Any] = {}  # of our controls, not carried out yet
         self._level = self._to.setting.level  # of auto gain, that was asked for
         self._answer: Future[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ends = threading.Event()
-        self._own_thread = threading.Thread(target=self._run, name="garmin xhd", daemon=True)
+        self._own_thread = threading.Thread(target=self._run, name=self.name.replace("-", " "), daemon=True)
 
     @override
     def check(self, stations: Mapping[str, Station]) -> None:
         if self._radar not in (None, *stations):
-            raise UsageError(f"--garmin-xhd-of: {self._radar} is no radar of this service; it has {', '.join(stations)}")
+            raise UsageError(f"--{self.name}-of: {self._radar} is no radar of this service; it has {', '.join(stations)}")
 
     @override
     async def start(self, service: Service) -> None:
@@ -67,11 +93,12 @@ class XhdPort(UdpPort):
     @override
     def close(self) -> None:
         super().close()
-        self._commands.close()
+        for each in self._listeners:
+            each.close()
 
     @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (XhdSink(self._to, lambda: self._is_of(radar), self._transmits, self._note_lost),)
+        return (DialectSink(self._to, lambda: self._is_of(radar), self._transmits, self._note_lost),)
 
     @override
     def changed(self, change: StateChange) -> None:
@@ -97,32 +124,36 @@ class XhdPort(UdpPort):
         self.count_lost()
 
     def _run(self) -> None:
+        rejoin = 0.0
         while not self._ends.wait(BETWEEN):
             try:
-                if select.select([self._commands], [], [], LOOK)[0]:
-                    self._read()
+                if (now := time.monotonic()) >= rejoin:
+                    rejoin = now + REJOIN
+                    for each in self._listeners:
+                        each.join_again()
+                ready, _, _ = select.select([each.socket for each in self._listeners], [], [], LOOK)
+                sought = self._read() if ready else False
                 if self._level != self._to.setting.level:
                     self._to.report(level=self._level)
                 if (station := self._stations.of(self._radar)) is not None:
-                    self._to.what_is_due(station.identity, self._has_answer())
+                    self._to.what_is_due(station.identity, self._has_answer(), sought)
                     self._carry_out(station)
             except Exception as error:  # of any kind: the next commands may be followed
-                log_event("garmin xhd failed", logging.ERROR, reason=described(error))
+                log_event(f"{self.name} failed", logging.ERROR, reason=described(error))
 
-    def _read(self) -> None:
-        """Takes commands that have come. Of several for one control the last one holds."""
-        for _ in range(MAX_DATAGRAMS):
+    def _read(self) -> bool:
+        """Takes commands that have come, of several for one control the last one; returns whether readers look for radars."""
+        sought = False
+        for command in (command for each in self._listeners for command in each.commands()):
             try:
-                command = self._commands.recv(MAX_COMMAND)
-            except OSError:  # none is left; or the interface is away
-                return
-            try:
-                changes, level = changed_by(command, self._to.setting)
+                changes = self._to.dialect.changed_by(command, self._to.setting)
             except IgnoredError as reason:
                 self._ignore(str(reason))
                 continue
+            sought |= changes.pop("sought", False)
+            self._level = changes.pop("level", self._level)
             self._changes.update(changes)
-            self._level = self._level if level is None else level
+        return sought
 
     def _has_answer(self) -> bool:
         """Whether the last change of controls was made or refused, which reports then tell at once."""
@@ -141,7 +172,7 @@ class XhdPort(UdpPort):
 
     def _ignore(self, word: str) -> None:
         """Counts a command that is not followed; the log has the first one of each kind."""
-        self._refused(f"xhd-{word}", 1)
+        self._refused(f"{self.name.rpartition('-')[2]}-{word}", 1)
         if word not in self._told:
             self._told.add(word)
             log_event("command not followed", logging.WARNING, port=self.name, reason=word)

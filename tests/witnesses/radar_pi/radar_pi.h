@@ -1,0 +1,3 @@
+// What the code for a HALO includes it for.
+#pragma once
+#include "RadarInfo.h"
