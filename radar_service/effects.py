@@ -27,12 +27,14 @@ if TYPE_CHECKING:
     )
     from radar_service.stages.point_echoes import point_echoes
     from radar_service.stages.stage import Context, RandomField, Stage, Tile
+    from radar_service.world.environment import Attenuator, SightLines
     from radar_service.world.error import SceneError
 
 __all__ = [
-    "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect", "EffectTruth", "Flag",
-    "Height", "Number", "PlanItem", "RandomField", "SceneError", "Section", "Size", "Source", "Speed", "Stage", "Tile", "Whole",
-    "effective_earth_radius", "point_echoes", "polar_from_map", "record_of", "wrap_angle",
+    "Attenuator", "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect",
+    "EffectTruth", "Flag", "Height", "Number", "PlanItem", "RandomField", "SceneError", "Section", "SightLines", "Size",
+    "Source", "Speed", "Stage", "Tile", "Whole", "effective_earth_radius", "point_echoes", "polar_from_map", "record_of",
+    "wrap_angle",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazily(__name__)

@@ -17,7 +17,7 @@ from radar_service.scene_file.error_tables import drawn_biases
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
-CLUTTER = {"sea_state", "wave_height_m", "rain_mm_h"}  # keys of an environment with clutter
+CLUTTER = {"sea_state", "wave_height_m", "rain_mm_h", "rain_cell"}  # keys of an environment with clutter
 OF_SHIPS = {"gap_cells": 12, "gap_spokes": 4, "split_db": 200.0, "max_plots": 200}  # the plots of a ship are one
 AMONG_OTHERS = {
     "threshold": "ca",

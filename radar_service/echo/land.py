@@ -20,11 +20,12 @@ from radar_service.numerics.frames import Polar, effective_earth_radius
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
+from radar_service.propagation.radar_equation import local_attenuation, received_amplitude, two_way_phase
 from radar_service.scattering.fixed_scatterers import cosines
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
 from radar_service.scattering.resting_points import RestingPoints
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
+from radar_service.world.environment import SightLines
 from radar_service.world.scene import Scene
 
 PIECE = 64  # azimuths
@@ -113,6 +114,10 @@ class LandPassages:
         far = np.flatnonzero(~near)
         levels = None if level is None else level[far]
         distance, received = self._received(which[far], offset[far], antenna[far], levels)
+        if self._scene.environment.attenuators:
+            time = self._scene.radar.time_of_spokes(crossing[far])
+            lines = SightLines(antenna[far], time, np.arctan2(offset[far, 0], offset[far, 1]), distance)
+            received = received * local_attenuation(self._scene.radar, self._scene.environment, lines)
         distance -= shift[far]
         phase = two_way_phase(distance, self._scene.radar.wavelength)
         observed = self._observed(which[near], amplitude[near])

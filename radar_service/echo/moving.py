@@ -32,10 +32,12 @@ from radar_service.propagation.multipath import Site
 from radar_service.propagation.radar_equation import (
     attenuation,
     elevation_gain,
+    local_attenuation,
     radar_two_rays,
     received_amplitude,
 )
 from radar_service.scattering.swerling import Fluctuation
+from radar_service.world.environment import SightLines
 from radar_service.world.poses import BodyPoses, PoseArrays
 from radar_service.world.scene import Scene
 
@@ -190,6 +192,9 @@ class MovingEchoes:
             weight[exact] *= exact_gain
         middle = observed.echoes.amplitude[which] * received_amplitude(radar, distance)
         middle *= attenuation(radar, self._scene.environment, distance)
+        if self._scene.environment.attenuators:
+            lines = SightLines(block.antenna[1], float(block.over.nodes[1]), part.azimuth, distance)
+            middle *= local_attenuation(radar, self._scene.environment, lines)
         middle *= elevation_gain(radar, part.elevation) if sea is None else sea.held_factor()
         if sea is not None:
             distance = sea.add_excess(distance, history.range_migration)

@@ -172,8 +172,10 @@ def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCou
 
 
 def rests(body: Body, scene: Scene) -> bool:
-    """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth."""
+    """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth, or what
+    attenuates them from scan to scan."""
     plain = is_land(body) or not has_paths(scene.radar)
+    plain = plain and not scene.environment.attenuators
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain
 
 

@@ -181,9 +181,12 @@ def _multipath(scene: Scene, fidelity: Fidelity) -> PlanItem:
 
 def _air(scene: Scene) -> list[PlanItem]:
     environment = scene.environment
-    lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
+    lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0 or len(environment.attenuators) > 0
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
-    return [PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy else ""))]
+    text += "".join(f"; {each.text}" for each in environment.attenuators)
+    return [
+        PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy and not environment.attenuators else ""))
+    ]
 
 
 def _doppler(scene: Scene) -> list[PlanItem]:

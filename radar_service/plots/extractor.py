@@ -71,7 +71,7 @@ class ScanPlots:
 def in_clutter(scene: Scene) -> bool:
     """Returns whether a scene has sea, rain or land."""
     environment = scene.environment
-    return bool(environment.sea_state or environment.rain_mm_h or any(map(is_land, scene.bodies)))
+    return bool(environment.sea_state or environment.rain_mm_h or environment.attenuators or any(map(is_land, scene.bodies)))
 
 
 class PlotExtractor:

@@ -14,7 +14,7 @@ from radar_service.propagation.multipath import TwoRays, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
-from radar_service.world.environment import Environment
+from radar_service.world.environment import Environment, SightLines
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
@@ -31,6 +31,12 @@ def attenuation(radar: Radar, environment: Environment, distance: Floats) -> Flo
     """Two-way amplitude factor (E,) of gas and rain over slant ranges (E,) [m]."""
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
     return np.asarray(attenuation_amplitude(distance, environment.gas_db_per_km + rain))
+
+
+def local_attenuation(radar: Radar, environment: Environment, lines: SightLines) -> Floats:
+    """Two-way amplitude factor (E,) of what attenuates by place and time along lines of sight (E,)."""
+    one_way_db = sum((each.one_way_db(radar, lines) for each in environment.attenuators), np.zeros(len(lines.azimuth)))
+    return np.asarray(10.0 ** (-one_way_db / 10.0))
 
 
 def radar_two_rays(

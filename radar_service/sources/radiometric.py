@@ -14,13 +14,14 @@ from radar_service.engine.preparation import Prepared
 from radar_service.numerics.frames import effective_earth_radius, turned, wrap_angle, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Singles
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, received_amplitude
+from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, received_amplitude
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.truth import Extent, Radiometry
 from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers
 from radar_service.sources.rows import spread_echoes
+from radar_service.world.environment import SightLines
 
 GATE = 10.0 ** (-20.0 / 10.0)  # of the peak
 DETECTABLE = 10.0 ** (13.0 / 10.0)  # of the noise
@@ -143,6 +144,10 @@ class RadiometricTruth:
         matrices = np.broadcast_to(np.eye(3), (len(time), 3, 3)) if level is None else level
         observed = apparent_position(position[:, None], matrices, self._earth_radius)[:, 0]
         amplitude = received_amplitude(self._radar, distance) * attenuation(self._radar, self._scene.environment, distance)
+        if self._scene.environment.attenuators:
+            bearing = np.arctan2(position[:, 0], position[:, 1])
+            lines = SightLines(self._scene.antenna(time), time, bearing, distance)
+            amplitude *= local_attenuation(self._radar, self._scene.environment, lines)
         amplitude *= elevation_gain(self._radar, elevation_of(observed)) * window.transmitting
         amplitude *= self._radar.azimuth_gain(wrap_angle(boresight - np.arctan2(observed[:, 0], observed[:, 1])))
         middle = distance[len(distance) // 2]

@@ -100,6 +100,10 @@ class Effect:
         """What a body keeps of the values of its body keys, in SI units; None for nothing. Raises SceneError."""
         return None
 
+    def environment_value(self, key: str, value: Any) -> Any:
+        """What an environment keeps of the value of a key, in SI units; () for nothing. An `Attenuator` acts on all echoes."""
+        return value
+
     def warnings(self, scene: "Scene") -> Sequence[str]:
         """Sentences about unusual content of a scene that has its record."""
         return ()

@@ -9,12 +9,14 @@ from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.radar_equation import (
     attenuation,
     elevation_gain,
+    local_attenuation,
     radar_two_rays,
     received_amplitude,
     two_way_phase,
 )
 from radar_service.stages.stage import Context
 from radar_service.trace.occluder import beyond_horizon
+from radar_service.world.environment import SightLines
 
 
 def point_echoes(context: Context, source: str, azimuths: AzimuthTimes, position: Floats, rcs: Floats) -> BeamWeightedEchoes:
@@ -35,6 +37,9 @@ def point_echoes(context: Context, source: str, azimuths: AzimuthTimes, position
         reflected = 1.0 + rays.ratio * np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
         field = np.where(rays.arrives, rays.gain * reflected**2, 0.0)
     field *= received_amplitude(radar, polar.range) * attenuation(radar, scene.environment, polar.range)
+    if scene.environment.attenuators:
+        lines = SightLines(antennas, np.tile(azimuths.time, len(kept)), polar.azimuth, polar.range)
+        field *= local_attenuation(radar, scene.environment, lines)
     field *= two_way_phase(polar.range, radar.wavelength)
     field *= radar.azimuth_gain(wrap_angle(polar.azimuth - np.tile(azimuths.boresight, len(kept))))
     shape = len(kept), len(azimuths.time)

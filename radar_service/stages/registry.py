@@ -118,14 +118,12 @@ def _settled(effect: Effect, owners: dict[str, list[str]]) -> Effect:
 
 
 def environment_values(table: BaseModel) -> dict[str, Any]:
-    """The values of effects' keys in an environment: all of this package, which every hash has, and of others what is given."""
+    """The values of effects' keys in an environment: all of this package, which every hash has, and of others what is given.
+    An empty one is none."""
     own = [key for effect in own_effects() for key in effect.environment_keys]
-    return {
-        key: getattr(table, key)
-        for each in effects()
-        for key in each.environment_keys
-        if key in own or key in table.model_fields_set
-    }
+    given = [(each, key) for each in effects() for key in each.environment_keys if key in {*own, *table.model_fields_set}]
+    values = {key: each.environment_value(key, getattr(table, key)) for each, key in given}
+    return {key: value for key, value in values.items() if value != ()}
 
 
 def given_keys(table: BaseModel, keys: Keys) -> dict[str, Any]:

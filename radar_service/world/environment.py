@@ -2,10 +2,38 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
+from radar_service.numerics.types import Floats
+from radar_service.radar.parameters import Radar
 from radar_service.world.seaway import Seaway
 from radar_service.world.stream import NO_STREAM, Stream
+
+
+class SightLines(NamedTuple):
+    """Straight ways from the antenna to targets (E,).
+
+    antenna: (3,) or (E, 3) on the map [m]; time: one or (E,) [s]; azimuth: (E,) [rad]; distance: slant range (E,) [m].
+    """
+
+    antenna: Floats
+    time: Floats | float
+    azimuth: Floats
+    distance: Floats
+
+
+class Attenuator:
+    """What attenuates by place and time. An environment has those among the values of effects' keys."""
+
+    def one_way_db(self, radar: Radar, lines: SightLines) -> Floats:
+        """Returns its attenuation (E,) [dB] of a radar's wave along each line."""
+        raise NotImplementedError
+
+    @property
+    def text(self) -> str:
+        """What it is, in a few words."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -24,3 +52,8 @@ class Environment:
     diffraction: bool = field(default=False, metadata={"added": True})
     seaway: Seaway | None = field(default=None, metadata={"added": True})  # that moves ships
     stream: Stream = field(default=NO_STREAM, metadata={"added": True})  # of the water over ground, east and north [m/s]
+
+    @cached_property
+    def attenuators(self) -> tuple[Attenuator, ...]:
+        """What attenuates by place and time."""
+        return tuple(value for value in self.effect_keys.values() if isinstance(value, Attenuator))

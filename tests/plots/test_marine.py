@@ -146,6 +146,7 @@ def test_a_scene_decides_which_threshold_it_has() -> None:
     for made, marine in (
         (scene(radar=SET), False), (scene(radar=SET, environment={"sea_state": 1}), True),
         (scene(radar=SET, environment={"rain_mm_h": 4.0}), True), (scene([QUAY], radar=SET), True),
+        (scene(radar=SET, environment={"rain_cell": [{"position_m": [0, 0], "radius_m": 500, "rain_mm_h": 9}]}), True),
     ):  # fmt: skip
         assert in_clutter(made) is marine
         assert isinstance(PlotExtractor.for_scene(made).threshold, MarineThreshold if marine else KnownThreshold)

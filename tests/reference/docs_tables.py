@@ -281,6 +281,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "racon": lambda: section("RaconModel"),
     "sart": lambda: section("SartModel"),
     "interference": lambda: section("InterferenceModel"),
+    "rain-cell": lambda: section("RainCellModel"),
     "transponder": lambda: section("TransponderModel"),
     "ais": lambda: section("AisModel"),
     "errors": lambda: section("ErrorsModel"),

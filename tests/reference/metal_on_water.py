@@ -23,7 +23,7 @@ Complexes = NDArray[np.complex128]
 LIGHT = 299_792_458.0
 EARTH = 4.0 / 3.0 * 6_371_000.0  # m, effective radius
 SEA_WATER = 55.3 - 38.2j  # relative permittivity at 9.41 GHz and 15 C, reference value
-SIGNIFICANT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25)  # m, wave height by Douglas sea state: middles of WMO code 3700
+SIGNIFICANT = (0.0, *(0.04 + 0.1 * state**2.1 for state in range(1, 6)))  # m, wave height by sea state: NRL 2012
 UPRIGHT = 50.0  # m: a wall that is higher covers all that is behind it, a lower one a part
 WAYS = (0, 1, 2)  # how many of the two ways go by the sea
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -18,6 +19,7 @@ from pydantic import Field
 
 import radar_service as rs
 from radar_service.effects import (
+    Attenuator,
     BeamWeightedEchoes,
     Context,
     Effect,
@@ -40,6 +42,7 @@ from tests.stages.fixtures import Installed
 ROOT = Path(__file__).parents[2]
 PACKAGE = f"{ROOT / 'radar_service'}{os.sep}"
 OTHERS = [{"bearing_deg": 250, "level_db": 60, "prf_hz": 40e3, "beamwidth_deg": 60}]
+RAIN_CELL = [{"position_m": [0, 2000], "radius_m": 1500, "rain_mm_h": 20, "speed_kn": 20}]
 MAX_FILES = 3  # outside its folder that run lines for one effect alone
 NEVER = ("engine", "plan", "sources", "truth")
 SHARED = {  # functions of arrays that any effect may use, and that these scenes use for one alone
@@ -52,13 +55,27 @@ class ToyEffect(Effect):
     """Another effect of bodies and radars, which both scenes have: what all effects run is no knowledge of one."""
 
     name, stage_at, sources, has_paths = "toy", f"{__name__}:ToyStage", (Source("toy"),), True
-    radar_keys = body_keys = {"toy": (float | None, Field(None))}
+    radar_keys = body_keys = environment_keys = {"toy": (float | None, Field(None))}
+
+    def environment_value(self, key: str, value: Any) -> Any:
+        return ToyFog(value)
 
     def body_record(self, given: Any, mesh: Any) -> Any:
         return given["toy"]
 
     def radar_record(self, given: Any) -> Any:
         return given["toy"]
+
+
+@dataclass(frozen=True)
+class ToyFog(Attenuator):
+    """Fog that takes nothing."""
+
+    rate: float
+    text = "fog"
+
+    def one_way_db(self, radar: Any, lines: Any) -> Any:
+        return np.zeros(len(lines.azimuth))
 
 
 class ToyTruth(EffectTruth):
@@ -139,8 +156,10 @@ def content(without: str = "") -> dict[str, Any]:
     scene["radar"] |= {key: table[key] for effect, table in OF_RADAR.items() if effect != without for key in table}
     for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
-    scene["body"][2]["toy"] = 1.0
-    scene["environment"] |= {"sea_state": 3, "rain_mm_h": 4} if without != "clutter" else {"sea_state": 0}
+    scene["body"][2]["toy"] = scene["environment"]["toy"] = 1.0
+    scene["environment"] |= (
+        {"sea_state": 3, "rain_mm_h": 4, "rain_cell": RAIN_CELL} if without != "clutter" else {"sea_state": 0}
+    )
     return scene | ({"interference": OTHERS} if without != "interference" else {})
 
 
@@ -233,7 +252,7 @@ def run_without(tree: Path) -> Any:
     [
         ("interference", {"interference"}),
         ("beacons", {"racon", "sart"}),
-        ("clutter", {"sea_texture_shape"}),
+        ("clutter", {"sea_texture_shape", "rain_cell"}),
         *((each, {*OF_RADAR[each]}) for each in OF_RADAR),
     ],
 )

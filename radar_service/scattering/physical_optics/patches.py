@@ -25,12 +25,23 @@ def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return order[:-1][same], order[1:][same]
 
 
-def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each."""
+def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each. There may be millions."""
     _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one position
-    welded = where.reshape(-1)[mesh.faces]
+    welded = where.reshape(-1).astype(np.int32)[mesh.faces]
     ends = np.stack([welded, np.roll(welded, -1, axis=1)], axis=2).reshape(-1, 2)
-    return ends, np.repeat(np.arange(len(mesh.faces)), 3)
+    return ends, np.repeat(np.arange(len(mesh.faces), dtype=np.int32), 3)
+
+
+def _parts(ends: NDArray[np.int32], face: NDArray[np.int32], faces: int) -> tuple[NDArray[np.int64], int, NDArray[np.int32]]:
+    """Numbers (3 F,) of edges, the same for those that coincide; how many parts there are, and of which each triangle is (F,)."""
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    edge, uses = np.unique(low.astype(np.int64) * (int(high.max()) + 1) + high, return_inverse=True, return_counts=True)[1:]
+    order = np.argsort(edge, kind="stable")
+    face_a, face_b = face[order[uses[edge[order]] == 2]].reshape(-1, 2).T
+    links = coo_array((np.ones(len(face_a)), (face_a, face_b)), shape=(faces, faces))
+    count, part = connected_components(links, directed=False)
+    return edge, count, part
 
 
 def outward_side(mesh: Mesh) -> NDArray[np.int8]:
@@ -40,12 +51,7 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     of one part where an edge joins two of them alone, so a fin on a hull, or a crate against it, leaves the hull closed.
     """
     ends, face = _welded_edges(mesh)
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    edge, uses = np.unique(low * (int(high.max()) + 1) + high, return_inverse=True, return_counts=True)[1:]
-    order = np.argsort(edge, kind="stable")
-    face_a, face_b = face[order[uses[edge[order]] == 2]].reshape(-1, 2).T
-    links = coo_array((np.ones(len(face_a)), (face_a, face_b)), shape=(len(mesh.faces), len(mesh.faces)))
-    count, part = connected_components(links, directed=False)
+    edge, count, part = _parts(ends, face, len(mesh.faces))
     key, place = np.unique(edge * count + part[face], return_inverse=True)
     balance = np.bincount(place, np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0))
     is_open = np.bincount(key % count, balance != 0.0, minlength=count) > 0
@@ -91,5 +97,5 @@ def _outermost(points: Floats) -> Floats:
     up = 1.0 - (2.0 * np.arange(DIRECTIONS) + 1.0) / DIRECTIONS
     level = np.sqrt(1.0 - up * up)
     directions = np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
-    chosen = [np.argmax(directions[i : i + 64] @ points.T, axis=1) for i in range(0, DIRECTIONS, 64)]
+    chosen = [np.argmax(directions[i : i + 8] @ points.T, axis=1) for i in range(0, DIRECTIONS, 8)]
     return np.asarray(points[np.unique(np.concatenate(chosen))])

@@ -12,11 +12,12 @@ from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
+from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, radar_two_rays
 from radar_service.stages.beacons.beacon import Beacon
 from radar_service.stages.registry import changed_pattern
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
+from radar_service.world.environment import SightLines
 from radar_service.world.scene import Scene
 
 
@@ -74,6 +75,9 @@ class BeaconLink:
             gain = np.where(rays.arrives, rays.gain * np.abs(1.0 + rays.ratio * phase) ** 2, 0.0)
         spread = radar.gain * (radar.wavelength / (4.0 * np.pi * np.maximum(polar.range, radar.range_min))) ** 2
         weather = attenuation(radar, scene.environment, polar.range)  # in amplitude both ways, in power one way
+        if scene.environment.attenuators:
+            lines = SightLines(antenna, time, polar.azimuth, polar.range)
+            weather *= local_attenuation(radar, scene.environment, lines)
         return Link(polar.range, azimuth, spread * gain * weather / np.sqrt(radar.loss))
 
     def _observed(self, offset: Floats, time: Floats, azimuth: Floats, elevation: Floats) -> tuple[Floats, Floats]:

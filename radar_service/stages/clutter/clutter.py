@@ -13,8 +13,8 @@ from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
-from radar_service.stages.clutter.effect import RAIN, SEA
-from radar_service.stages.clutter.rain import rain_power
+from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
+from radar_service.stages.clutter.rain import RainRows, rain_power, reflectivity
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, pulse_power, received_share, resolution_cell
 from radar_service.stages.clutter.sea import speckle_time, wind_factor
 from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
@@ -72,6 +72,7 @@ class Clutter:
     beam: weights of the field on these rows.
     speckle: rows of speckle.
     sea: None where there is no sea clutter.
+    cells: rain with cells, in place of `rain`; None without any.
     """
 
     rain: Singles
@@ -80,6 +81,7 @@ class Clutter:
     beam: BeamWeights
     speckle: AzimuthRowCache
     sea: Sea | None
+    cells: RainRows | None = None
 
     def rows(self, number: Indices, transmitting: Flags) -> "ClutterRows | None":
         """The clutter of consecutive azimuths (K,) of a scan; None where it is nowhere above the floor.
@@ -87,7 +89,10 @@ class Clutter:
         number: (K,) counted from the start; transmitting: (K, 1) which azimuths are not blind.
         """
         level = None if self.sea is None else self.sea.level(number)
-        columns = len(self.rain)
+        rain, left = (self.rain, None) if self.cells is None else self.cells.at(number)
+        if self.cells is not None:
+            rain = rain[..., : len(_above_floor(rain.reshape(-1, rain.shape[-1]).max(axis=0, initial=0.0), self.floor))]
+        columns = rain.shape[-1]
         if self.sea is not None and level is not None:
             columns = min(self.columns, max(columns, self.sea.bins_above(level, self.floor)))
         if columns == 0:
@@ -95,17 +100,21 @@ class Clutter:
         first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
         speckle = weight_rows(weights if transmitting.all() else weights * transmitting, rows).view(np.complex64)
-        amplitude = self._amplitude(number, level, columns)
+        amplitude = self._amplitude(number, level, columns, rain, left)
         speckle *= amplitude
-        return ClutterRows(speckle, amplitude, self.rain)
+        return ClutterRows(speckle, amplitude, rain)
 
-    def _amplitude(self, number: Indices, level: Singles | None, columns: int) -> Singles:
-        """Root of the local mean power (K, columns) [sqrt(W)], with texture and rain."""
+    def _amplitude(
+        self, number: Indices, level: Singles | None, columns: int, rain: Singles, left: Singles | None
+    ) -> Singles:
+        """Root of the local mean power (K, columns) [sqrt(W)], with texture and rain; left: share (K, n) through cells."""
         if self.sea is None or level is None:
-            return np.sqrt(self.rain[:columns])
+            return np.sqrt(rain[..., :columns])
         amplitude = self.sea.amplitude(number, level, columns)
-        if len(self.rain):
-            rain = np.pad(self.rain, (0, columns - len(self.rain)))
+        if left is not None:
+            amplitude *= np.sqrt(left[:, :columns])
+        if rain.shape[-1]:
+            rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
             amplitude = np.sqrt(amplitude * amplitude + rain)
         return amplitude
 
@@ -121,8 +130,11 @@ def prepare_clutter(
     floor = MIN_CLUTTER_TO_NOISE * receiver_noise_power(radar) if environment.noise else 0.0
     received = received_share(scene, compression)
     rain = np.zeros(0)
-    if environment.rain_mm_h:
-        rain = _above_floor(rain_power(scene, distance, cell, earth_radius) * received, floor)
+    of_cells = environment.effect_keys.get(RAIN_CELL)
+    rates = [environment.rain_mm_h, *(each.rain_mm_h for each in of_cells.cells)] if of_cells else [environment.rain_mm_h]
+    if any(rates):
+        eta = sum(reflectivity(rate, radar.wavelength) for rate in rates)
+        rain = _above_floor(rain_power(scene, distance, cell, earth_radius, eta) * received, floor)
     sea = np.zeros(0)
     if environment.sea_state:
         upwind = float(wind_factor(np.zeros(1), np.zeros(1), radar.wavelength)[0])
@@ -130,6 +142,10 @@ def prepare_clutter(
     columns = max(len(rain), len(sea))
     if columns == 0:
         return None
+    cells = None
+    if of_cells:
+        unit = rain_power(scene, distance[:columns], cell, earth_radius, 1.0) * received[:columns]
+        cells = RainRows(scene, of_cells, unit, cell.width)
     rows_per_scan = min(radar.azimuths, int(np.ceil(2.0 * np.pi / cell.width * ROWS_PER_BEAM)))
     extent = BEAM_EXTENT * cell.width
     beam: tuple[Gain, float, int] = radar.azimuth_gain, extent, rows_per_scan
@@ -143,6 +159,7 @@ def prepare_clutter(
         BeamWeights(radar.azimuths, speckle_rows, gain, reach, order=2),
         AzimuthRowCache(speckle_rows, SpeckleRows(pulse_power(compression), columns, speckle_seed, scene.random_key).make),
         prepare_sea(scene, line_of_sight, sea, cell, columns, rows_per_scan, extent, seed) if len(sea) else None,
+        cells,
     )
 
 

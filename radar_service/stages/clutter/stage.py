@@ -1,20 +1,40 @@
 """Sea and rain clutter as a stage."""
 
 import math
-from collections.abc import Sequence
-from typing import Self
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
 
 from radar_service.receive.compression import compression_for
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
-from radar_service.stages.clutter.effect import TEXTURE_SHAPE
-from radar_service.stages.clutter.rain import RAIN_HEIGHT
+from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE
+from radar_service.stages.clutter.rain import RAIN_HEIGHT, RAYS
+from radar_service.stages.clutter.rain_cell import RainCells
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, resolution_cell
 from radar_service.stages.clutter.sea import MAX_SEA_STATE, beyond_measured_shapes
+from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
+from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene
+
+
+class RainTruth(EffectTruth):
+    """The truth of rain cells."""
+
+    def __init__(self, cells: RainCells) -> None:
+        self._cells = cells
+
+    def at_end(self, time: float) -> Mapping[str, Any]:
+        """Returns the rate, and the circle or the corners of each cell on the map [m]."""
+        cells = []
+        for cell in self._cells.cells:
+            at = cell.position(time)
+            corners = [(at + corner).tolist() for corner in cell.outline]
+            shape = {"outline": corners} if corners else {"position": at.tolist(), "radius": cell.radius}
+            cells.append({"rain_mm_h": cell.rain_mm_h, **shape})
+        return {"rain_cells": cells}
 
 
 class ClutterStage(Stage):
@@ -36,7 +56,11 @@ class ClutterStage(Stage):
         level = f"NRL 2012 sigma0 of sea state {sea:.3g}{fit}, GIT wind factor"
         texture = _texture(scene, fidelity) if sea else ""
         sea_text = f"{level}, K-distributed: {texture}; shadows of resting bodies"
-        rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
+        everywhere, cells = f"{rain:g} mm/h everywhere", environment.effect_keys.get(RAIN_CELL)
+        if cells is not None:
+            everywhere = f"{everywhere} and " * (rain > 0) + f"{cells.text}, cut at edges on {RAYS} rays a beam,"
+            rain = math.inf
+        rain_text = f"Marshall-Palmer, {everywhere} up to {RAIN_HEIGHT:g} m, Rayleigh"
         floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
         error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
         items = [
@@ -46,6 +70,11 @@ class ClutterStage(Stage):
                    error if rain else None, microseconds=microseconds if rain and not sea else None),
         ]  # fmt: skip
         return [item for item in items if item.modelled or fidelity.engine != "documented"]
+
+    @classmethod
+    def truth(cls, scene: Scene, line_of_sight: OcclusionScene) -> "RainTruth | None":
+        cells = scene.environment.effect_keys.get(RAIN_CELL)
+        return None if cells is None else RainTruth(cells)
 
     def add(self, tile: Tile) -> None:
         azimuths = tile.azimuths
