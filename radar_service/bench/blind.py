@@ -1,8 +1,4 @@
-"""Blind runs: a program is told neither scenario nor seed, cannot compute the seed, and cannot read what has the truth.
-
-Seeds are drawn by a salt, which the folder of plots keeps, so that all trackers get the same plots. A report tells it: who may
-have seen one is judged by a new folder of plots.
-"""
+"""Blind runs: seeds of a salt, which the folder of plots keeps for all trackers, and folders that a program cannot read."""
 
 import ctypes
 import hashlib
@@ -23,8 +19,7 @@ FIRST_SEED = 2**32  # open seeds are smaller
 
 @dataclass(frozen=True)
 class Blind:
-    """How runs are kept from a program. salt: of the seeds; sealed: folders that it cannot read, none where the system cannot
-    seal any, so that truth stays in memory."""
+    """How runs are kept from a program. salt: of the seeds; sealed: folders that it cannot read; none: truth stays in memory."""
 
     salt: str
     sealed: tuple[str, ...]
@@ -36,8 +31,7 @@ class Blind:
 
 
 def blind_for(plots: Path, folder: Path, salt: str | None = None) -> Blind:
-    """Returns how runs are kept from a program, by the salt of a folder of plots, which is made where there is none, or by
-    another one. All folders of reports that had its plots are sealed. Raises OSError."""
+    """Returns how runs are kept from a program: folders of plots and of all their reports are sealed. Raises OSError."""
     if not can_seal():
         return Blind(salt or secrets.token_hex(16), ())
     path = plots / SALT
@@ -50,5 +44,5 @@ def blind_for(plots: Path, folder: Path, salt: str | None = None) -> Blind:
 
 
 def can_seal() -> bool:
-    """Returns whether this system can keep a program from folders: Linux 5.13 and later, with Landlock."""
+    """Returns whether this system has Landlock."""
     return sys.platform == "linux" and bool(ctypes.CDLL(None).syscall(CREATE_RULESET, None, 0, 1) > 0)

@@ -28,9 +28,8 @@ def single_run(
 ) -> dict[str, Any]:
     """Returns one run as plain data. A tracker that fails is a failed run, and has `failure`.
 
-    plots: the folder that keeps plots and truth; sealed: folders that a program cannot read, none where truth is to stay in
-    memory; None for an open run. Plots are made before the tracker starts, which cannot tell the scenario by their time. Raises
-    SceneError, OSError, and ImportError without Stone Soup.
+    plots: the folder that keeps plots and truth; sealed: as of a Blind, None for an open run. Plots are made before the tracker
+    starts, which cannot tell the scenario by their time. Raises SceneError, OSError, and ImportError without Stone Soup.
     """
     made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
     run = observed_run(None if sealed == () else plots, scenario, seed)

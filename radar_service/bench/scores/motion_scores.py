@@ -77,8 +77,7 @@ def _straight_errors(run: JudgedRun, body: str, errors: Sequence[tuple[int, floa
 
 
 def _in_turns(run: JudgedRun, body: str) -> Iterator[tuple[float, float]]:
-    """By how much the course of a track is behind in the turns of its target [s], by least squares, and its largest error [deg];
-    inf without a track."""
+    """How late the course of a track is in turns [s], by least squares, and its largest error [deg]; inf without a track."""
     lags = []
     for k, rate in _turning(run, body).items():
         scan = run.scans[k]
@@ -94,7 +93,7 @@ def _in_turns(run: JudgedRun, body: str) -> Iterator[tuple[float, float]]:
 
 
 def _delay(run: JudgedRun) -> list[float]:
-    """The shift in time [s] of all tracks along the courses of their targets that leaves the least squares."""
+    """The shift of all tracks along their courses [s], by least squares."""
     behind = speed = 0.0
     for scan in run.scans:
         for body in scan.due & scan.pairs.keys():
@@ -106,8 +105,8 @@ def _delay(run: JudgedRun) -> list[float]:
 
 
 def _time_to(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]], most: float, within: float) -> Iterator[float]:
-    """The time [s] from the acquisition of a target to the first scan from which on 95 % of the errors of its velocity [kn] are
-    below the most; inf where there is none; nothing where the target turns, or the run ends `within` that time [s]."""
+    """The time [s] from the acquisition of a target until 95 % of errors [kn] are below the most; inf for never; nothing where
+    the target turns, or the run ends `within` that time [s]."""
     first = next((k for k, scan in enumerate(run.scans) if body in scan.pairs), None)
     if first is None or not errors or _turning(run, body):
         return

@@ -1,6 +1,6 @@
 """What a run of the bench gives to be scored: the truth of each target in a scan, what a tracker got, and what it answered."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -46,8 +46,8 @@ class ScanResult:
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
-    seconds: float = 0.0
-    memory: int | None = None
+    seconds: float = field(default=0.0, compare=False)
+    memory: int | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

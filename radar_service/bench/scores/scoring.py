@@ -27,8 +27,8 @@ def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) ->
 
 
 def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
-    """Returns the time of 95 % of the answers, in turns of the antenna, and by how much the memory of a program has grown a scan
-    [MB] over the second half of a run; nothing of what is not known."""
+    """Returns the time of 95 % of the answers, in turns of the antenna, and the growth of memory a scan [MB] in the second half
+    of a run."""
     if not results or not any(result.seconds for result in results):
         return {}
     period = results[-1].given.time / (results[-1].given.scan + 1)

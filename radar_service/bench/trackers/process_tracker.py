@@ -123,8 +123,7 @@ class ProcessTracker(LineTracker):
 
     @property
     def memory(self) -> int | None:
-        """Memory of the program and of what it has started [bytes], after the last answer; None where nobody knows. Raises
-        TrackerError where these are more than MAX_PROCESSES."""
+        """Memory of the program and its children [bytes], where Linux tells. Raises TrackerError for too many of these."""
         processes = _family(self._process.pid)
         if len(processes) > MAX_PROCESSES:
             raise TrackerError(f"tracker: {self.name!r} has {len(processes)} processes; at most {MAX_PROCESSES}")

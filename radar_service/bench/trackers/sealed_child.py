@@ -1,9 +1,6 @@
 """Starts a program that cannot read some folders, other processes and disks: python sealed_child.py JSON PROGRAM ARGUMENTS.
 
-JSON: {"sealed": folders, "files": those that the program needs}. It imports the standard library alone. Landlock also keeps it
-from the memory of processes outside (ptrace). Where this is root's, the program is nobody's if nobody may read its files.
-
-Source: Linux, Documentation/userspace-api/landlock.rst; the numbers of system calls are those of all processors.
+JSON: {"sealed": folders, "files": of the program}. Source: Linux, Documentation/userspace-api/landlock.rst.
 """
 
 import contextlib
@@ -43,7 +40,7 @@ def devices() -> Iterator[str]:
 
 
 def seal(sealed: Collection[str]) -> None:
-    """Keeps this process, and all that it starts, from files of the sealed folders for good. Raises OSError."""
+    """Keeps this process and its children from the sealed folders for good. Raises OSError."""
     system = ctypes.CDLL(None, use_errno=True)
     rights = WRITE_FILE | READ_FILE | REMOVE_FILE
     ruleset = system.syscall(CREATE_RULESET, struct.pack("=Q", rights), 8, 0)
