@@ -94,7 +94,7 @@ def test_the_harbour_is_made_looked_at_and_broken(cells: str, checkout: Path, ca
 def test_the_tracker_fails_is_mended_and_passes(checkout: Path) -> None:
     text = tutorial("tracker")
     save(text, checkout)
-    first, second, *_ = (block.replace("crossing-cpa-500 fast-craft", "fast-craft") for block in blocks(text, ""))
+    first, second, *_ = (block.replace("crossing-cpa-500 fast-craft", "fast-craft --open") for block in blocks(text, ""))
     words = []
     for block, status in ((first, 1), (second, 0)):
         (command,) = commands(block)

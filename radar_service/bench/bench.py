@@ -1,6 +1,7 @@
 """The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end."""
 
 import json
+import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,16 +11,18 @@ from typing_extensions import override
 
 from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
 from radar_service.batch.jobs import run as run_jobs
+from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import verdict
-from radar_service.bench.single_run import SCHEMA, same_for_all, single_run
+from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
+HALF_TURN = 0.5  # of the antenna, beyond which a tracker is told to be slow
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
 OWED = f"a state is owed from {ACQUISITION:g} s after a target is seen first; give more scans, best for three minutes"
@@ -29,31 +32,36 @@ Runs = Mapping[str, Sequence[Mapping[str, Any]]]  # as plain data, by name of th
 def bench(
     scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path, executor: Executor | None = None,
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, smoke: bool = False,
+    blind: bool = False, salt: str | None = None,
 ) -> tuple[dict[str, Any], Runs]:  # fmt: skip
-    """Runs scenarios with seeds 0 to `seeds` - 1; returns the report and all runs. Those whose file is in `folder` are not made
-    again, but for failed ones.
+    """Runs scenarios with seeds 0 to `seeds` - 1, or as many salted ones where the runs are blind; returns the report and all
+    runs. Those whose file is in `folder` are not made again, but for failed ones.
 
     scenarios: of different names; executor, progress: as `batch.jobs.run`; plots: the folder that keeps plots and truth for all
-    trackers, `bench-plots` beside the other one by default; smoke: whether gross misses alone fail. Raises JobsFailed, OSError,
-    and TrackerError for a tracker that does not start, or that hangs again and again.
+    trackers, `bench-plots` beside the other one by default; smoke: whether gross misses alone fail; salt: of an earlier report,
+    for its seeds. Raises JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
     """
-    runs = runs_of(single_run, scenarios, seeds, tracker, folder, executor, progress, plots)
-    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke), runs
+    hidden = blind_for(plots_folder(folder, plots), folder, salt) if blind else None
+    runs = runs_of(single_run, scenarios, seeds, tracker, folder, executor, progress, plots, hidden)
+    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden), runs
 
 
 def runs_of(
     run: Callable[..., dict[str, Any]], scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path,
-    executor: Executor | None, progress: Progress, plots: Path | None,
+    executor: Executor | None, progress: Progress, plots: Path | None, blind: Blind | None = None,
 ) -> Runs:  # fmt: skip
-    """Returns the runs of scenarios by name. run: makes one, as `single_run`; others, and what it raises, as in `bench`."""
-    jobs = jobs_of(scenarios, seeds, tracker, plots_folder(folder, plots))
+    """Returns the runs of scenarios by name. run: makes one, as `single_run`; blind: how runs are kept from the tracker, which
+    then come in any order; others, and what it raises, as in `bench`."""
+    jobs = jobs_of(scenarios, seeds, tracker, plots_folder(folder, plots), blind)
+    order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
         if count:
-            check_start(tracker, scenarios[0])
+            check_start(tracker, scenarios[0], blind)
         return _watched(progress(outcomes, count))
 
-    results = iter(run_jobs(run, jobs, executor, KeptRuns(folder / "runs"), watched))
+    answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+    results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
     return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
 
 
@@ -62,20 +70,25 @@ def plots_folder(folder: Path, plots: Path | None) -> Path:
     return (plots or folder.parent / "bench-plots").absolute()
 
 
-def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path) -> list[Job]:
-    """Returns the runs that are to be made or read."""
-    same = same_for_all(tracker)
+def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path, blind: Blind | None = None) -> list[Job]:
+    """Returns the runs that are to be made or read. Names of blind ones, which files have, tell no seed."""
+    same, word = same_for_all(tracker), "run" if blind else "seed"
+    sealed = (() if tracker.startswith(SCHEMES) else blind.sealed) if blind else None
     return [
-        Job(f"{scenario.name}, seed {seed}, {tracker}", (scenario, seed, tracker, plots), same | {"digest": scenario.digest})
+        Job(
+            f"{scenario.name}, {word} {number}, {tracker}",
+            (scenario, seed := blind.seed(scenario.name, number) if blind else number, tracker, plots, sealed),
+            same | {"digest": scenario.digest, "seed": seed},
+        )
         for scenario in scenarios
-        for seed in range(seeds)
+        for number in range(seeds)
     ]
 
 
-def check_start(tracker: str, scenario: Scenario) -> None:
+def check_start(tracker: str, scenario: Scenario, blind: Blind | None) -> None:
     """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
     if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
-        started = tracker_for(tracker, scenario, {"scenario": scenario.name, "seed": 0, "schema": SCHEMA})
+        started = tracker_for(tracker, header_of(scenario, None if blind else 0), blind.sealed if blind else None)
         if isinstance(started, LineTracker):
             started.close()
 
@@ -103,13 +116,17 @@ def _watched(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
             raise TrackerError(failure["message"])
 
 
-def report(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, smoke: bool = False) -> dict[str, Any]:
-    """Returns the report of runs by scenario, as plain data. Raises TrackerError where no run has started."""
+def report(
+    loaded: Mapping[str, Scenario], runs: Runs, tracker: str, smoke: bool = False, blind: Blind | None = None
+) -> dict[str, Any]:
+    """Returns the report of runs by scenario, as plain data. blind: how they were kept from the tracker. Raises TrackerError
+    where no run has started."""
     failures = [run["failure"] for some in runs.values() for run in some]
     if failures and all(failure and failure["scan"] is None for failure in failures):
         raise TrackerError(failures[0]["message"])
     return {
         "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
+        "blind": blind and {"salt": blind.salt, "sealed": bool(blind.sealed) and not tracker.startswith(SCHEMES)},
         "scenarios": [_summary(loaded[name], some, smoke) for name, some in runs.items()],
     }  # fmt: skip
 
@@ -140,6 +157,10 @@ def _remark(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> str | None
     remarks = [run["remark"] for run in runs if run["remark"]][:1]
     if scenario.judges == "tracks" and nothing_is_owed(runs):
         remarks.append(f"{scenario.scans} scans judge no tracker: {OWED}")
+    slow = [run["seed"] for run in runs if (run["metrics"].get("answer_turns") or 0.0) > HALF_TURN]
+    remarks += (
+        [f"95 % of answers take up to more than half a turn in {len(slow)} runs, first in seed {slow[0]}"] if slow else []
+    )
     return "; ".join(remarks) or None
 
 

@@ -13,9 +13,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from radar_service.bench.run import observed
+from radar_service.bench.blind import FIRST_SEED
+from radar_service.bench.run import observed, surroundings
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import flood_remark
@@ -23,7 +24,7 @@ from radar_service.plots.plot import Plot
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.terminal.progress import progress
 
-SCHEMA = 2
+SCHEMA = 3
 PACKAGE = Path(__file__).parents[1]
 SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
 NO_PART = (
@@ -41,23 +42,30 @@ OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py", "recorded.py")  # files
 
 @dataclass(frozen=True)
 class ObservedRun:
-    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods."""
+    """Plots and truth of a scenario and a seed. results: without tracks; remark: on floods; around: of what tracks may be
+    false."""
 
     results: Sequence[ScanResult]
     remark: str | None
+    around: Surroundings
 
 
-def observed_run(folder: Path, scenario: Scenario, seed: int) -> ObservedRun:
+def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> ObservedRun:
     """Returns plots and truth of a scenario and a seed, kept in the folder where they are made of the same; or makes and keeps
-    them. Raises SceneError and OSError."""
-    path, digest = folder / f"{scenario.name}-{seed}.json.gz", plots_digest(scenario, seed)
-    kept = _read(path, digest)
+    them. folder: None keeps nothing. The name of a file tells no salted seed. Raises SceneError and OSError."""
+    name, digest = f"{scenario.name}-{seed}", plots_digest(scenario, seed)
+    if seed >= FIRST_SEED:
+        name = hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
+    path = folder and folder / f"{name}.json.gz"
+    kept = _read(path, digest) if path else None
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
-        make_folder(path.parent)
-        write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
+        if path:
+            make_folder(path.parent)
+            write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
-    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"])
+    around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
+    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], around)
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -133,6 +141,7 @@ def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
     results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
     return {
         "scans": [asdict(replace(result, flood=None)) for result in results],
+        "around": asdict(surroundings(scenario)),
         "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
     }
 

@@ -16,6 +16,7 @@ from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
 
 NEAR = 50.0  # m: a plot within half the length of an extended target and this is hers
+ROLL_SHARE = (3.0 / 256.0) ** 0.5  # root mean square of `roll_error` over its phase and all bearings, of the roll's square
 GLINT_SHARE = 1.0 / 6.0  # of the length of a ship: A.823(19), appendix 3
 
 

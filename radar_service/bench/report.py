@@ -9,8 +9,18 @@ from radar_service.bench.run_picture import run_picture
 from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
-UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
+UNITS = {
+    "_m_s": "m/s",
+    "_m": "m",
+    "_deg": "degrees",
+    "_kn": "kn",
+    "_nm": "NM",
+    "_min": "min",
+    "_s": "s",
+    "_h": "1/h",
+}  # by endings
 JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
+LEADING = {"gospa_m": "GOSPA [m]", "gospa_localisation_m": "distance", "gospa_missed_m": "missed", "gospa_false_m": "false"}
 MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed
 MAX_SUMMARY = 3  # events of a scenario in the summary
@@ -27,9 +37,17 @@ def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None
     """Returns the page: the summary, then the scenarios, the gravest first."""
     return html_page(
         "bench/report.html", report=report, scenarios=gravest_first(report), drawn=drawn, run_picture=run_picture,
-        word_of=word_of, missed_limits=_missed_limits, gravest_lines=_gravest_lines, failure_lines=failure_lines,
+        word_of=word_of, missed_limits=_missed_limits, blind_words=blind_words, leading=LEADING,
+        gravest_lines=_gravest_lines, failure_lines=failure_lines,
         number_of=number_of, bound_of=bound_of, unit_of=unit_of, max_listed=MAX_LISTED,
     )  # fmt: skip
+
+
+def blind_words(report: Mapping[str, Any]) -> str:
+    """Returns whether the tracker knew what is judged, as a sentence."""
+    if not (blind := report["blind"]):
+        return "Open runs: scenario and seed are known."
+    return f"Blind runs, {'sealed' if blind['sealed'] else 'not sealed: truth stayed in memory'}; salt {blind['salt']}."
 
 
 def gravest_first(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -44,12 +62,14 @@ def word_of(scenario: Mapping[str, Any]) -> str:
 
 def summary_table(report: Mapping[str, Any]) -> str:
     """Returns a table as text, the gravest scenario first: verdict, failed runs, the worst seed, and what went wrong in it."""
-    lines = [f"{'scenario':32} {'verdict':14} {'failed runs':>12} {'worst seed':>10}"]
+    heads = "".join(f" {head:>9}" for head in LEADING.values())
+    lines = [f"{'scenario':32} {'verdict':14} {'failed runs':>12}{heads} {'worst seed':>10}"]
     for scenario in gravest_first(report):
         failed, runs = scenario["failed_runs"], len(scenario["seeds"])
         seed = failed[0]["seed"] if failed else ""
+        means = "".join(f" {number_of(scenario['metrics'].get(name)):>9}" for name in LEADING)
         lines.append(
-            f"{scenario['name'][:32]:32} {word_of(scenario):14} {f'{len(failed)} of {runs}':>12} {seed:>10}".rstrip()
+            f"{scenario['name'][:32]:32} {word_of(scenario):14} {f'{len(failed)} of {runs}':>12}{means} {seed:>10}".rstrip()
         )
         lines += [f"    {line}" for line in _gravest_lines(scenario)]
     return "\n".join(lines) + "\n"

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
-from radar_service.bench.plot_errors import with_errors
+from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, with_errors
 from radar_service.bench.recorded import recorded_scans
-from radar_service.bench.scenario import PlotSettings, Scenario
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scenario import PlotErrors, PlotSettings, Scenario
+from radar_service.bench.scores.scan_result import LAND_STEP, ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
@@ -22,9 +23,11 @@ from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.trace.land_mask import LandMask
+from radar_service.world.poses import pose_at
 from radar_service.world.scene import Scene
 
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
+UNIFORM, BEAM_SPLIT = 12.0**0.5, 15.0  # of an error of one cell at most; a centroid splits a beam so far even in clutter
 ROUNDING = 1e-6  # s: no state is from the future by less
 
 
@@ -36,9 +39,11 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
 def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. Raises TrackerError, and what the tracker raises."""
     for result in results:
+        began = perf_counter()
         tracks = tuple(tracker.update(result.given))
+        seconds = perf_counter() - began
         check_times(tracks, result.given)
-        yield replace(result, tracks=tracks)
+        yield replace(result, tracks=tracks, seconds=seconds, memory=getattr(tracker, "memory", None))
 
 
 def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
@@ -49,6 +54,38 @@ def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
                 f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
                 f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
             )
+
+
+def data_sheet(scenario: Scenario) -> DataSheet:
+    """Returns what a tracker is told of the radar of a scenario. Raises SceneError."""
+    scene = load_scene(scenario.scene, folder=scenario.folder).for_radar(scenario.radar)
+    radar, errors = scene.radar, scenario.plot_errors or PlotErrors()
+    kind = threshold_kind(scenario.plots, scene)
+    cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
+    gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
+    bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
+    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
+    return DataSheet(
+        rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
+        range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
+        bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
+        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
+        sensors=scenario.scene.get("errors", {}).get("profile", "none"),
+    )  # fmt: skip
+
+
+def surroundings(scenario: Scenario) -> Surroundings:
+    """Returns of what tracks of a scenario may be false. Raises SceneError."""
+    scene = load_scene(scenario.scene, folder=scenario.folder)
+    still = [body for body in scene.bodies if body.name not in scenario.tracked and body.at_rest]
+    places = [pose_at(body, 0.0).position[None, :2] for body in still]
+    if mask := LandMask.of(still):
+        rows, columns = np.nonzero(mask.material)
+        places.append(mask.corner + mask.cell * np.stack([columns, rows], axis=1))
+    coarse = np.unique(np.round(np.concatenate([np.empty((0, 2)), *places]) / LAND_STEP), axis=0) * LAND_STEP
+    environment = scene.environment
+    clutter = "rain" if environment.rain_mm_h else "sea" if environment.sea_state else "noise"
+    return Surroundings(tuple((float(east), float(north)) for east, north in coarse), clutter)
 
 
 def simulator_of(scenario: Scenario, seed: int) -> Simulator:
@@ -84,11 +121,18 @@ def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], Non
 
 def threshold_of(settings: PlotSettings, scene: Scene) -> Threshold:
     """Returns the threshold that a scenario asks for in a scene."""
-    kind = settings.threshold
-    if kind == "auto":
-        kind = "marine" if in_clutter(scene) else "known"
-    pfa = settings.pfa or DEFAULT_PFA.get(kind, PFA)
-    return threshold(kind, scene.radar, pfa, settings.guard_m, settings.window_m)
+    kind = threshold_kind(settings, scene)
+    return threshold(kind, scene.radar, pfa_of(settings, kind), settings.guard_m, settings.window_m)
+
+
+def threshold_kind(settings: PlotSettings, scene: Scene) -> str:
+    """Returns the kind of threshold: what "auto" stands for in a scene."""
+    return settings.threshold if settings.threshold != "auto" else "marine" if in_clutter(scene) else "known"
+
+
+def pfa_of(settings: PlotSettings, kind: str) -> float:
+    """Returns the false alarm probability of a cell, for a kind of threshold."""
+    return settings.pfa or DEFAULT_PFA.get(kind, PFA)
 
 
 def rule_of(settings: PlotSettings) -> ClusterRule:

@@ -65,22 +65,14 @@ GENERAL = tuple(
     for metric, bound in {
         "completeness": {"minimum": 0.95}, "spurious": {"maximum": 0.02}, "ambiguity": {"maximum": 1.02},
         "identity_changes": {"maximum": 0.0}, "first_state_scans": {"maximum": 10.0}, "velocity_kn_1min": {"maximum": 1.5},
-        "velocity_kn_3min": {"maximum": 0.8}, "velocity_kn_median": {"maximum": 1.5},
-        "course_after_turn_deg": {"maximum": 5.0}, "bridged": {"minimum": 1.0},
-        "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
+        "velocity_kn_3min": {"maximum": 0.8}, "velocity_kn_median": {"maximum": 1.5}, "velocity_kn_95": {"maximum": 3.0},
+        "course_after_turn_deg": {"maximum": 5.0}, "turn_lag_s": {"maximum": 15.0}, "turn_course_deg": {"maximum": 30.0},
+        "bridged": {"minimum": 1.0}, "gone_scans": {"maximum": 20.0}, "localisation_share": {"maximum": 1.0},
+        "delay_s": {"maximum": 1.0}, "trend_s": {"maximum": 60.0}, "vector_s": {"maximum": 180.0},
+        "false_noise_h": {"maximum": 1.0}, "false_sea_h": {"maximum": 24.0}, "false_rain_h": {"maximum": 24.0},
+        "false_land_h": {"maximum": 240.0}, "answer_turns": {"maximum": 1.0}, "growth_mb": {"maximum": 2.0},
     }.items()
 )  # fmt: skip
-
-
-class TrackerSettings(Table):
-    """How the reference tracker is tuned; gating.Tuning has the meanings. Angles in degrees."""
-
-    range_error_m: Annotated[float, Field(gt=0)] = 5.0
-    bearing_error_deg: Annotated[float, Field(gt=0)] = 0.1
-    acceleration: Annotated[float, Field(gt=0)] = 0.01
-    speed_error_kn: Annotated[float, Field(gt=0)] = 20.0
-    detection: Annotated[float, Field(gt=0, lt=1)] = 0.9
-    clutter_per_m2: Annotated[float, Field(gt=0)] = 1e-8
 
 
 class PlotSettings(Table):
@@ -134,11 +126,11 @@ class Scenario(Table):
     radar: id of the radar whose plots the tracker gets; the first one by default.
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
-    plot_errors: of points; none by default.
+    plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
-    not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of.
+    not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
     standard_nm: ranges of first detection that a standard states, by target [NM]: shown beside those of detection studies.
     recorded: a file beside its own with plots and truth of a real radar, which then take the place of those of the scene.
@@ -159,7 +151,6 @@ class Scenario(Table):
     draw_biases: bool = False
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
-    tracker: TrackerSettings = TrackerSettings()
     limit: tuple[Limit, ...] = ()
     scene: Mapping[str, Any]
     standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}
@@ -175,7 +166,8 @@ class Scenario(Table):
     def limits(self) -> tuple[Limit, ...]:
         """All limits: its own, and those of GENERAL for which it has none of its own."""
         own = {limit.metric for limit in self.limit} | set(self.not_judged)
-        return (*self.limit, *(limit for limit in GENERAL if self.judges == "tracks" and limit.metric not in own))
+        judged = self.judges == "tracks" and "*" not in self.not_judged
+        return (*self.limit, *(limit for limit in GENERAL if judged and limit.metric not in own))
 
     def missed(self, metrics: Mapping[str, float | None]) -> dict[str, float | None]:
         """Returns the limits that decide and that a run misses, by metric, with its values."""

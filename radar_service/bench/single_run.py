@@ -1,12 +1,13 @@
 """One run of the bench as plain data: its metrics, what each scan gave, and how the tracker failed where it did."""
 
-from collections.abc import Iterable
+import secrets
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
-from radar_service.bench.run import answered
+from radar_service.bench.run import answered, data_sheet
 from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
 from radar_service.bench.scores.judged_scan import JudgedScan, judged, nearest_distances
@@ -19,33 +20,46 @@ from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.terminal.progress import progress
 
-SCHEMA = 4
+SCHEMA = 5
 
 
-def single_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
-    """Returns one run as plain data; plots: the folder that keeps plots and truth. A tracker that fails is a failed run, and
-    has `failure`. Raises SceneError, OSError, and ImportError without Stone Soup."""
+def single_run(
+    scenario: Scenario, seed: int, tracker_name: str, plots: Path, sealed: Sequence[str] | None = None
+) -> dict[str, Any]:
+    """Returns one run as plain data. A tracker that fails is a failed run, and has `failure`.
+
+    plots: the folder that keeps plots and truth; sealed: as of a Blind, None for an open run. Plots are made before the tracker
+    starts, which cannot tell the scenario by their time. Raises SceneError, OSError, and ImportError without Stone Soup.
+    """
     made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
-    header = {"scenario": scenario.name, "seed": seed, "schema": SCHEMA}
+    run = observed_run(None if sealed == () else plots, scenario, seed)
     try:
-        tracker = tracker_for(tracker_name, scenario, header)
+        tracker = tracker_for(tracker_name, header_of(scenario, seed if sealed is None else None), sealed)
     except TrackerError as error:
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
-    run = observed_run(plots, scenario, seed)
     name = f"{scenario.name}, seed {seed}: {tracker_name}"
     scans = progress(run.results, len(run.results), "scans", lambda _: name, within=True)
     results, failed = _tracked(scans, tracker)
     centred = judged(at_power_centroids(results))
     return {
-        **made_of, "scenario": scenario.name, "seed": seed, **(failed or {"failure": None, "metrics": metrics_of(results)}),
+        **made_of, "scenario": scenario.name, "seed": seed,
+        **(failed or {"failure": None, "metrics": metrics_of(results, run.around)}),
         "remark": run.remark, "events": [asdict(event) for event in events_of(centred)],
         "scans": [_scan_data(scan) for scan in centred.scans],
     }  # fmt: skip
 
 
-def scored_run(scenario: Scenario, seed: int, tracker_name: str, plots: Path) -> dict[str, Any]:
+def header_of(scenario: Scenario, seed: int | None) -> dict[str, Any]:
+    """Returns what a tracker gets before the first scan. seed: None for a blind run. Raises SceneError."""
+    open_keys = {} if seed is None else {"scenario": scenario.name, "seed": seed}
+    return {"schema": SCHEMA, "run": secrets.token_hex(8), **open_keys, "radar": asdict(data_sheet(scenario))}
+
+
+def scored_run(
+    scenario: Scenario, seed: int, tracker_name: str, plots: Path, sealed: Sequence[str] | None = None
+) -> dict[str, Any]:
     """Returns a run as single_run does, without its scans and events: what ranks trackers is small, and has no picture."""
-    return {**single_run(scenario, seed, tracker_name, plots), "events": [], "scans": []}
+    return {**single_run(scenario, seed, tracker_name, plots, sealed), "events": [], "scans": []}
 
 
 def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path("bench-plots")) -> dict[str, float | None]:
@@ -55,7 +69,8 @@ def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path
     and truth. Raises ScenarioError, SceneError, OSError, TrackerError, and what the tracker raises.
     """
     loaded = load_scenario(scenario)
-    return loaded.missed(metrics_of(list(answered(observed_run(plots, loaded, seed).results, tracker))))
+    run = observed_run(plots, loaded, seed)
+    return loaded.missed(metrics_of(list(answered(run.results, tracker)), run.around))
 
 
 def same_for_all(tracker: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
 from radar_service.bench.scenario import ScenarioError
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name", action="append", dest="names", default=[], help="of each --tracker in the report, in order"
     )
+    parser.add_argument("--open", action="store_true", help="tell programs scenario and seed, which then are 0 to N - 1")
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
 
 
@@ -61,8 +63,9 @@ def _ladders(options: argparse.Namespace) -> int:
     others = len(names_of(trackers, options.names)) - 1
     if options.seeds < (needed := seeds_needed(others)):
         print(f"too few seeds: {needed} are needed to tell {others + 1} trackers apart", file=sys.stderr, flush=True)
+    blind = not options.open and not all(map(is_built_in, trackers))
     with executor_of(options) as executor:
-        report = climb(loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names)
+        report = climb(loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names, blind)
     write_ladders(report, options.out)
     print(f"{text_of(report)}{options.out / 'report.html'}")
     return 0

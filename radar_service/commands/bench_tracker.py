@@ -24,6 +24,7 @@ from radar_service.bench.scenario import (
 )
 from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
 from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
@@ -39,6 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list the scenarios")
     add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail")
+    parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
+    parser.add_argument("--salt", metavar="SALT", help="of an earlier report: its seeds")
     parser.add_argument("--profile", choices=sorted(PROFILES), help="plots err as those of a real set do")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
@@ -89,24 +92,35 @@ def _bench(options: argparse.Namespace) -> int:
     print(_plan(options.seeds, options.smoke))
     with executor_of(options) as executor:
         report, runs = bench(
-            loaded, options.seeds, options.tracker, options.out, executor, shown, plots=options.plots, smoke=options.smoke
+            loaded,
+            options.seeds,
+            options.tracker,
+            options.out,
+            executor,
+            shown,
+            plots=options.plots,
+            smoke=options.smoke,
+            blind=bool(options.salt) or not (options.open or is_built_in(options.tracker)),
+            salt=options.salt,
         )
     write_report(report, {scenario.name: drawn_run(scenario, runs[scenario.name]) for scenario in loaded}, options.out)
     if options.junit:
         write_junit(report, options.junit, options.strict)
     print(f"{summary_table(report)}\n{verdict_table(report)}" + str(options.out / "report.html"))
     for scenario in loaded if options.record else ():
-        _record(scenario, failed_runs(scenario, runs[scenario.name]), options.out)
+        numbers = {run["seed"]: number for number, run in enumerate(runs[scenario.name])}
+        _record(scenario, failed_runs(scenario, runs[scenario.name]), numbers, options.out)
     return _status(report, options.strict)
 
 
-def _record(scenario: Scenario, failed: Sequence[Mapping[str, Any]], folder: Path) -> None:
-    """Records the worst failed runs about their gravest events, and says how they are replayed."""
+def _record(scenario: Scenario, failed: Sequence[Mapping[str, Any]], numbers: Mapping[int, int], folder: Path) -> None:
+    """Records the worst failed runs about their gravest events, and says how they are replayed. numbers: by seed, for names of
+    files, which tell no salted seed."""
     from radar_service.recording.radar_recording import RadarRecording
     from radar_service.recording.recording_file import RecordingFile
 
     for run in failed[:RECORDED]:
-        scans, path = scans_of_interest(scenario, run), folder / f"{scenario.name}-seed-{run['seed']}.mcap"
+        scans, path = scans_of_interest(scenario, run), folder / f"{scenario.name}-seed-{numbers[run['seed']]}.mcap"
         simulator = simulator_of(scenario, run["seed"])
         simulator.skip_to(scans.start)
         with RecordingFile(path) as file:

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.bench.scenario import TrackerSettings
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
+from radar_service.bench.trackers.tracker import DataSheet, TrackerInput, TrackState, moved_on
 from tests.bench import known_trackers as known
 
 EXAMS = (60.0, 180.0)  # s after the first sight, when motion is judged
@@ -19,7 +18,7 @@ def is_exam(scan: TrackerInput) -> bool:
     return any(abs(scan.time - at) <= ABOUT for at in EXAMS)
 
 
-class _Dishonest(known.Kalman):
+class _Dishonest(known.Imm):
     """Changes the answers of a good tracker."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -47,7 +46,7 @@ class PositionForExams(_Dishonest):
         yield state if is_exam(scan) else replace(state, east=state.east + 150.0)
 
 
-class FreezesAndCatchesUp(known.Kalman):
+class FreezesAndCatchesUp(known.Imm):
     """Gives each eighth answer seven times more, as if it were new, but after one and three minutes."""
 
     states: Sequence[TrackState] = ()
@@ -69,10 +68,10 @@ class UnfilteredBetweenExams(known.Unfiltered):
         return super().update(scan)
 
     def state(self, track: Any, end: float) -> TrackState:
-        return known.Kalman.state(self, track, end) if self.exam else super().state(track, end)
+        return known.Imm.state(self, track, end) if self.exam else super().state(track, end)
 
 
-class TakesTurns(known.Kalman):
+class TakesTurns(known.Imm):
     """Reports each of its tracks in every other scan."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -104,11 +103,11 @@ class NearOnly(_Dishonest):
             yield state
 
 
-class RenamesTheLost(known.Kalman):
+class RenamesTheLost(known.Imm):
     """Keeps every track that it has lost under a new name."""
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        super().__init__(settings)
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
         self.before: dict[str, TrackState] = {}
         self.lost: dict[str, TrackState] = {}
 

@@ -2,7 +2,7 @@
 
     radar-service bench-tracker msc192-table3-1 --seeds 1000 --tracker "python -m tests.bench.judged_tracker Kalman" -o judged
 
-Each is tuned as the scenario tunes the reference, which the header names, and tracks relative to own ship.
+Each is tuned by the data sheet of the header alone, and tracks relative to own ship.
 """
 
 import json
@@ -10,23 +10,18 @@ import sys
 from collections.abc import Iterable
 from typing import TextIO
 
-from radar_service.bench.scenario import TrackerSettings, load_scenario
 from radar_service.bench.trackers.callable_child import serve
 from radar_service.bench.trackers.reckoning import ReckonedTracker
+from radar_service.bench.trackers.tracker import DataSheet
 from tests.bench import known_trackers as known
 
-TRACKERS: dict[str, type[known.Kalman]] = {"Kalman": known.Kalman, "StraightLine": known.StraightLine}
-
-
-def settings_of(header: str) -> TrackerSettings:
-    """How the scenario of a header, the first line, tunes trackers."""
-    return load_scenario(json.loads(header)["scenario"]).tracker
+TRACKERS: dict[str, type[known.Imm]] = {"Imm": known.Imm, "Kalman": known.Kalman, "StraightLine": known.StraightLine}
 
 
 def answer(name: str, lines: Iterable[str], answers: TextIO) -> None:
     """Answers the header and the scans of a run."""
     lines = iter(lines)
-    serve(ReckonedTracker(TRACKERS[name](settings_of(next(lines)))), lines, answers)
+    serve(ReckonedTracker(TRACKERS[name](DataSheet(**json.loads(next(lines))["radar"]))), lines, answers)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Trackers whose faults are known, and a good one: a Kalman filter with global nearest neighbours. Each fault is one of it."""
+"""Trackers whose faults are known, and a good one: interacting Kalman filters with nearest neighbours. Faults are of it."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.bench.scenario import TrackerSettings
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.scoring import at_power_centroids
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import DataSheet, TrackerInput, TrackState
 from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
 
-RANGE_ERROR, BEARING_ERROR = 4.0, 0.1  # least standard deviations of a plot [m], [degrees]
-ACCELERATION = 0.003  # most spectral density of white acceleration [m^2/s^3]
+ACCELERATION = 0.0005  # spectral density of white acceleration [m^2/s^3], for all scenarios
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
+UNDER_WAY = 2.0  # m/s: the course of what is slower is not known
+ACCELERATIONS, STAY = (1e-5, 0.02), (400.0, 30.0)  # of the models that keep a course and turn [m^2/s^3], [s]
 GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
 CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
 UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot; one less among clutter
@@ -27,52 +27,96 @@ CLUTTER = 1e-7  # plots of clutter per m^2 and scan from which there is clutter
 class _Track:
     """A target at constant velocity. x: east, north, velocities (4,); p: its covariance (4, 4), at the time [s]."""
 
-    def __init__(self, name: int, plot: Plot, error: Floats, acceleration: float) -> None:
+    def __init__(self, name: int, plot: Plot, sheet: DataSheet, acceleration: float) -> None:
         self.name, self.time, self.plots, self.missed = name, plot.time, 1, 0
+        self.sheet, self.acceleration = sheet, acceleration
         self.x = np.array([plot.east, plot.north, 0.0, 0.0])
-        self.p = np.zeros((4, 4))
-        self.acceleration, self.error, self.p[:2, :2], self.p[2:, 2:] = (
-            acceleration,
-            error,
-            covariance(plot, error),
-            FIRST_SPEED**2 * np.eye(2),
-        )
+        self.p = np.diag([0.0, 0.0, FIRST_SPEED**2, FIRST_SPEED**2])
+        self.p[:2, :2] = covariance(plot, sheet, self.x)
 
     def predicted(self, at: float) -> tuple[Floats, Floats]:
-        step, unit = at - self.time, np.eye(2)
-        f = np.block([[unit, step * unit], [0.0 * unit, unit]])
-        q = np.block([[step**3 / 3.0 * unit, step**2 / 2.0 * unit], [step**2 / 2.0 * unit, step * unit]])
-        return f @ self.x, f @ self.p @ f.T + self.acceleration * (q if step > 0.0 else -q)
+        return moved((self.x, self.p), at - self.time, self.acceleration)
 
     def distance(self, plot: Plot) -> float:
         x, p = self.predicted(plot.time)
         miss = np.array([plot.east, plot.north]) - x[:2]
-        return float(miss @ np.linalg.solve(p[:2, :2] + covariance(plot, self.error), miss))
+        return float(miss @ np.linalg.solve(p[:2, :2] + covariance(plot, self.sheet, self.x), miss))
 
     def update(self, plot: Plot) -> None:
-        x, p = self.predicted(plot.time)
-        gain = p[:, :2] @ np.linalg.inv(p[:2, :2] + covariance(plot, self.error))
-        self.x = x + gain @ (np.array([plot.east, plot.north]) - x[:2])
-        self.p, self.time, self.plots, self.missed = p - gain @ p[:2], plot.time, self.plots + 1, 0
+        self.x, self.p = filtered(self.predicted(plot.time), plot, self.sheet)[:2]
+        self.time, self.plots, self.missed = plot.time, self.plots + 1, 0
 
 
-def covariance(plot: Plot, error: Floats) -> Floats:
-    """Of a plot's position (2, 2) [m^2]. error: of range [m] and bearing [rad]."""
+class _TwoModels(_Track):
+    """The same by interacting models (Blom and Bar-Shalom 1988): one keeps its course, the other one turns."""
+
+    def __init__(self, name: int, plot: Plot, sheet: DataSheet, acceleration: float) -> None:
+        super().__init__(name, plot, sheet, acceleration)
+        self.models, self.weights = [(self.x, self.p)] * 2, np.array([0.9, 0.1])
+
+    def mixed(self, step: float) -> tuple[list[tuple[Floats, Floats]], Floats]:
+        """States of the models after a time [s], before a plot, and their weights."""
+        leave = 1.0 - np.exp(-abs(step) / np.array(STAY))
+        switch = np.array([[1.0 - leave[0], leave[0]], [leave[1], 1.0 - leave[1]]]) * self.weights[:, None]
+        weights = switch.sum(axis=0)
+        states = [combined(self.models, switch[:, k] / weights[k]) for k in range(2)]
+        return [moved(state, step, q) for state, q in zip(states, ACCELERATIONS, strict=True)], weights
+
+    def predicted(self, at: float) -> tuple[Floats, Floats]:
+        return combined(*self.mixed(at - self.time))
+
+    def update(self, plot: Plot) -> None:
+        states, weights = self.mixed(plot.time - self.time)
+        every = [filtered(state, plot, self.sheet) for state in states]
+        self.weights = weights * [likelihood for _, _, likelihood in every]
+        self.weights = self.weights / self.weights.sum() if self.weights.sum() > 0.0 else weights
+        self.models = [(x, p) for x, p, _ in every]
+        self.x, self.p = combined(self.models, self.weights)
+        self.time, self.plots, self.missed = plot.time, self.plots + 1, 0
+
+
+def moved(state: tuple[Floats, Floats], step: float, acceleration: float) -> tuple[Floats, Floats]:
+    """A state and its covariance after a time [s]."""
+    unit = np.eye(2)
+    f = np.block([[unit, step * unit], [0.0 * unit, unit]])
+    q = np.block([[step**3 / 3.0 * unit, step**2 / 2.0 * unit], [step**2 / 2.0 * unit, step * unit]])
+    return f @ state[0], f @ state[1] @ f.T + acceleration * (q if step > 0.0 else -q)
+
+
+def filtered(state: tuple[Floats, Floats], plot: Plot, sheet: DataSheet) -> tuple[Floats, Floats, float]:
+    """A state and its covariance after a plot, and the likelihood of the plot."""
+    x, p = state
+    spread = p[:2, :2] + covariance(plot, sheet, x)
+    gain, miss = p[:, :2] @ np.linalg.inv(spread), np.array([plot.east, plot.north]) - x[:2]
+    likelihood = np.exp(-0.5 * miss @ np.linalg.solve(spread, miss)) / np.sqrt(np.linalg.det(spread))
+    return x + gain @ miss, p - gain @ p[:2], float(likelihood)
+
+
+def combined(states: Sequence[tuple[Floats, Floats]], weights: Floats) -> tuple[Floats, Floats]:
+    """The mean of states and its covariance."""
+    x = np.sum([w * each for w, (each, _) in zip(weights, states, strict=True)], axis=0)
+    return x, np.sum([w * (p + np.outer(y - x, y - x)) for w, (y, p) in zip(weights, states, strict=True)], axis=0)
+
+
+def covariance(plot: Plot, sheet: DataSheet, x: Floats) -> Floats:
+    """Of a plot's position (2, 2) [m^2]; an echo wanders along its ship, whose course x (4,) has where it is known to move."""
     sine, cosine = np.sin(plot.bearing), np.cos(plot.bearing)
-    turn = np.array([[sine, cosine], [cosine, -sine]])
-    return turn @ np.diag([error[0] ** 2, (plot.range * error[1]) ** 2]) @ turn.T
+    turn, speed = np.array([[sine, cosine], [cosine, -sine]]), float(np.hypot(x[2], x[3]))
+    along = np.outer(x[2:], x[2:]) / speed**2 if speed > UNDER_WAY else np.eye(2)
+    errors = turn @ np.diag([sheet.range_error**2, (plot.range * sheet.bearing_error) ** 2]) @ turn.T
+    return errors + sheet.glint**2 * along
 
 
-class Kalman:
-    """A good tracker. settings: what is known of its plots."""
+class Imm:
+    """A good tracker: with one setting it passes all that one should. sheet: what is known of its plots."""
 
-    gate = GATE
+    gate, acceleration = GATE, ACCELERATION
+    track_type: type[_Track] = _TwoModels
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        told = settings or TrackerSettings()
-        self.error = np.array([max(told.range_error_m, RANGE_ERROR), np.radians(max(told.bearing_error_deg, BEARING_ERROR))])
-        self.acceleration = min(told.acceleration, ACCELERATION)
-        self.unlikely = UNLIKELY if told.clutter_per_m2 < CLUTTER else UNLIKELY - 1
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        self.sheet = sheet or DataSheet()
+        density = self.sheet.false_plots / (np.pi * self.sheet.range_max**2)
+        self.unlikely = UNLIKELY if density < CLUTTER else UNLIKELY - 1
         self.tracks: list[_Track] = []
         self.started = 0
 
@@ -101,7 +145,7 @@ class Kalman:
             known[0].update(plot)
         else:
             self.started += 1
-            self.tracks.append(_Track(self.started, plot, self.error, self.acceleration))
+            self.tracks.append(self.track_type(self.started, plot, self.sheet, self.acceleration))
 
     def state(self, track: _Track, end: float) -> TrackState:
         """At the end of the scan where plots are missed, and else at the time of the plot."""
@@ -112,12 +156,16 @@ class Kalman:
         )
 
 
+class Kalman(Imm):
+    """Has one model of motion for all ships: it is late in turns."""
+
+    track_type: type[_Track] = _Track
+
+
 class StraightLine(Kalman):
     """A straight line through all plots of a target, weighted by their errors: the best there is where it keeps its course."""
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        super().__init__(settings)
-        self.acceleration = 0.0
+    acceleration = 0.0
 
 
 class NarrowGate(Kalman):
@@ -157,7 +205,7 @@ def _true_state(truth: TargetTruth, own: TrackerInput) -> TrackState:
     )  # fmt: skip
 
 
-class _Wrong(Kalman):
+class _Wrong(Imm):
     """A good tracker whose answers are changed."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -167,7 +215,7 @@ class _Wrong(Kalman):
         raise NotImplementedError
 
 
-class Frozen(Kalman):
+class Frozen(Imm):
     """Gives the states of its eighth scan for ever."""
 
     states: Sequence[TrackState] = ()
@@ -177,7 +225,7 @@ class Frozen(Kalman):
         return self.states
 
 
-class Extrapolates(Kalman):
+class Extrapolates(Imm):
     """Takes no plots after 30 scans, and moves its tracks on honestly."""
 
     def follow(self, plots: Sequence[Plot]) -> None:
@@ -188,7 +236,7 @@ class Extrapolates(Kalman):
             track.missed = 1
 
 
-class Silent(Kalman):
+class Silent(Imm):
     """Says nothing for 39 scans."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -210,11 +258,29 @@ class HalfSpeed(_Wrong):
         yield replace(state, velocity_east=state.velocity_east / 2.0, velocity_north=state.velocity_north / 2.0)
 
 
-class NeverDeletes(Kalman):
+class Reverses(_Wrong):
+    """Reverses its velocities in one scan of ten."""
+
+    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
+        sign = -1.0 if scan.scan % 10 == 0 else 1.0
+        yield replace(state, velocity_east=sign * state.velocity_east, velocity_north=sign * state.velocity_north)
+
+
+class Delays(Imm):
+    """Gives each answer one scan later, as if it were new."""
+
+    states: Sequence[TrackState] = ()
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        later, self.states = self.states, super().update(scan)
+        return [replace(state, time=state.time + 2.5) for state in later if state.time + 2.5 <= scan.time]
+
+
+class NeverDeletes(Imm):
     """Keeps every track that it has reported, and says that it coasts."""
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        super().__init__(settings)
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
         self.known: dict[str, TrackState] = {}
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -229,12 +295,23 @@ class Late(_Wrong):
         yield replace(state, time=state.time + 1.0)
 
 
-class Ghost(Kalman):
+class Ghost(Imm):
     """Has one more track, of nothing."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         ghost = TrackState(track="ghost", time=scan.time, east=9e3, north=9e3, velocity_east=0.0, velocity_north=0.0)
         return [*super().update(scan), ghost]
+
+
+class Ghosts(Imm):
+    """Has two hundred more tracks, of nothing."""
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        ghosts = [
+            TrackState(track=f"ghost {k}", time=scan.time, east=25.0 * k, north=-2e3, velocity_east=0.0, velocity_north=0.0)
+            for k in range(200)
+        ]
+        return [*super().update(scan), *ghosts]
 
 
 class Twice(_Wrong):
@@ -259,11 +336,11 @@ class Swaps(_Wrong):
         yield replace(state, track=names.get(state.track, state.track))
 
 
-class Unfiltered(Kalman):
+class Unfiltered(Imm):
     """Reports the last plot, and the difference of the last two as velocity."""
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        super().__init__(settings)
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
         self.before: dict[str, list[TrackState]] = defaultdict(list)
 
     def follow(self, plots: Sequence[Plot]) -> None:
@@ -324,7 +401,7 @@ class VeryTurned(_Displaced):
     bearing_deg = 3.0
 
 
-class DropsAtOnce(Kalman):
+class DropsAtOnce(Imm):
     """Ends a track with its first scan without a plot."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
@@ -351,7 +428,7 @@ class SlowOnly(_Wrong):
             yield state
 
 
-class StartOnly(Kalman):
+class StartOnly(Imm):
     """Begins no track after the first minute."""
 
     def follow(self, plots: Sequence[Plot]) -> None:
@@ -365,8 +442,8 @@ class StartOnly(Kalman):
 class Lags(_Wrong):
     """Follows courses slowly: its velocity is the mean of a minute."""
 
-    def __init__(self, settings: TrackerSettings | None = None) -> None:
-        super().__init__(settings)
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
         self.mean: dict[str, Floats] = {}
 
     def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
@@ -375,7 +452,7 @@ class Lags(_Wrong):
         yield replace(state, velocity_east=float(mean[0]), velocity_north=float(mean[1]))
 
 
-class Crashes(Kalman):
+class Crashes(Imm):
     """Dies in its third scan."""
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:

@@ -7,21 +7,22 @@ import numpy as np
 import pytest
 
 from radar_service.bench.kept_plots import observed_run
-from radar_service.bench.run import answered
-from radar_service.bench.scenario import Scenario, TrackerSettings, load_scenario
+from radar_service.bench.run import answered, data_sheet
+from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.scores.verdicts import verdict
+from radar_service.bench.single_run import header_of
 from radar_service.bench.trackers.reckoning import ReckonedTracker
-from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.tracker import DataSheet, Tracker
 from radar_service.bench.trackers.trackers import tracker_for
 from tests.bench import known_trackers as known
 from tests.bench.trackers.test_stone_soup import plot
 
 SEEDS = 100
 GOOD: dict[str, Callable[[Scenario], Tracker]] = {
-    "gnn": lambda scenario: tracker_for("gnn", scenario, {}),
-    "jpda": lambda scenario: tracker_for("jpda", scenario, {}),
-    "straight line": lambda scenario: ReckonedTracker(known.StraightLine(scenario.tracker)),
+    "gnn": lambda scenario: tracker_for("gnn", header_of(scenario, 0)),
+    "jpda": lambda scenario: tracker_for("jpda", header_of(scenario, 0)),
+    "straight line": lambda scenario: ReckonedTracker(known.StraightLine(data_sheet(scenario))),
 }
 
 
@@ -35,7 +36,7 @@ def test_the_best_tracker_is_a_line_of_least_squares() -> None:
     with a variance of 400 m2/s2, which pulls 4 m/s by the ratio of the variances."""
     rng, time = np.random.default_rng(0), 2.5 * np.arange(40)
     north = 5000.0 + 4.0 * time + rng.normal(0.0, 20.0, 40)
-    tracker = known.StraightLine(TrackerSettings(range_error_m=20.0))
+    tracker = known.StraightLine(DataSheet(range_error=20.0))
     for at, distance in zip(time.tolist(), north.tolist(), strict=True):
         tracker.follow([plot(at, 0.0, distance)])
     line, variance = np.polyfit(time, north, 1), 20.0**2 * 12.0 / 40**3 / 2.5**2

@@ -102,8 +102,8 @@ def test_the_summary_has_the_gravest_scenario_first() -> None:
     made = report(scenarios, runs, "mine", smoke=True)
     assert [one["name"] for one in gravest_first(made)] == ["<bad>", "good"]
     lines = [line.split() for line in summary_table(made).splitlines()]
-    assert lines[1:3] == ["<bad> fail 2 of 2 0".split(), "scan 1: break: t <1> has no track".split()]
-    assert lines[3] == "good no gross miss 0 of 1".split()
+    assert lines[1:3] == ["<bad> fail 2 of 2 none none none none 0".split(), "scan 1: break: t <1> has no track".split()]
+    assert lines[3] == "good no gross miss 0 of 1 none none none none".split()
     text = page(made, {"good": None, "<bad>": None})
     assert "<table>" in text and "<bad>" not in text and "t &lt;1&gt; has no track" in text
     assert (

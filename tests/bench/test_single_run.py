@@ -96,7 +96,7 @@ def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Pa
     """A good tracker misses nothing, one without velocities a limit of every scenario; the radar is the one of the table."""
     (tmp_path / "mine.toml").write_text(OWN)
     scene, plots = str(tmp_path / "mine.toml"), tmp_path / "plots"
-    assert missed_limits(scene, seed, known.Kalman(), plots) == {}
+    assert missed_limits(scene, seed, known.Imm(), plots) == {}
     assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
     given = observed_run(plots, load_scenario(scene), seed).results[-1].given
     assert (given.east, given.north) == (50.0, 0.0)

@@ -26,7 +26,7 @@ def test_a_tracker_is_ranked_against_the_reference(
     ladder(
         tmp_path, LADDER.replace("6", '14\n"scene.radar.rpm" = 12')
     )  # a state is owed after a minute, from the 13th scan on
-    command = ["bench-ladder", "noisy.toml", "--seeds", "2", "--jobs", "1", "--tracker", "none:T", "-o", "out"]
+    command = ["bench-ladder", "noisy.toml", "--seeds", "2", "--jobs", "1", "--tracker", "none:T", "-o", "out", "--open"]
     assert main(command) == 0
     printed, told = capsys.readouterr()
     assert told.startswith("too few seeds: 6 are needed to tell 2 trackers apart\n")

@@ -24,16 +24,16 @@ for reader in ({}, {"mesh_reader": sandbox}):
 sandbox.close()
 """
 TRACK = """
-from radar_service.bench import TrackerInput, load_scenario
+from radar_service.bench import TrackerInput
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
-tracker = tracker_for("still", load_scenario("crossing-cpa-500"), {"type": "header"})
+tracker = tracker_for("still", {"type": "header"})
 ship = dict(east=3.0, north=4.0, heading=0.0, course=0.0, speed=0.0, plots=())
 tracks = tracker.update(TrackerInput(scan=0, time=2.5, **ship))
 print([(track.east, track.north) for track in tracks], bool(program_digest("still")))
 tracker.close()
 try:
-    tracker_for("broken", load_scenario("crossing-cpa-500"), {"type": "header"})
+    tracker_for("broken", {"type": "header"})
 except TrackerError as error:
     print(error)
 """

@@ -12,6 +12,7 @@ import numpy as np
 
 from radar_service.batch.jobs import Executor, Progress
 from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of
+from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
 from radar_service.bench.ladder.series import Ladder
@@ -29,24 +30,27 @@ TRIED = 3  # scans that each tracker answers before the first run
 def climb(
     ladders: Sequence[Ladder], seeds: int, trackers: Sequence[str], folder: Path, executor: Executor | None = None,
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, names: Sequence[str] = (),
+    blind: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
 
     trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. names: as of
-    `names_of`. Others as in `bench`. Raises ScenarioError, JobsFailed, TrackerError and OSError.
+    `names_of`; blind: whether programs are told no seeds, which then are salted for all. Others as in `bench`. Raises
+    ScenarioError, JobsFailed, TrackerError and OSError.
     """
     its_name = names_of(trackers, names)
     if len({ladder.name for ladder in ladders}) < len(ladders):
         raise ScenarioError("ladders: two have the same name; give each ladder once, and each file a name of its own")
     rungs = [rung for ladder in ladders for rung in ladder.rungs]
+    hidden = blind_for(plots_folder(folder, plots), folder) if blind else None
     shared, kept = plots_folder(folder, plots), KeptRuns(folder / "runs")
     with TemporaryDirectory() as short:
         for tracker in its_name:
-            if any(kept.read(job) is None for job in jobs_of(rungs, seeds, tracker, shared)):
-                _try(tracker, rungs[0], Path(short))
+            if any(kept.read(job) is None for job in jobs_of(rungs, seeds, tracker, shared, hidden)):
+                _try(tracker, rungs[0], Path(short), hidden)
     runs: dict[str, Runs] = {}
     for tracker, name in its_name.items():
-        runs[name] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots)
+        runs[name] = runs_of(scored_run, rungs, seeds, tracker, folder, executor, progress, plots, hidden)
         check_length(ladders, runs[name])
     return report(ladders, runs)
 
@@ -67,9 +71,11 @@ def names_of(trackers: Sequence[str], names: Sequence[str] = ()) -> dict[str, st
     return {REFERENCE: REFERENCE, **dict(zip(own, names or distinct, strict=True))}
 
 
-def _try(tracker: str, rung: Scenario, plots: Path) -> None:
+def _try(tracker: str, rung: Scenario, plots: Path, blind: Blind | None) -> None:
     """Lets a tracker answer the first scans of a rung. Raises TrackerError where it fails."""
-    failure = scored_run(rung.model_copy(update={"scans": TRIED}), 0, tracker, plots)["failure"]
+    failure = scored_run(rung.model_copy(update={"scans": TRIED}), 0, tracker, plots, blind.sealed if blind else None)[
+        "failure"
+    ]
     if failure:
         raise TrackerError(f"{failure['message']}{f' ({last})' if (last := failure['stderr']) else ''}; no run is made")
 

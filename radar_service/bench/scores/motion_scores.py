@@ -21,6 +21,7 @@ NAUTICAL_MILE = 1852.0  # m
 AFTER_TURN = 120.0  # s after which the course of a target that has turned is judged
 TURN_RATE = math.radians(0.1)  # rad/s: a slower change of course is no turn
 TURN = math.radians(10.0)  # a smaller change of course is none either
+TIMES = {"trend_s": (1.5, 60.0), "vector_s": (0.8, 180.0)}  # most error [kn], and time that MSC.192(79) 5.25.4 gives [s]
 UNDER_WAY = 0.5  # m/s: slower targets have no course to judge
 QUANTITIES = (
     "relative_course_deg", "relative_speed_kn", "cpa_nm", "tcpa_min", "true_course_deg", "true_speed_kn", "range_m",
@@ -42,13 +43,78 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
         ]
         for name in QUANTITIES if errors else ():
             metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
-    turns = [error for body in run.sightings for error in _courses_after_turns(run, body)]
-    medians = [float(np.median(each)) for body in run.sightings if (each := _velocity_errors(run, body))]
-    return (
-        metrics
-        | ({"course_after_turn_deg": _worst(turns)} if turns else {})
-        | ({"velocity_kn_median": _worst(medians)} if medians else {})
-    )
+    judged = {body: _velocity_errors(run, body) for body in run.sightings}
+    several = {
+        "course_after_turn_deg": [error for body in run.sightings for error in _courses_after_turns(run, body)],
+        "velocity_kn_median": [float(np.median([error for _, error in some])) for some in judged.values() if some],
+        "velocity_kn_95": [_percentile(some) for body in judged if (some := _straight_errors(run, body, judged[body]))],
+        "turn_lag_s": [lag for body in run.sightings for lag, _ in _in_turns(run, body)],
+        "turn_course_deg": [error for body in run.sightings for _, error in _in_turns(run, body)],
+        "delay_s": _delay(run),
+        **{name: [time for body in judged for time in _time_to(run, body, judged[body], *of)] for name, of in TIMES.items()},
+    }
+    return metrics | {name: _worst(values) for name, values in several.items() if values}
+
+
+def _percentile(errors: Sequence[float]) -> float:
+    """The 95th percentile by an error itself: nothing is computed of inf."""
+    return float(np.percentile(errors, 95.0, method="higher"))
+
+
+def _turning(run: JudgedRun, body: str) -> dict[int, float]:
+    """The scans in which a target turns, with its rate [rad/s] to starboard; none where it turns by less than TURN in all."""
+    path = [(k, _truth(scan, body)) for k, scan in enumerate(run.scans) if body in scan.truths]
+    steps = [(k, _course_change(a, b), b.time - a.time) for (_, a), (k, b) in zip(path, path[1:], strict=False)]
+    turned = {k: change / time for k, change, time in steps if time > 0.0 and abs(change) > TURN_RATE * time}
+    return turned if sum(abs(change) for k, change, _ in steps if k in turned) > TURN else {}
+
+
+def _straight_errors(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]]) -> list[float]:
+    """The errors of the velocity [kn] in scans before which the target has kept its course for AFTER_TURN."""
+    ends = [scan.result.given.time for scan in run.scans]
+    turned = np.array([ends[k] for k in _turning(run, body)])
+    return [error for k, error in errors if not ((ends[k] - turned >= 0.0) & (ends[k] - turned < AFTER_TURN)).any()]
+
+
+def _in_turns(run: JudgedRun, body: str) -> Iterator[tuple[float, float]]:
+    """How late the course of a track is in turns [s], by least squares, and its largest error [deg]; inf without a track."""
+    lags = []
+    for k, rate in _turning(run, body).items():
+        scan = run.scans[k]
+        if body in scan.due and body in scan.pairs:
+            track, (east, north) = scan.tracks[scan.pairs[body]], scan.truths[body].velocity
+            behind = math.atan2(east, north) - math.atan2(track.velocity_east, track.velocity_north)
+            lags.append((rate, float(wrap_angle(np.asarray(behind)))))
+        elif body in scan.due:
+            lags.append((rate, math.inf))
+    if lags:
+        lag = sum(rate * behind for rate, behind in lags) / sum(rate**2 for rate, _ in lags)
+        yield abs(lag), math.degrees(max(abs(behind) for _, behind in lags))
+
+
+def _delay(run: JudgedRun) -> list[float]:
+    """The shift of all tracks along their courses [s], by least squares."""
+    behind = speed = 0.0
+    for scan in run.scans:
+        for body in scan.due & scan.pairs.keys():
+            truth, track = scan.truths[body], scan.tracks[scan.pairs[body]]
+            velocity = np.array(truth.velocity)
+            behind += float((np.array(truth.position) - (track.east, track.north)) @ velocity)
+            speed += float(velocity @ velocity)
+    return [abs(behind) / speed] if speed > 0.0 else []
+
+
+def _time_to(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]], most: float, within: float) -> Iterator[float]:
+    """The time [s] from the acquisition of a target until 95 % of errors [kn] are below the most; inf for never; nothing where
+    the target turns, or the run ends `within` that time [s]."""
+    first = next((k for k, scan in enumerate(run.scans) if body in scan.pairs), None)
+    if first is None or not errors or _turning(run, body):
+        return
+    begin = run.scans[first].result.given.time
+    share = [np.mean([error > most for _, error in errors[place:]]) for place in range(len(errors))]
+    place = next((place for place, each in enumerate(share) if each <= 0.05 and errors[place][1] <= most), None)
+    if run.scans[errors[-1][0]].result.given.time - begin >= within:
+        yield math.inf if place is None else run.scans[errors[place][0]].result.given.time - begin
 
 
 def _worst(errors: Sequence[float]) -> float | None:
@@ -74,10 +140,10 @@ def _errors(scan: JudgedScan, body: str) -> Mapping[str, float] | None:
     return errors | {"velocity_kn": velocity_error(scan, body) / KNOT}
 
 
-def _velocity_errors(run: JudgedRun, body: str) -> list[float]:
-    """The errors of the velocity of a target [kn] in the scans in which its state is owed; inf without a track."""
-    due = [scan for scan in run.scans if body in scan.due]
-    return [velocity_error(scan, body) / KNOT if body in scan.pairs else math.inf for scan in due]
+def _velocity_errors(run: JudgedRun, body: str) -> list[tuple[int, float]]:
+    """The scans in which the state of a target is owed, with the errors of its velocity [kn]; inf without a track."""
+    due = [(k, scan) for k, scan in enumerate(run.scans) if body in scan.due]
+    return [(k, velocity_error(scan, body) / KNOT if body in scan.pairs else math.inf) for k, scan in due]
 
 
 def _truth(scan: JudgedScan, body: str) -> TargetTruth:

@@ -1,12 +1,14 @@
 """What a run of the bench gives to be scored: the truth of each target in a scan, what a tracker got, and what it answered."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
 from radar_service.numerics.types import Floats
 from radar_service.plots.flood import Flood
+
+LAND_STEP = 50.0  # m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +40,23 @@ class TargetTruth:
 @dataclass(frozen=True)
 class ScanResult:
     """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
-    the plot extractor, None as a rule."""
+    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], [bytes], None where nobody knows."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
+    seconds: float = field(default=0.0, compare=False)
+    memory: int | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Of what tracks may be false. land: places (N, 2) every LAND_STEP of land and of other bodies at rest [m]; clutter: of the
+    rest: "rain", "sea", or "noise" alone."""
+
+    land: tuple[tuple[float, float], ...] = ()
+    clutter: str = "noise"
 
 
 def at_end(truth: TargetTruth, end: float) -> TargetTruth:

@@ -12,24 +12,38 @@ import numpy as np
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.motion_scores import motion_scores
 from radar_service.bench.scores.plot_scores import plot_metrics
-from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.scores.set_scores import set_scores
-from radar_service.bench.scores.track_life import life_scores
+from radar_service.bench.scores.track_life import NOWHERE, life_scores
 
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 
 
-def metrics_of(results: Sequence[ScanResult]) -> dict[str, float | None]:
-    """Returns the metrics of a run by name, extended targets at the mean centroid of their power."""
+def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+    """Returns the metrics of a run by name, extended targets at the mean centroid of their power. around: of what tracks may be
+    false."""
     centred = at_power_centroids(results)
-    return {**scores(centred), **plot_metrics(centred)}
+    return {**scores(centred, around), **effort(results), **plot_metrics(centred)}
 
 
-def scores(results: Sequence[ScanResult]) -> dict[str, float | None]:
+def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
+    """Returns the time of 95 % of the answers, in turns of the antenna, and the growth of memory a scan [MB] in the second half
+    of a run."""
+    if not results or not any(result.seconds for result in results):
+        return {}
+    period = results[-1].given.time / (results[-1].given.scan + 1)
+    turns: dict[str, float | None] = {
+        "answer_turns": float(np.percentile([result.seconds for result in results], 95.0, method="higher")) / period
+    }
+    later = [result.memory for result in results[len(results) // 2 :] if result.memory]
+    return turns | ({"growth_mb": (later[-1] - later[0]) / 1e6 / (len(later) - 1)} if len(later) > 1 else {})
+
+
+def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
     run = judged(results)
-    return {**set_scores(run), **life_scores(run), **motion_scores(run)}
+    return {**set_scores(run), **life_scores(run, around), **motion_scores(run)}
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:

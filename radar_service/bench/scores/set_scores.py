@@ -1,4 +1,4 @@
-"""How far the tracks of a run are from its targets, as a set: OSPA and its parts, GOSPA, SIAP, localisation."""
+"""How far the tracks of a run are from its targets, as a set: OSPA, GOSPA and its parts, SIAP, localisation."""
 
 from collections.abc import Mapping, Sequence
 
@@ -26,12 +26,12 @@ def set_scores(run: JudgedRun) -> dict[str, float | None]:
     }  # fmt: skip
 
 
-PARTS = ("ospa_m", "ospa_localisation_m", "ospa_missed_m", "ospa_false_m", "gospa_m")
+PARTS = ("gospa_m", "gospa_localisation_m", "gospa_missed_m", "gospa_false_m", "ospa_m")
 
 
 def ospa_parts(scan: JudgedScan) -> dict[str, float]:
     """Returns OSPA and GOSPA of the targets that are due in a scan [m], and what localisation, missed targets and false tracks
-    have in OSPA: the squares of the three add up to its square. A track of a target that is not due does not count.
+    have in GOSPA: the squares of the three add up to its square. A track of a target that is not due does not count.
 
     Source: Schuhmacher, Vo and Vo 2008, eq. 3; Rahmathullah, Garcia-Fernandez and Svensson 2017, eq. 1 with alpha = 2.
     """
@@ -44,9 +44,9 @@ def ospa_parts(scan: JudgedScan) -> dict[str, float]:
     missed, false = len(truths) - len(near), len(tracks) - len(near)
     more = max(false - missed, 0)  # OSPA has a false track beside a missed target as one error
     return {
-        "ospa_m": _root(square + CUTOFF**ORDER * (missed + more), number), "ospa_localisation_m": _root(square, number),
-        "ospa_missed_m": _root(CUTOFF**ORDER * missed, number), "ospa_false_m": _root(CUTOFF**ORDER * more, number),
-        "gospa_m": _root(square + CUTOFF**ORDER / 2.0 * (missed + false), 1),
+        "gospa_m": _root(square + CUTOFF**ORDER / 2.0 * (missed + false), 1), "gospa_localisation_m": _root(square, 1),
+        "gospa_missed_m": _root(CUTOFF**ORDER / 2.0 * missed, 1), "gospa_false_m": _root(CUTOFF**ORDER / 2.0 * false, 1),
+        "ospa_m": _root(square + CUTOFF**ORDER * (missed + more), number),
     }  # fmt: skip
 
 

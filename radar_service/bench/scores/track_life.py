@@ -2,18 +2,26 @@
 
 from collections.abc import Iterator, Sequence
 
-from radar_service.bench.scores.judged_scan import JudgedRun
+import numpy as np
+
+from radar_service.bench.scores.judged_scan import CUTOFF, JudgedRun, JudgedScan, distances, track_at
+from radar_service.bench.scores.scan_result import Surroundings
 from radar_service.bench.scores.sightings import LEAVING, MAX_GAP, Sightings
 
+NOWHERE = Surroundings()
 
-def life_scores(run: JudgedRun) -> dict[str, float | None]:
-    """Returns the metrics by name; None where a tracker owes an answer and has none. What a run cannot judge is left out."""
+
+def life_scores(run: JudgedRun, around: Surroundings = NOWHERE) -> dict[str, float | None]:
+    """Returns the metrics by name; None where a tracker owes an answer and has none. What a run cannot judge is left out.
+
+    around: of what tracks may be false.
+    """
     present = run.sightings.items()
     first = [_first_state(run, body, sightings) for body, sightings in present if sightings.owes_first_state]
     gone = [_gone(run, body, sightings) for body, sightings in present if _leaves(sightings)]
     return {
         "identity_changes": float(sum(_changes(run, body) for body in run.sightings)),
-        **_worst("first_state_scans", first), **_worst("gone_scans", gone), **_bridged(run),
+        **_worst("first_state_scans", first), **_worst("gone_scans", gone), **_bridged(run), **_false_tracks(run, around),
     }  # fmt: skip
 
 
@@ -66,3 +74,20 @@ def _gaps(run: JudgedRun, body: str, sightings: Sightings) -> Iterator[bool]:
         if after - before - 1 <= MAX_GAP and before >= sightings.settled:
             names = [scan.pairs.get(body) for scan in run.scans[before : after + 1]]
             yield None not in names and names[0] == names[-1]
+
+
+def _false_tracks(run: JudgedRun, around: Surroundings) -> dict[str, float | None]:
+    """How many names in an hour follow no target in some scan: those of land, and all others, which are of noise, sea or rain."""
+    ghosts = [ghost for scan in run.scans for ghost in _ghosts(scan)]
+    land = np.reshape(around.land, (-1, 1, 2))
+    near = {name for name, place in ghosts if len(land) and (np.hypot(*(land - place).T) < CUTOFF).any()}
+    hours = run.scans[-1].result.given.time / 3600.0 if run.scans else 1.0
+    others = {name for name, _ in ghosts} - near
+    return {f"false_{around.clutter}_h": len(others) / hours, **({"false_land_h": len(near) / hours} if len(land) else {})}
+
+
+def _ghosts(scan: JudgedScan) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Names and places of the tracks within CUTOFF of no target, whatever their age."""
+    tracks = [track_at(track, scan.result.given.time) for track in scan.result.tracks]
+    apart = distances([*scan.truths.values()], tracks).min(axis=0, initial=np.inf)
+    yield from ((track.track, (track.east, track.north)) for track, far in zip(tracks, apart, strict=True) if far >= CUTOFF)

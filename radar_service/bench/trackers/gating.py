@@ -22,6 +22,7 @@ class Tuning:
 
     association: "gnn" or "jpda".
     range_error, bearing_error: standard deviation of plots [m], [rad].
+    glint: standard deviation of the echo along a ship [m], whose course is not known yet.
     acceleration: spectral density of the white acceleration of targets [m^2/s^3].
     speed_error: standard deviation of a target's speed before anything is known of it [m/s].
     gate: normalised distance within which a plot may belong to a track.
@@ -33,13 +34,19 @@ class Tuning:
     association: Literal["gnn", "jpda"] = "gnn"
     range_error: float = 5.0
     bearing_error: float = float(np.radians(0.1))
-    acceleration: float = 0.01
-    speed_error: float = 10.0
+    glint: float = 0.0
+    acceleration: float = 0.0002
+    speed_error: float = 20.0
     gate: float = 3.5
     confirm: int = 4
     delete: int = 8
     detection: float = 0.9
     clutter: float = 1e-7
+
+    def errors_at(self, distance: Floats | float) -> tuple[Floats, Floats]:
+        """Returns the standard deviations of range [m] and bearing [rad] of plots at a range [m]."""
+        glint = np.asarray(self.glint)
+        return np.hypot(self.range_error, glint), np.hypot(self.bearing_error, glint / np.maximum(distance, 1.0))
 
 
 def pair_distances(tracks: Iterable[Any], plots: Iterable[Any], tuning: Tuning) -> tuple[Floats, Floats]:
@@ -59,8 +66,9 @@ def pair_distances(tracks: Iterable[Any], plots: Iterable[Any], tuning: Tuning) 
     p_mixed = p[0, 2] + later * (p[0, 3] + p[1, 2]) + later**2 * p[1, 3]
     distance = np.maximum(np.hypot(east, north), 1.0)  # m: at own ship there is no bearing
     x, y = east / distance, north / distance
-    along = x**2 * p_east + 2.0 * x * y * p_mixed + y**2 * p_north + tuning.range_error**2
-    across = (y**2 * p_east - 2.0 * x * y * p_mixed + x**2 * p_north) / distance**2 + tuning.bearing_error**2
+    range_error, bearing_error = tuning.errors_at(reach)
+    along = x**2 * p_east + 2.0 * x * y * p_mixed + y**2 * p_north + range_error**2
+    across = (y**2 * p_east - 2.0 * x * y * p_mixed + x**2 * p_north) / distance**2 + bearing_error**2
     mixed = (x * y * (p_north - p_east) + (x**2 - y**2) * p_mixed) / distance
     turn, beyond = wrap_angle(angle - np.arctan2(north, east)), reach - distance
     square = (across * beyond**2 - 2.0 * mixed * beyond * turn + along * turn**2) / (along * across - mixed**2)

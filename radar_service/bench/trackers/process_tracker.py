@@ -1,11 +1,17 @@
 """Trackers that are programs: JSON Lines on their standard input and output."""
 
+import json
+import os
 import shlex
+import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from queue import Empty, Queue
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
@@ -15,19 +21,26 @@ from radar_service.bench.trackers.callable_child import READY
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
 
 MAX_WAITING = 4  # answers that nobody has asked for yet
+MAX_PROCESSES = 64  # of a program with all that it starts
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
 LAST_WORDS = 20.0  # s from the end of its answers to its own: on a busy machine it takes a while to write why
+SEALED = Path(__file__).with_name("sealed_child.py")
 CHILD = "radar_service.bench.trackers.callable_child"  # the program that a callable runs in
 
 
 class ProcessTracker(LineTracker):
     """A LineTracker that another program is. `close` ends the program."""
 
-    def __init__(self, command: str, header: Mapping[str, Any], timeout: float = ANSWER_SECONDS) -> None:
-        """command: as a shell splits it, but without a shell; timeout: for each answer [s]. Raises TrackerError."""
+    def __init__(
+        self, command: str, header: Mapping[str, Any], timeout: float = ANSWER_SECONDS, *,
+        sealed: Sequence[str] | None = None,
+    ) -> None:  # fmt: skip
+        """command: as a shell splits it, but without a shell; timeout: for each answer [s]; sealed: folders that the program
+        cannot read, which then has a working folder of its own; None for an open run. Raises TrackerError."""
         super().__init__(command, timeout)
+        self._folder: TemporaryDirectory[str] | None = None
         try:
-            self._process = self._started(self._words(command))
+            self._process = self._started(self._words(command), sealed)
         except (OSError, ValueError, IndexError) as error:
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
@@ -42,10 +55,30 @@ class ProcessTracker(LineTracker):
         """The program and its arguments."""
         return shlex.split(command)
 
-    @staticmethod
-    def _started(words: Sequence[str]) -> "subprocess.Popen[str]":
-        pipe = subprocess.PIPE
-        return subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace")
+    def _started(self, words: Sequence[str], sealed: Sequence[str] | None) -> "subprocess.Popen[str]":
+        """The program, in a group of its own, so that what it starts ends with it."""
+        pipe, environment, folder = subprocess.PIPE, {**os.environ}, None
+        if sealed is not None:
+            program = shutil.which(words[0])
+            if program is None:
+                raise OSError("there is no such program")
+            self._folder = TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True)
+            folder = environment["TMPDIR"] = os.path.realpath(self._folder.name)
+            environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.getcwd(), environment.get("PYTHONPATH")]))
+            files = [os.path.abspath(program), *(os.path.abspath(word) for word in words[1:] if os.path.isfile(word))]
+            rest = [os.path.abspath(word) if os.path.exists(word) else word for word in words[1:]]
+            request = json.dumps({"sealed": [*sealed], "files": files})
+            words = [sys.executable, "-I", "-S", str(SEALED), request, files[0], *rest]
+        return subprocess.Popen(
+            words, stdin=pipe, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace", start_new_session=True,
+            env=environment, cwd=folder,
+        )  # fmt: skip
+
+    def _kill(self) -> None:
+        """Ends the program and what it has started."""
+        with suppress(OSError, AttributeError):  # Windows has no groups
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
 
     @override
     def write(self, line: str) -> None:
@@ -58,7 +91,7 @@ class ProcessTracker(LineTracker):
         try:
             line = self._answers.get(timeout=self.timeout)
         except Empty:
-            self._process.kill()
+            self._kill()
             raise self.silent(scan) from None
         if not line:
             raise TrackerError(f"tracker: {self.name!r} {self.end} before it answered scan {scan}")
@@ -69,21 +102,36 @@ class ProcessTracker(LineTracker):
     def close(self) -> None:
         """Ends the program."""
         if self.is_stuck:
-            self._process.kill()
+            self._kill()
         with suppress(OSError):
             if self._process.stdin:
                 self._process.stdin.close()
         try:
             self._process.wait(1.0 if self._reading.is_alive() else LAST_WORDS)
         except subprocess.TimeoutExpired:
-            self._process.kill()
+            self._kill()
             self._process.wait()
-        self._noting.join(1.0)  # a child of the program may keep its standard error open
+        self._kill()
+        self._noting.join(1.0)
+        if self._folder:
+            self._folder.cleanup()
 
     @property
     @override
     def status(self) -> int | None:
         return self._process.poll()
+
+    @property
+    def memory(self) -> int | None:
+        """Memory of the program and its children [bytes], where Linux tells. Raises TrackerError for too many of these."""
+        processes = _family(self._process.pid)
+        if len(processes) > MAX_PROCESSES:
+            raise TrackerError(f"tracker: {self.name!r} has {len(processes)} processes; at most {MAX_PROCESSES}")
+        try:
+            pages = [int(Path(f"/proc/{process}/statm").read_text().split()[1]) for process in processes]
+            return sum(pages) * os.sysconf("SC_PAGE_SIZE")
+        except (OSError, ValueError, IndexError):
+            return None
 
     @property
     @override
@@ -99,7 +147,7 @@ class ProcessTracker(LineTracker):
                 sys.stderr.write(line)
 
     def _read(self) -> None:
-        """Keeps the answers. A program that answers what it was not asked is read no further, so that they stay few."""
+        """Keeps the answers. A program that answers what it was not request is read no further, so that they stay few."""
         assert self._process.stdout
         with self._process.stdout as output:
             while line := output.readline(MAX_LINE):
@@ -108,6 +156,16 @@ class ProcessTracker(LineTracker):
                     break
                 self._answers.put(line)
         self._answers.put("")
+
+
+def _family(process: int) -> list[int]:
+    """A process and what it has started, as far as Linux tells."""
+    family = [process]
+    for each in family:
+        with suppress(OSError):
+            for task in Path(f"/proc/{each}/task").iterdir():
+                family += map(int, (task / "children").read_text().split())
+    return family
 
 
 class CallableTracker(ProcessTracker):
@@ -123,7 +181,7 @@ class CallableTracker(ProcessTracker):
         try:
             line = self._answers.get(timeout=self.timeout)
         except Empty:
-            self._process.kill()
+            self._kill()
             self.close()
             raise TrackerHangs(f"tracker: {self.name!r} made no tracker within {self.timeout:g} s") from None
         if line.strip() != READY:

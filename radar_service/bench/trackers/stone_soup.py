@@ -9,32 +9,30 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.gating import EPOCH, Tuning
 from radar_service.bench.trackers.reckoning import ReckonedTracker
-from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
-from radar_service.numerics.constants import KNOT
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
 from radar_service.plots.plot import Plot
 from radar_service.terminal.extras import extra
 
-
-def gnn(scenario: Scenario) -> Tracker:
-    """Returns the reference tracker with nearest neighbours, as a scenario tunes it."""
-    return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, "gnn")))
+LEAST_CLUTTER = 1e-8  # false plots per m^2 where hardly any are told
 
 
-def jpda(scenario: Scenario) -> Tracker:
-    """Returns the reference tracker with joint probabilities, as a scenario tunes it."""
-    return ReckonedTracker(StoneSoupTracker(tuning_of(scenario, "jpda")))
+def gnn(sheet: DataSheet) -> Tracker:
+    """Returns the reference tracker with nearest neighbours, tuned by a data sheet."""
+    return ReckonedTracker(StoneSoupTracker(tuning_of(sheet, "gnn")))
 
 
-def tuning_of(scenario: Scenario, association: Literal["gnn", "jpda"]) -> Tuning:
-    """Returns the tuning that a scenario gives the reference tracker."""
-    settings = scenario.tracker
+def jpda(sheet: DataSheet) -> Tracker:
+    """Returns the reference tracker with joint probabilities, tuned by a data sheet."""
+    return ReckonedTracker(StoneSoupTracker(tuning_of(sheet, "jpda")))
+
+
+def tuning_of(sheet: DataSheet, association: Literal["gnn", "jpda"]) -> Tuning:
+    """Returns how the reference tracker is tuned: the same but for what the data sheet tells."""
     return Tuning(
-        association=association, range_error=settings.range_error_m,
-        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
-        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
+        association=association, range_error=sheet.range_error, bearing_error=sheet.bearing_error, glint=sheet.glint,
+        clutter=max(sheet.false_plots / (np.pi * sheet.range_max**2), LEAST_CLUTTER),
     )  # fmt: skip
 
 
@@ -91,7 +89,7 @@ def detection(plot: Plot, tuning: Tuning) -> Any:
     angle = np.pi / 2.0 - plot.bearing
     own = np.array([[plot.east - plot.range * np.sin(plot.bearing)], [plot.north - plot.range * np.cos(plot.bearing)]])
     model = CartesianToBearingRange(
-        ndim_state=4, mapping=(0, 2), noise_covar=np.diag([tuning.bearing_error**2, tuning.range_error**2]),
+        ndim_state=4, mapping=(0, 2), noise_covar=np.diag(np.square(tuning.errors_at(plot.range))[::-1]),
         translation_offset=own,
     )  # fmt: skip
     return Detection(

@@ -13,6 +13,31 @@ Vector = Floats | Sequence[float]
 
 
 @dataclass(frozen=True, kw_only=True)
+class DataSheet:
+    """What a tracker is told of its radar before the first scan: all that it may be tuned by. SI, angles [rad].
+
+    rpm: turns of the antenna in a minute.
+    beamwidth: horizontal, one-way half power.
+    cell: size of a range cell [m].
+    range_max: far end of the profile [m].
+    range_error, bearing_error: standard deviations of the plots of points.
+    glint: standard deviation along which the echo of a ship wanders [m], above its plot's errors; 0 of points.
+    false_plots: mean number of a scan, of noise and other objects; those of sea, rain and land come on top.
+    sensors: profile of the errors of own ship's sensors, as `imo-2004`; "none" where they are true.
+    """
+
+    rpm: float = 24.0
+    beamwidth: float = 0.026
+    cell: float = 5.0
+    range_max: float = 4000.0
+    range_error: float = 5.0
+    bearing_error: float = 0.00175
+    glint: float = 0.0
+    false_plots: float = 0.0
+    sensors: str = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
 class TrackerInput:
     """The plots of one scan, and own ship as her sensors report her at the end of it. SI, angles [rad] from true north.
 

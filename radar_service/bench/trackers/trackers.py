@@ -7,37 +7,37 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 from radar_service import plug_ins
-from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
-from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.tracker import DataSheet, Tracker
 from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTracker
 
 
-def tracker_for(name: str, scenario: Scenario, header: Mapping[str, Any]) -> Tracker:
+def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | None = None) -> Tracker:
     """Returns a new tracker by name.
 
     The name of an entry point of the group of trackers, as "gnn" and "jpda", the reference; "ws://..." or "wss://...": a server;
     "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
-    header: what a server or command gets first.
+    header: what a server or command gets first, with `radar`, the data sheet, by which a reference is tuned.
+    sealed: folders that a program cannot read; None for an open run.
     Commands and callables of others run in processes of their own. Raises TrackerError, PlugInError, and MissingExtra.
     """
     if is_built_in(name):
-        return cast(Tracker, plug_ins.load("trackers", name)(scenario))
+        return cast(Tracker, plug_ins.load("trackers", name)(DataSheet(**header["radar"])))
     if name.startswith(SCHEMES):
         return WebsocketTracker(name, header)
     if name in plug_ins.names("trackers"):
         entry = plug_ins.entry("trackers", name)
         try:
-            return CallableTracker(entry.value, header)
+            return CallableTracker(entry.value, header, sealed=sealed)
         except TrackerError as error:
             raise type(error)(str(plug_ins.broken(entry, error))) from None
-    return CallableTracker(name, header) if _is_callable(name) else ProcessTracker(name, header)
+    return (CallableTracker if _is_callable(name) else ProcessTracker)(name, header, sealed=sealed)
 
 
 def program_digest(name: str) -> str:
@@ -57,7 +57,7 @@ def program_digest(name: str) -> str:
 
 
 def is_built_in(name: str) -> bool:
-    """Whether it is the name of a tracker of this package, a function of the scenario, which runs in this process."""
+    """Whether it is the name of a tracker of this package, a function of the data sheet, which runs in this process."""
     return name in plug_ins.names("trackers") and plug_ins.is_own(plug_ins.entry("trackers", name))
 
 

@@ -10,9 +10,10 @@ import pytest
 from radar_service.bench.kept_plots import observed_run
 from radar_service.bench.ladder.ranking import leaderboard
 from radar_service.bench.ladder.series import Ladder, ladders, load_ladder
-from radar_service.bench.run import answered
+from radar_service.bench.run import answered, data_sheet
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scoring import metrics_of
+from radar_service.bench.single_run import header_of
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for
@@ -23,11 +24,11 @@ pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
 
 SEEDS = 8  # of which equal signs have a p of 0.008
 MAKERS: dict[str, Callable[[Scenario], Tracker]] = {
-    "gnn": lambda rung: tracker_for("gnn", rung, {}),
-    "jpda": lambda rung: tracker_for("jpda", rung, {}),
-    "Kalman": lambda rung: ReckonedTracker(known.Kalman(rung.tracker)),
-    "narrow": lambda rung: ReckonedTracker(known.NarrowGate(rung.tracker)),
-    "unfiltered": lambda rung: known.Unfiltered(rung.tracker),
+    "gnn": lambda rung: tracker_for("gnn", header_of(rung, 0)),
+    "jpda": lambda rung: tracker_for("jpda", header_of(rung, 0)),
+    "Kalman": lambda rung: ReckonedTracker(known.Kalman(data_sheet(rung))),
+    "narrow": lambda rung: ReckonedTracker(known.NarrowGate(data_sheet(rung))),
+    "unfiltered": lambda rung: known.Unfiltered(data_sheet(rung)),
 }
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
-from radar_service.bench.scores.scoring import CROSSINGS, at_power_centroids, scores
+from radar_service.bench.scores.scoring import CROSSINGS, at_power_centroids, effort, scores
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 
 
@@ -106,3 +106,14 @@ def test_targets_are_not_mixed() -> None:
     one, other = ship([(6.0, 0.0)])[0], replace(truth("buoy", 0.0, 0.0, 500.0, speed=0.0))
     both = at_power_centroids([replace(one, truths=(*one.truths, other))])[0]
     assert [truth.position for truth in both.truths] == [pytest.approx((6.0, 1000.0)), (0.0, 500.0)]
+
+
+def test_time_of_answers_and_growth_of_memory() -> None:
+    """95 % of the answers, by an answer that was given; memory over the second half, so that a start does not count."""
+    run = [
+        replace(one, seconds=2.0 if scan % 10 == 0 else 0.1, memory=10**9 + 20 * 10**6 * scan if scan > 10 else 10**6)
+        for scan, one in enumerate(results())
+    ]
+    assert effort(run) == {"answer_turns": pytest.approx(2.0 / 2.5), "growth_mb": pytest.approx(20.0)}
+    assert effort([replace(one, memory=None) for one in run]) == {"answer_turns": pytest.approx(2.0 / 2.5)}
+    assert effort(results()) == {}

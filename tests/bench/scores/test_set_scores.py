@@ -116,11 +116,11 @@ class _ByName:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_parts_of_ospa_add_up(seed: int) -> None:
+def test_the_parts_of_gospa_add_up(seed: int) -> None:
     for scan in judged(drawn(seed)).scans[BEGIN:]:
         parts = ospa_parts(scan)
-        squares = sum(parts[f"ospa_{name}_m"] ** 2 for name in ("localisation", "missed", "false"))
-        assert squares == pytest.approx(parts["ospa_m"] ** 2, rel=1e-12)
+        squares = sum(parts[f"gospa_{name}_m"] ** 2 for name in ("localisation", "missed", "false"))
+        assert squares == pytest.approx(parts["gospa_m"] ** 2, rel=1e-12)
 
 
 def test_the_first_minute_and_the_time_after_vanishing_are_free() -> None:
@@ -134,7 +134,7 @@ def test_the_first_minute_and_the_time_after_vanishing_are_free() -> None:
             made.append(ScanResult(given(scan), tuple(tracks), (one, replace(two, visible=scan < 50))))
         run = judged(made)
         assert set_scores(run)["completeness"] == 1.0
-        assert ospa_parts(run.scans[70])["ospa_false_m"] == pytest.approx(false / np.sqrt(2.0))
+        assert ospa_parts(run.scans[70])["gospa_false_m"] == pytest.approx(false / np.sqrt(2.0))
 
 
 def test_localisation_is_a_share_of_what_points_and_ships_may_have() -> None:

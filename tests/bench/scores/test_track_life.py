@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from radar_service.bench.scores.judged_scan import judged
-from radar_service.bench.scores.scan_result import ScanResult
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings
 from radar_service.bench.scores.track_life import life_scores
 from tests.bench.scores.test_scoring import given, track, truth
 
@@ -65,3 +65,23 @@ def test_a_stale_state_of_what_has_vanished_is_still_there() -> None:
         state = track("a", replace(one, time=2.5 * min(scan, 29)))
         made.append(ScanResult(given(scan), (state,), (one,)))
     assert life_scores(judged(made))["gone_scans"] == 40.0
+
+
+def test_false_tracks_of_an_hour_are_counted_by_name_and_told_apart_from_those_of_land() -> None:
+    """Three minutes: a ghost of one name counts once, one of a new name in each scan counts each time; land has its own."""
+    made = []
+    for scan in range(72):
+        one = truth("t", 2.5 * scan, 0.0, 1000.0)
+        tracks = (
+            track("a", one),
+            track("b", one, 500.0),
+            track(f"c{scan}", one, -3000.0),
+            track("stale", one, 9e3, later=-99.0),
+        )
+        made.append(ScanResult(given(scan), tracks, (one,)))
+    coast = Surroundings(((-2000.0, 1000.0), (-1950.0, 1000.0)), "sea")
+    scores = life_scores(judged(made), coast)
+    by_land = {scan for scan in range(72) if min(abs(25.0 * scan - 3000.0 + each) for each in (2000.0, 1950.0)) < 200.0}
+    assert scores["false_land_h"] == 20.0 * len(by_land) > 0.0
+    assert scores["false_sea_h"] == 20.0 * (74 - len(by_land))
+    assert life_scores(judged(made))["false_noise_h"] == 20.0 * 74 and "false_land_h" not in life_scores(judged(made))

@@ -1,5 +1,6 @@
 """Trackers in Python run in a process of their own, and are checked as any program is."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.bench.trackers.json_lines import TrackerError, TrackerHangs
 from radar_service.bench.trackers.process_tracker import CallableTracker
+from radar_service.bench.trackers.tracker import DataSheet
 from tests.bench.trackers.test_stone_soup import given, plot
 
 TRACKER = """
@@ -74,3 +76,11 @@ def test_a_callable_that_waits_for_ever_hangs(folder: Path) -> None:
 def test_a_scan_arrives_as_it_was_sent() -> None:
     sent = given(3, (plot(8.0, 100.0, 200.0), plot(9.0, -100.0, 200.0)))
     assert scan_of(sent.as_dict()) == sent
+
+
+def test_a_callable_that_begins_is_told_the_data_sheet(folder: Path) -> None:
+    code = TRACKER.replace("    def update", "    def begin_run(self, sheet):\n        self.sheet = sheet\n\n    def update")
+    (folder / "mine.py").write_text(code.replace("str(os.getpid())", "str(self.sheet.range_error)"))
+    tracker = CallableTracker("mine:Mine", {"radar": asdict(DataSheet(range_error=7.5))})
+    assert [state.track for state in tracker.update(given(0, (plot(1.0, 100.0, 200.0),)))] == ["7.5"]
+    tracker.close()

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from radar_service.bench.run import answered
+from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.trackers import process_tracker
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import ProcessTracker
@@ -97,6 +99,55 @@ def test_an_answer_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(process_tracker, "MAX_LINE", 1000)
     tracker = ProcessTracker(program(tmp_path, "print('x' * 10_000, flush=True)\ninput()\ninput()\ninput()"), {"seed": 0})
     with pytest.raises(TrackerError, match="it has 1000 characters or more"):
+        tracker.update(given(0, ()))
+    tracker.close()
+
+
+LEAKS = """
+import json, os, sys, time
+kept, children = [], []
+for line in sys.stdin:
+    scan = json.loads(line)
+    if scan["type"] == "scan":
+        {wrong}
+        print(json.dumps({{"type": "tracks", "scan": scan["scan"], "tracks": []}}), flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc is absent")
+def test_memory_is_that_of_the_program_and_of_what_it_starts(tmp_path: Path) -> None:
+    """20 MB a scan, in a child."""
+    leak = "kept.append(bytearray(b'x') * 20_000_000)"
+    for wrong in (leak, f"pid = os.fork()\n        if not pid:\n            {leak}\n            time.sleep(60)"):
+        tracker = ProcessTracker(program(tmp_path, LEAKS.format(wrong=wrong)), {})
+        tracker.update(given(0, ()))
+        first = tracker.memory or 0
+        for scan in range(1, 4):
+            tracker.update(given(scan, ()))
+        later = tracker.memory or 0
+        tracker.close()
+        assert later - first > (55e6 if wrong == leak else 0.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc is absent")
+def test_a_program_that_forks_without_end_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process_tracker, "MAX_PROCESSES", 4)
+    wrong = "[os.fork() or time.sleep(60) for _ in range(5)]"
+    tracker = ProcessTracker(program(tmp_path, LEAKS.format(wrong=wrong)), {})
+    with pytest.raises(TrackerError, match="tracker: '.*' has 6 processes; at most 4"):
+        list(answered([ScanResult(given(0, ()), (), ())], tracker))
+    tracker.close()
+
+
+def test_a_million_tracks_are_refused(tmp_path: Path) -> None:
+    code = """
+import sys
+sys.stdin.readline()
+sys.stdin.readline()
+print('{"type": "tracks", "scan": 0, "tracks": [' + "{}," * 1_000_000 + "{}]}", flush=True)
+"""
+    tracker = ProcessTracker(program(tmp_path, code), {})
+    with pytest.raises(TrackerError, match="the answer to scan 0 has 1000001 tracks; at most 1000"):
         tracker.update(given(0, ()))
     tracker.close()
 

@@ -1,35 +1,36 @@
 """Trackers by name, and what stands behind a name."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
-from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.stone_soup import tuning_of
+from radar_service.bench.trackers.tracker import DataSheet
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.trackers.websocket_tracker import WebsocketTracker
-from tests.bench.test_scenario import SMALL
 from tests.bench.trackers.test_websocket_tracker import plots_as_tracks, server
 
-SCENARIO = Scenario(**SMALL)
+HEADER = {"radar": asdict(DataSheet(range_error=7.0))}
 
 
-def test_the_reference_trackers_have_the_scenario_s_tuning() -> None:
+def test_the_reference_trackers_are_tuned_by_the_data_sheet() -> None:
     pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
-    assert isinstance(tracker_for("gnn", SCENARIO, {}), ReckonedTracker)
-    assert tuning_of(SCENARIO, "jpda").association == "jpda"
+    assert isinstance(tracker_for("gnn", HEADER), ReckonedTracker)
+    assert tuning_of(DataSheet(), "jpda").association == "jpda"
+    assert tuning_of(DataSheet(range_error=7.0), "gnn").range_error == 7.0
 
 
 def test_a_callable_a_command_and_a_server() -> None:
     for name, kind in (("tests.bench.test_run:Noted", CallableTracker), ("cat", ProcessTracker)):
-        tracker = tracker_for(name, SCENARIO, {})
+        tracker = tracker_for(name, HEADER)
         assert type(tracker) is kind
         tracker.close()
     with server(plots_as_tracks) as url:
-        connected = tracker_for(url, SCENARIO, {"seed": 1})
+        connected = tracker_for(url, HEADER)
         assert isinstance(connected, WebsocketTracker)
         connected.close()
 
