@@ -72,8 +72,7 @@ def plots_folder(folder: Path, plots: Path | None) -> Path:
 
 def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path, blind: Blind | None = None) -> list[Job]:
     """Returns the runs that are to be made or read. Names of blind ones, which files have, tell no seed."""
-    same, word = same_for_all(tracker), "run" if blind else "seed"
-    sealed = (() if tracker.startswith(SCHEMES) else blind.sealed) if blind else None
+    same, word, sealed = same_for_all(tracker), "run" if blind else "seed", sealed_of(tracker, blind)
     return [
         Job(
             f"{scenario.name}, {word} {number}, {tracker}",
@@ -85,10 +84,15 @@ def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path
     ]
 
 
+def sealed_of(tracker: str, blind: Blind | None) -> tuple[str, ...] | None:
+    """Returns the folders that a tracker cannot read: none of a server, which runs elsewhere; None for an open run."""
+    return (() if tracker.startswith(SCHEMES) else blind.sealed) if blind else None
+
+
 def check_start(tracker: str, scenario: Scenario, blind: Blind | None) -> None:
     """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
     if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
-        started = tracker_for(tracker, header_of(scenario, None if blind else 0), blind.sealed if blind else None)
+        started = tracker_for(tracker, header_of(scenario, None if blind else 0), sealed_of(tracker, blind))
         if isinstance(started, LineTracker):
             started.close()
 
@@ -126,7 +130,7 @@ def report(
         raise TrackerError(failures[0]["message"])
     return {
         "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
-        "blind": blind and {"salt": blind.salt, "sealed": bool(blind.sealed) and not tracker.startswith(SCHEMES)},
+        "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke) for name, some in runs.items()],
     }  # fmt: skip
 

@@ -31,16 +31,19 @@ class Blind:
 
 
 def blind_for(plots: Path, folder: Path, salt: str | None = None) -> Blind:
-    """Returns how runs are kept from a program: folders of plots and of all their reports are sealed. Raises OSError."""
+    """Returns how runs are kept from a program: folders of plots and of all their reports are sealed.
+
+    salt: for this report alone; the folder of plots keeps its own. Raises OSError.
+    """
     if not can_seal():
         return Blind(salt or secrets.token_hex(16), ())
     path = plots / SALT
     kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    salt = salt or str(kept.get("salt", secrets.token_hex(16)))
+    own = str(kept.get("salt") or secrets.token_hex(16))
     folders = sorted({*kept.get("folders", ()), os.path.realpath(folder)})
     make_folder(plots)
-    write_file(path, json.dumps({"salt": salt, "folders": folders}))
-    return Blind(salt, (os.path.realpath(plots), *folders))
+    write_file(path, json.dumps({"salt": own, "folders": folders}))
+    return Blind(salt or own, (os.path.realpath(plots), *folders))
 
 
 def can_seal() -> bool:

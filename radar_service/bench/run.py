@@ -9,8 +9,8 @@ import numpy as np
 from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotErrors, PlotSettings, Scenario
-from radar_service.bench.scores.scan_result import LAND_STEP, ScanResult, Surroundings, TargetTruth
-from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
+from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor, in_clutter
@@ -28,6 +28,7 @@ from radar_service.world.scene import Scene
 
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
 UNIFORM, BEAM_SPLIT = 12.0**0.5, 15.0  # of an error of one cell at most; a centroid splits a beam so far even in clutter
+LAND_STEP = 50.0  # m between places of land, within which tracks may be false
 ROUNDING = 1e-6  # s: no state is from the future by less
 
 
@@ -43,7 +44,8 @@ def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanRe
         tracks = tuple(tracker.update(result.given))
         seconds = perf_counter() - began
         check_times(tracks, result.given)
-        yield replace(result, tracks=tracks, seconds=seconds, memory=getattr(tracker, "memory", None))
+        memory = tracker.memory if isinstance(tracker, LineTracker) else None
+        yield replace(result, tracks=tracks, seconds=seconds, memory=memory)
 
 
 def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
@@ -84,7 +86,7 @@ def surroundings(scenario: Scenario) -> Surroundings:
         places.append(mask.corner + mask.cell * np.stack([columns, rows], axis=1))
     coarse = np.unique(np.round(np.concatenate([np.empty((0, 2)), *places]) / LAND_STEP), axis=0) * LAND_STEP
     environment = scene.environment
-    clutter = "rain" if environment.rain_mm_h else "sea" if environment.sea_state else "noise"
+    clutter = "rain" if environment.rain_mm_h or environment.attenuators else "sea" if environment.sea_state else "noise"
     return Surroundings(tuple((float(east), float(north)) for east, north in coarse), clutter)
 
 

@@ -15,7 +15,7 @@ from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
-from radar_service.bench.trackers.tracker import Tracker
+from radar_service.bench.trackers.tracker import Tracker, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.terminal.progress import progress
@@ -70,6 +70,7 @@ def missed_limits(scenario: str, seed: int, tracker: Tracker, plots: Path = Path
     """
     loaded = load_scenario(scenario)
     run = observed_run(plots, loaded, seed)
+    begin_run(tracker, data_sheet(loaded))
     return loaded.missed(metrics_of(list(answered(run.results, tracker)), run.around))
 
 

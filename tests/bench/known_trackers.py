@@ -115,8 +115,7 @@ class Imm:
 
     def __init__(self, sheet: DataSheet | None = None) -> None:
         self.sheet = sheet or DataSheet()
-        density = self.sheet.false_plots / (np.pi * self.sheet.range_max**2)
-        self.unlikely = UNLIKELY if density < CLUTTER else UNLIKELY - 1
+        self.unlikely = UNLIKELY if self.sheet.clutter < CLUTTER else UNLIKELY - 1
         self.tracks: list[_Track] = []
         self.started = 0
 

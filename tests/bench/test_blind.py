@@ -49,6 +49,8 @@ def test_folders_of_earlier_reports_are_sealed_too(tmp_path: Path) -> None:
     second = blind_for(tmp_path / "plots", tmp_path / "two")
     assert second.salt == first.salt == json.loads((tmp_path / "plots" / SALT).read_text())["salt"]
     assert {*second.sealed} == {str((tmp_path / name).resolve()) for name in ("plots", "one", "two")}
+    assert blind_for(tmp_path / "plots", tmp_path / "two", "told").salt == "told"
+    assert blind_for(tmp_path / "plots", tmp_path / "two").salt == first.salt  # what a report has told is used once
 
 
 def test_where_nothing_can_be_sealed_truth_stays_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

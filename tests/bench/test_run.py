@@ -187,3 +187,5 @@ def test_land_and_what_stands_there_is_where_tracks_are_not_false() -> None:
     on_land = {place for place in around.land if place != (700.0, 0.0)}
     assert {(-100.0, 950.0), (100.0, 1000.0), (0.0, 900.0)} <= on_land and max(abs(east) for east, _ in on_land) == 100.0
     assert surroundings(Scenario(**SMALL)).land == ()
+    cell = {"noise": True, "rain_cell": [{"position_m": [0, 0], "radius_m": 500, "rain_mm_h": 5}]}
+    assert surroundings(Scenario(**{**SMALL, "scene": {**SMALL["scene"], "environment": cell}})).clutter == "rain"

@@ -6,8 +6,10 @@ import pytest
 
 from radar_service.bench.bench import bench
 from radar_service.bench.kept_plots import observed_run
+from radar_service.bench.run import data_sheet
 from radar_service.bench.scenario import load_scenario
 from radar_service.bench.single_run import missed_limits, same_for_all, single_run
+from radar_service.bench.trackers.tracker import DataSheet
 from radar_service.terminal import progress
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
@@ -96,7 +98,12 @@ def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Pa
     """A good tracker misses nothing, one without velocities a limit of every scenario; the radar is the one of the table."""
     (tmp_path / "mine.toml").write_text(OWN)
     scene, plots = str(tmp_path / "mine.toml"), tmp_path / "plots"
-    assert missed_limits(scene, seed, known.Imm(), plots) == {}
+    told = list[DataSheet]()
+    good = known.Imm()
+    good.begin_run = told.append  # type: ignore[attr-defined]
+    good.memory = {"plots": 0}  # type: ignore[attr-defined]  # of its own: programs alone are asked how much they take
+    assert missed_limits(scene, seed, good, plots) == {}
+    assert told == [data_sheet(load_scenario(scene))]
     assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
     given = observed_run(plots, load_scenario(scene), seed).results[-1].given
     assert (given.east, given.north) == (50.0, 0.0)

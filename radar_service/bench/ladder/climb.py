@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Progress
-from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of
+from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of, sealed_of
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
@@ -73,9 +73,8 @@ def names_of(trackers: Sequence[str], names: Sequence[str] = ()) -> dict[str, st
 
 def _try(tracker: str, rung: Scenario, plots: Path, blind: Blind | None) -> None:
     """Lets a tracker answer the first scans of a rung. Raises TrackerError where it fails."""
-    failure = scored_run(rung.model_copy(update={"scans": TRIED}), 0, tracker, plots, blind.sealed if blind else None)[
-        "failure"
-    ]
+    short = rung.model_copy(update={"scans": TRIED})
+    failure = scored_run(short, 0, tracker, plots, sealed_of(tracker, blind))["failure"]
     if failure:
         raise TrackerError(f"{failure['message']}{f' ({last})' if (last := failure['stderr']) else ''}; no run is made")
 

@@ -1,7 +1,7 @@
 """How well tracks know the motion of their targets: after one and three minutes, after a turn, and in most scans."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -44,49 +44,55 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
         for name in QUANTITIES if errors else ():
             metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
     judged = {body: _velocity_errors(run, body) for body in run.sightings}
+    turning = {body: _turning(run, body) for body in run.sightings}
+    in_turns = [each for body in run.sightings for each in _in_turns(run, body, turning[body])]
     several = {
         "course_after_turn_deg": [error for body in run.sightings for error in _courses_after_turns(run, body)],
         "velocity_kn_median": [float(np.median([error for _, error in some])) for some in judged.values() if some],
-        "velocity_kn_95": [_percentile(some) for body in judged if (some := _straight_errors(run, body, judged[body]))],
-        "turn_lag_s": [lag for body in run.sightings for lag, _ in _in_turns(run, body)],
-        "turn_course_deg": [error for body in run.sightings for _, error in _in_turns(run, body)],
+        "velocity_kn_95": [
+            percentile_95(some) for body in judged if (some := _straight_errors(run, turning[body], judged[body]))
+        ],
+        "turn_lag_s": [lag for lag, _ in in_turns],
+        "turn_course_deg": [error for _, error in in_turns],
         "delay_s": _delay(run),
-        **{name: [time for body in judged for time in _time_to(run, body, judged[body], *of)] for name, of in TIMES.items()},
+        **{
+            name: [time for body in judged if not turning[body] for time in _time_to(run, body, judged[body], *of)]
+            for name, of in TIMES.items()
+        },
     }
     return metrics | {name: _worst(values) for name, values in several.items() if values}
 
 
-def _percentile(errors: Sequence[float]) -> float:
-    """The 95th percentile by an error itself: nothing is computed of inf."""
-    return float(np.percentile(errors, 95.0, method="higher"))
+def percentile_95(values: Sequence[float]) -> float:
+    """Returns the 95th percentile, which is one of the values: nothing is computed of inf."""
+    return float(np.percentile(values, 95.0, method="higher"))
 
 
 def _turning(run: JudgedRun, body: str) -> dict[int, float]:
     """The scans in which a target turns, with its rate [rad/s] to starboard; none where it turns by less than TURN in all."""
-    path = [(k, _truth(scan, body)) for k, scan in enumerate(run.scans) if body in scan.truths]
-    steps = [(k, _course_change(a, b), b.time - a.time) for (_, a), (k, b) in zip(path, path[1:], strict=False)]
+    steps = [*_steps(run, body)]
     turned = {k: change / time for k, change, time in steps if time > 0.0 and abs(change) > TURN_RATE * time}
     return turned if sum(abs(change) for k, change, _ in steps if k in turned) > TURN else {}
 
 
-def _straight_errors(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]]) -> list[float]:
+def _straight_errors(run: JudgedRun, turning: Iterable[int], errors: Sequence[tuple[int, float]]) -> list[float]:
     """The errors of the velocity [kn] in scans before which the target has kept its course for AFTER_TURN."""
     ends = [scan.result.given.time for scan in run.scans]
-    turned = np.array([ends[k] for k in _turning(run, body)])
+    turned = np.array([ends[k] for k in turning])
     return [error for k, error in errors if not ((ends[k] - turned >= 0.0) & (ends[k] - turned < AFTER_TURN)).any()]
 
 
-def _in_turns(run: JudgedRun, body: str) -> Iterator[tuple[float, float]]:
+def _in_turns(run: JudgedRun, body: str, turning: Mapping[int, float]) -> Iterator[tuple[float, float]]:
     """How late the course of a track is in turns [s], by least squares, and its largest error [deg]; inf without a track."""
     lags = []
-    for k, rate in _turning(run, body).items():
+    for k, rate in turning.items():
         scan = run.scans[k]
         if body in scan.due and body in scan.pairs:
             track, (east, north) = scan.tracks[scan.pairs[body]], scan.truths[body].velocity
             behind = math.atan2(east, north) - math.atan2(track.velocity_east, track.velocity_north)
             lags.append((rate, float(wrap_angle(np.asarray(behind)))))
         elif body in scan.due:
-            lags.append((rate, math.inf))
+            lags.append((rate, math.copysign(math.inf, rate)))  # so that turns to both sides add up
     if lags:
         lag = sum(rate * behind for rate, behind in lags) / sum(rate**2 for rate, _ in lags)
         yield abs(lag), math.degrees(max(abs(behind) for _, behind in lags))
@@ -106,9 +112,9 @@ def _delay(run: JudgedRun) -> list[float]:
 
 def _time_to(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]], most: float, within: float) -> Iterator[float]:
     """The time [s] from the acquisition of a target until 95 % of errors [kn] are below the most; inf for never; nothing where
-    the target turns, or the run ends `within` that time [s]."""
+    the run ends `within` that time [s]."""
     first = next((k for k, scan in enumerate(run.scans) if body in scan.pairs), None)
-    if first is None or not errors or _turning(run, body):
+    if first is None or not errors:
         return
     begin = run.scans[first].result.given.time
     share = [np.mean([error > most for _, error in errors[place:]]) for place in range(len(errors))]
@@ -165,15 +171,21 @@ def _courses_after_turns(run: JudgedRun, body: str) -> Iterator[float]:
 
 def _turns(run: JudgedRun, body: str) -> Iterator[int]:
     """The scans in which a target ends a turn after which it keeps its course for AFTER_TURN."""
-    path = [(k, _truth(scan, body)) for k, scan in enumerate(run.scans) if body in scan.truths]
     turned, last, end = 0.0, 0.0, 0
-    for (_, before), (scan, after) in zip(path, path[1:], strict=False):
-        change, time = _course_change(before, after), run.scans[scan].result.given.time
-        if abs(change) > TURN_RATE * (after.time - before.time):
+    for scan, change, lasting in _steps(run, body):
+        time = run.scans[scan].result.given.time
+        if abs(change) > TURN_RATE * lasting:
             turned, last, end = turned + change, time, scan
         elif abs(turned) > TURN and time - last >= AFTER_TURN:
             yield end
             turned = 0.0
+
+
+def _steps(run: JudgedRun, body: str) -> Iterator[tuple[int, float, float]]:
+    """Each scan of a target but its first, with its change of course [rad] and the time [s] since the one before."""
+    path = [(k, _truth(scan, body)) for k, scan in enumerate(run.scans) if body in scan.truths]
+    for (_, before), (k, after) in zip(path, path[1:], strict=False):
+        yield k, _course_change(before, after), after.time - before.time
 
 
 def _course_change(before: TargetTruth, after: TargetTruth) -> float:

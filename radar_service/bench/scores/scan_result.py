@@ -8,8 +8,6 @@ from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved
 from radar_service.numerics.types import Floats
 from radar_service.plots.flood import Flood
 
-LAND_STEP = 50.0  # m
-
 
 @dataclass(frozen=True, kw_only=True)
 class TargetTruth:
@@ -40,7 +38,7 @@ class TargetTruth:
 @dataclass(frozen=True)
 class ScanResult:
     """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
-    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], [bytes], None where nobody knows."""
+    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
@@ -52,7 +50,7 @@ class ScanResult:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Of what tracks may be false. land: places (N, 2) every LAND_STEP of land and of other bodies at rest [m]; clutter: of the
+    """Of what tracks may be false. land: places (N, 2) every 50 m of land and of other bodies at rest [m]; clutter: of the
     rest: "rain", "sea", or "noise" alone."""
 
     land: tuple[tuple[float, float], ...] = ()

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.bench.scores.judged_scan import judged
-from radar_service.bench.scores.motion_scores import motion_scores
+from radar_service.bench.scores.motion_scores import motion_scores, percentile_95
 from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.scores.set_scores import set_scores
@@ -32,9 +32,7 @@ def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
     if not results or not any(result.seconds for result in results):
         return {}
     period = results[-1].given.time / (results[-1].given.scan + 1)
-    turns: dict[str, float | None] = {
-        "answer_turns": float(np.percentile([result.seconds for result in results], 95.0, method="higher")) / period
-    }
+    turns: dict[str, float | None] = {"answer_turns": percentile_95([result.seconds for result in results]) / period}
     later = [result.memory for result in results[len(results) // 2 :] if result.memory]
     return turns | ({"growth_mb": (later[-1] - later[0]) / 1e6 / (len(later) - 1)} if len(later) > 1 else {})
 

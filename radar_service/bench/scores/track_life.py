@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from radar_service.bench.scores.judged_scan import CUTOFF, JudgedRun, JudgedScan, distances, track_at
 from radar_service.bench.scores.scan_result import Surroundings
@@ -79,11 +80,12 @@ def _gaps(run: JudgedRun, body: str, sightings: Sightings) -> Iterator[bool]:
 def _false_tracks(run: JudgedRun, around: Surroundings) -> dict[str, float | None]:
     """How many names in an hour follow no target in some scan: those of land, and all others, which are of noise, sea or rain."""
     ghosts = [ghost for scan in run.scans for ghost in _ghosts(scan)]
-    land = np.reshape(around.land, (-1, 1, 2))
-    near = {name for name, place in ghosts if len(land) and (np.hypot(*(land - place).T) < CUTOFF).any()}
+    land = cKDTree(np.reshape(around.land, (-1, 2)))
+    apart = np.atleast_1d(land.query(np.reshape([place for _, place in ghosts], (-1, 2)))[0])  # inf without land
+    near = {name for (name, _), far in zip(ghosts, apart, strict=True) if far < CUTOFF}
     hours = run.scans[-1].result.given.time / 3600.0 if run.scans else 1.0
     others = {name for name, _ in ghosts} - near
-    return {f"false_{around.clutter}_h": len(others) / hours, **({"false_land_h": len(near) / hours} if len(land) else {})}
+    return {f"false_{around.clutter}_h": len(others) / hours, **({"false_land_h": len(near) / hours} if land.n else {})}
 
 
 def _ghosts(scan: JudgedScan) -> Iterator[tuple[str, tuple[float, float]]]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, TextIO
 
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, begin_run
 from radar_service.plots.plot import Plot
 
 READY = "ready"
@@ -21,8 +21,8 @@ READY = "ready"
 def serve(tracker: Tracker, lines: Iterable[str], answers: TextIO) -> None:
     """Answers each scan of some lines; tells a tracker that has `begin_run` the data sheet of the header."""
     for message in map(json.loads, lines):
-        if "radar" in message and hasattr(tracker, "begin_run"):
-            tracker.begin_run(DataSheet(**message["radar"]))
+        if "radar" in message:
+            begin_run(tracker, DataSheet(**message["radar"]))
         if message["type"] == "scan":
             tracks = [asdict(track) for track in tracker.update(scan_of(message))]
             print(json.dumps({"type": "tracks", "scan": message["scan"], "tracks": tracks}), file=answers, flush=True)

@@ -94,6 +94,11 @@ class LineTracker(ABC):
         return None
 
     @property
+    def memory(self) -> int | None:
+        """Memory of a program [bytes]; None where nobody knows. Raises TrackerError."""
+        return None
+
+    @property
     def last_line(self) -> str:
         """What a program has last written to its standard error; "" where there is nothing."""
         return ""

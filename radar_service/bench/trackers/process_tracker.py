@@ -67,8 +67,10 @@ class ProcessTracker(LineTracker):
             environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.getcwd(), environment.get("PYTHONPATH")]))
             files = [os.path.abspath(program), *(os.path.abspath(word) for word in words[1:] if os.path.isfile(word))]
             rest = [os.path.abspath(word) if os.path.exists(word) else word for word in words[1:]]
-            request = json.dumps({"sealed": [*sealed], "files": files})
-            words = [sys.executable, "-I", "-S", str(SEALED), request, files[0], *rest]
+            words = [files[0], *rest]
+            if sealed:
+                request = json.dumps({"sealed": [*sealed], "files": files})
+                words = [sys.executable, "-I", "-S", str(SEALED), request, *words]
         return subprocess.Popen(
             words, stdin=pipe, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace", start_new_session=True,
             env=environment, cwd=folder,
@@ -122,6 +124,7 @@ class ProcessTracker(LineTracker):
         return self._process.poll()
 
     @property
+    @override
     def memory(self) -> int | None:
         """Memory of the program and its children [bytes], where Linux tells. Raises TrackerError for too many of these."""
         processes = _family(self._process.pid)
@@ -147,7 +150,7 @@ class ProcessTracker(LineTracker):
                 sys.stderr.write(line)
 
     def _read(self) -> None:
-        """Keeps the answers. A program that answers what it was not request is read no further, so that they stay few."""
+        """Keeps the answers. A program that answers without being asked is read no further, so that they stay few."""
         assert self._process.stdout
         with self._process.stdout as output:
             while line := output.readline(MAX_LINE):

@@ -69,7 +69,6 @@ def become_nobody(files: Sequence[str]) -> None:
 
 if __name__ == "__main__":
     request = json.loads(sys.argv[1])
-    if request["sealed"]:
-        become_nobody(request["files"])
-        seal(request["sealed"])
+    become_nobody(request["files"])
+    seal(request["sealed"])
     os.execvp(sys.argv[2], sys.argv[2:])

@@ -32,7 +32,7 @@ def tuning_of(sheet: DataSheet, association: Literal["gnn", "jpda"]) -> Tuning:
     """Returns how the reference tracker is tuned: the same but for what the data sheet tells."""
     return Tuning(
         association=association, range_error=sheet.range_error, bearing_error=sheet.bearing_error, glint=sheet.glint,
-        clutter=max(sheet.false_plots / (np.pi * sheet.range_max**2), LEAST_CLUTTER),
+        clutter=max(sheet.clutter, LEAST_CLUTTER),
     )  # fmt: skip
 
 

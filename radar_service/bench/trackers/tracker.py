@@ -1,5 +1,6 @@
 """What a tracker gets and gives: the plots of one scan, and the states of its tracks, which may be moved on to another time."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
@@ -35,6 +36,11 @@ class DataSheet:
     glint: float = 0.0
     false_plots: float = 0.0
     sensors: str = "none"
+
+    @property
+    def clutter(self) -> float:
+        """False plots of a scan for each m^2 of the range that it covers."""
+        return self.false_plots / (math.pi * self.range_max**2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +91,12 @@ class Tracker(Protocol):
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         """Takes the plots of the next scan; returns the states of all confirmed tracks, best at the time of their plot."""
+
+
+def begin_run(tracker: Tracker, sheet: DataSheet) -> None:
+    """Tells a tracker its radar before the first scan, where it has a method of this name."""
+    if callable(begin := getattr(tracker, "begin_run", None)):
+        begin(sheet)
 
 
 def moved_on(position: Vector, velocity: Vector, time: float) -> Floats:

@@ -164,6 +164,25 @@ def steered(course: Callable[[float], float], late: float = 0.0, reversed_every:
     return made
 
 
+def test_a_track_that_is_lost_in_turns_to_both_sides_has_no_lag() -> None:
+    run = steered(lambda time: math.radians(min(max(time - 60.0, 0.0), 60.0) - min(max(time - 140.0, 0.0), 60.0)), late=2.5)
+    assert motion(run)["turn_lag_s"] == pytest.approx(2.5, abs=0.5)
+    lost = [one if one.given.scan in (34, 65) else replace(one, tracks=one.tracks + beside(one).tracks) for one in run]
+    both = [replace(one, truths=one.truths + beside(other).truths) for one, other in zip(lost, run, strict=True)]
+    assert motion(both)["turn_lag_s"] is None
+
+
+def beside(one: ScanResult) -> ScanResult:
+    """The same target and track under other names, far away."""
+    (truth,), (state,) = one.truths, one.tracks
+    moved = (truth.position[0] + 9000.0, truth.position[1])
+    return replace(
+        one,
+        truths=(replace(truth, body="u", position=moved),),
+        tracks=(replace(state, track="2", east=state.east + 9000.0),),
+    )
+
+
 def test_a_late_track_is_as_late_as_it_is() -> None:
     """By least squares along its course; in a turn of 90 degrees in 90 s by its course, which errs by as many degrees."""
     straight = motion(steered(lambda time: 0.3, late=2.5))
