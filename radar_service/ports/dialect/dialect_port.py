@@ -17,7 +17,7 @@ from radar_service.ports.dialect.announcements import Announcements, DialectSink
 from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT, Dialect, IgnoredError
 from radar_service.ports.port import Service
 from radar_service.ports.port_thread import described
-from radar_service.ports.udp.addresses import Address, bound, join
+from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.radio.state_changes import StateChange
@@ -27,9 +27,7 @@ from radar_service.service.spokes import SpokeSink
 from radar_service.terminal.arguments import UsageError
 
 BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few per cent of a core
-REJOIN = 5.0  # s
 LOOK = 0.1  # s between two looks at what is due
-MAX_DATAGRAMS = 64  # at once
 TRANSMITS = ("running", "behind")  # states of a radar
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
 
@@ -44,9 +42,8 @@ class Listener:
         self.close = self.socket.close
 
     def join_again(self) -> None:
-        """Joins the group again: an interface that was away and came back is in none."""
-        with contextlib.suppress(OSError):  # as a rule it is in the group
-            join(self.socket, self._where)
+        """Joins its group again."""
+        join_again(self.socket, self._where)
 
     def commands(self) -> Iterator[bytes]:
         """Yields those that have come, some at most."""

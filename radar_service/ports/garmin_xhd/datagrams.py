@@ -46,7 +46,7 @@ def heartbeat(identity: int, count: int) -> bytes:
 
 
 def spoke(number: int, metres: int, samples: bytes) -> bytes:
-    """Returns a spoke. number: clockwise from the bow, of SPOKES; metres: where the last sample ends."""
+    """Returns a spoke. number: clockwise from the bow, of 1440; metres: where the last sample ends."""
     length, count = 28 + len(samples), len(samples)
     return struct.pack(
         "<IIHHHHIIBBHHIH", 0x0998, length, 1, length, 8 * number, 0, metres, metres, 0, 0, count, 0x0108, count, 0

@@ -10,13 +10,11 @@ from typing_extensions import override
 
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import Lines
-from radar_service.ports.udp.addresses import Address, bound, join
+from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
 from radar_service.service.token_bucket import TokenBucket
 
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
-MAX_DATAGRAMS = 64  # at once
 RATE, AT_ONCE = 200.0, 100.0  # sentences of one sender a second: as poses
-REJOIN = 5.0  # s: an interface that was away and came back is in no group
 IDLE = 10.0  # s without a line, after which another client takes the place of one
 Count = Callable[[str, int], None]
 
@@ -147,8 +145,7 @@ class UdpReceiver:
         result: list[Received] = []
         if self._clock() - self._joined >= REJOIN:
             self._joined = self._clock()
-            with contextlib.suppress(OSError):  # as a rule it is in the group
-                join(self._socket, self._where)
+            join_again(self._socket, self._where)
         with contextlib.suppress(BlockingIOError):
             for _ in range(MAX_DATAGRAMS):
                 data, (host, port, *_) = self._socket.recvfrom(MAX_READ)

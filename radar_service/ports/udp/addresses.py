@@ -5,6 +5,7 @@ side, or with `--insecure`.
 """
 
 import argparse
+import contextlib
 import errno
 import re
 import socket
@@ -17,6 +18,8 @@ from radar_service.service.access import is_loopback
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
+MAX_DATAGRAMS = 64  # at once
+REJOIN = 5.0  # s: an interface that was away and came back is in no group
 LINK_LOCAL = re.compile("fe[89ab]|ff.[12]:", re.IGNORECASE)  # of IPv6, RFC 4291
 
 
@@ -126,6 +129,12 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
         raise UsageError(f"{option}: {where} cannot be opened ({error.strerror}); give another port or address") from None
     result.setblocking(False)
     return result
+
+
+def join_again(receiving: socket.socket, where: Address) -> None:
+    """Joins the group again: an interface that was away and came back is in none."""
+    with contextlib.suppress(OSError):  # as a rule it is in the group
+        join(receiving, where)
 
 
 def join(receiving: socket.socket, where: Address) -> None:

@@ -15,12 +15,11 @@ from radar_service.ports.nmea_in.receivers import (
     MAX_CLIENTS,
     MAX_READ,
     RATE,
-    REJOIN,
     Receiver,
     TcpReceiver,
     UdpReceiver,
 )
-from radar_service.ports.udp.addresses import Address
+from radar_service.ports.udp.addresses import REJOIN, Address
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.test_senders import HERE, free_port
 
