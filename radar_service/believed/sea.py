@@ -135,8 +135,8 @@ def seen_in_clutter(
 
 
 def no_wave_age(run: Run) -> list[Figure]:
-    """Raises NotExpressed: clutter follows the sea state alone."""
-    raise NotExpressed("clutter follows the sea state; wind and waves of different ages cannot be given apart")
+    """Raises NotExpressed: the level of clutter follows the sea state alone."""
+    raise NotExpressed("clutter follows the sea state in its level; wind and waves of different ages cannot be given apart")
 
 
 MEASUREMENTS: dict[str, Measurement] = {

@@ -148,7 +148,10 @@ def decibels(power: Singles) -> Singles:
 
 
 def noise_threshold_db(noise_power: float) -> float:
-    """Level [dBW] that noise of mean power [W] exceeds with probability PFA: ln(1/PFA) times the mean, exponential law."""
+    """Level [dBW] that noise of mean power [W] exceeds with probability PFA: ln(1/PFA) times the mean, exponential law.
+
+    Of integrated pulses fewer samples exceed it.
+    """
     return 10.0 * math.log10(noise_power * math.log(1.0 / PFA))
 
 

@@ -194,12 +194,8 @@ def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
     edges = 2.0 * (EDGE + fidelity.beam_kernel_width) / rows
     narrow = beam + edges + 4 * PIECE * radar.azimuth_step < MAX_BEAM
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    if (
-        not scene.environment.attenuators
-        and scene.own_ship.at_rest
-        or changed_pattern(radar) is not None
-        or fidelity.azimuths_per_block <= 1
-    ):
+    rests = scene.own_ship.at_rest and not scene.environment.attenuators
+    if rests or changed_pattern(radar) is not None or fidelity.azimuths_per_block <= 1:
         return False
     return narrow and not pulse and _sways_gently(scene)
 

@@ -9,12 +9,10 @@ from typing import Any
 from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
 from radar_service.world.body import Body
-from radar_service.world.materials import is_land
+from radar_service.world.materials import is_land, is_metal
 from radar_service.world.scene import Scene
 
 TABLE = Path(__file__).with_name("believed.toml")
-BODY = "body "
-METAL = ("steel", "aluminium")
 
 
 @cache
@@ -23,11 +21,14 @@ def held() -> dict[str, Any]:
     return tomllib.loads(TABLE.read_text(encoding="utf-8"))
 
 
-def credibility(scene: Scene, items: Sequence[PlanItem]) -> tuple[str, ...]:
-    """Returns a line for each phenomenon that is modelled and was held against published figures, and one for all others."""
+def credibility(scene: Scene, effects: Sequence[PlanItem], bodies: Sequence[PlanItem]) -> tuple[str, ...]:
+    """Returns a line for each phenomenon that is modelled and was held against published figures, and one for all others.
+
+    effects, bodies: what the plan says of effects, and of each body of the scene.
+    """
     outside, rows, others = held()["outside"], held()["rows"], list[str]()
     lines = []
-    for name in dict.fromkeys(_phenomena(scene, items)):
+    for name in dict.fromkeys(_phenomena(scene, effects, bodies)):
         if name not in rows:
             others.append(name)
             continue
@@ -37,14 +38,14 @@ def credibility(scene: Scene, items: Sequence[PlanItem]) -> tuple[str, ...]:
     return (*lines, *([f"held against nothing published: {', '.join(others)}"] if others else []))
 
 
-def _phenomena(scene: Scene, items: Sequence[PlanItem]) -> Iterator[str]:
-    """Yields the phenomena that a plan models: its effects, and the kinds of its bodies."""
+def _phenomena(scene: Scene, effects: Sequence[PlanItem], bodies: Sequence[PlanItem]) -> Iterator[str]:
+    """Yields what is modelled: effects, and kinds of bodies."""
     if scene.radar.scales:
         yield "set that is sold"
-    for item in items:
-        if item.modelled and not item.what.startswith(BODY):
+    for item in effects:
+        if item.modelled:
             yield item.what.removesuffix(", heave")
-    for body, item in zip(scene.bodies, [each for each in items if each.what.startswith(BODY)], strict=True):
+    for body, item in zip(scene.bodies, bodies, strict=True):
         if item.modelled:
             yield _kind(body)
 
@@ -59,4 +60,4 @@ def _kind(body: Body) -> str:
         return "land"
     if not scattering_model(body).by_aspect or not body.is_vessel:
         return "other bodies"
-    return "metal ships" if body.material.name in METAL else "boats"
+    return "metal ships" if is_metal(body.material) else "boats"

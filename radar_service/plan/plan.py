@@ -109,18 +109,18 @@ def _counted(counts: Counts) -> str:
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as its statistics are known."""
     errors, items = _field_errors(scene, fidelity), bodies(scene, fidelity, statistics)
-    choices = (*effects(scene, fidelity, statistics), *items)
+    phenomena = effects(scene, fidelity, statistics)
     return Plan(
         fidelity.name,
         arithmetic(),
-        choices,
+        (*phenomena, *items),
         asdict(fidelity),
         errors,
         statistics.counts,
         statistics.costs,
         None if statistics.costs is None else realtime_factor(scene, statistics.costs),
         (*_caveats(scene, fidelity, errors), *_weak_bodies(fidelity, items)),
-        credibility(scene, choices),
+        credibility(scene, phenomena, items),
     )
 
 

@@ -46,7 +46,7 @@ class MarineThreshold:
     """The threshold of a ship's radar in sea, rain and land. Cells that are NaN, such as land, have no part in any level.
 
     radar: whose spokes they are.
-    pfa: probability of false alarm per cell of noise or clutter.
+    pfa: probability of false alarm per cell of noise or clutter; less where pulses of a spoke are integrated.
     guard: length on each side of a cell that is left out [m].
     window: length on each side that counts [m].
     """

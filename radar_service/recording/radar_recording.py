@@ -29,7 +29,7 @@ from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.scene_file.document import model_and_folder, model_at_range
+from radar_service.scene_file.document import model_and_folder, model_at_range, radar_table
 from radar_service.service.codecs.native import messages
 from radar_service.service.codecs.native.source_fields import source_fields
 from radar_service.service.feed_request import View
@@ -54,26 +54,17 @@ def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, 
     """Returns the scene of a scene request as its file has it, and the SHA-256 of each file that it names, by its name.
 
     The rate of rotation and the range scale are those of the scene request. The document is None where the scene's file has
-    gone; so is the hash of a file.
+    gone or no longer has that scale; so is the hash of a file.
     """
     try:
         model, folder = model_and_folder(scene_request.scene_input, None)
+        model = model_at_range(model, scene_request.radar, scene_request.range_m)
     except SceneError:
         return None, {}
-    model = model_at_range(model, scene_request.radar, scene_request.range_m)
     document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
     if scene_request.rpm is not None:
-        document["radar"] = _at_rpm(document.get("radar", {}), scene_request)
+        radar_table(document, scene_request.radar)["rpm"] = scene_request.rpm
     return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
-
-
-def _at_rpm(radar: Any, scene_request: SceneRequest) -> Any:
-    """The table, or the tables of several radars, with the rate of rotation of a scene request for the radar that it names."""
-    if isinstance(radar, dict):
-        return radar | {"rpm": scene_request.rpm}
-    names = [each.get("id") for each in radar]
-    number = 0 if scene_request.radar is None else names.index(scene_request.radar)
-    return [each | ({"rpm": scene_request.rpm} if k == number else {}) for k, each in enumerate(radar)]
 
 
 def _file_names(part: Any) -> Iterator[str]:

@@ -61,11 +61,17 @@ def model_at_range(model: SceneModel, radar_id: str | None, range_m: float | Non
     if range_m is None:
         return model
     document: dict[str, Any] = model.model_dump(exclude_unset=True)
-    radars = document.get("radar", {})
-    changed = [radars] if isinstance(radars, dict) else [each for each in radars if radar_id in (None, each["id"])][:1]
-    for table in changed:
-        table["range_max_m"] = range_m
+    radar_table(document, radar_id)["range_max_m"] = range_m
     return validated(document)
+
+
+def radar_table(document: dict[str, Any], radar_id: str | None) -> dict[str, Any]:
+    """Returns the table of the radar of this id in the content of a scene, the first for None; an empty one is added to none."""
+    radars = document.setdefault("radar", {})
+    if isinstance(radars, dict):
+        return radars
+    table: dict[str, Any] = next(each for each in radars if radar_id in (None, each["id"]))
+    return table
 
 
 def packaged_scenes() -> list[str]:

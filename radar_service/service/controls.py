@@ -104,7 +104,10 @@ CONTROLS = (
         unit="m", example=5000, minimum=10, scene_maximum=_longest_range,
     ),
     _display(
-        "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
+        "gain",
+        "1 dB per percent; at 50 a noise sample shows with probability 1e-4, less where pulses are integrated; "
+        "switches auto gain off",
+        50, gain_auto=False,
     ),
     _display_switch("gain_auto", "Auto gain", "one false alarm in 1e6 samples of noise, and of what auto sea leaves"),
     _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),

@@ -69,6 +69,11 @@ GROUND_ROUGHNESS = {
 }  # fmt: skip
 
 
+def is_metal(material: Material) -> bool:
+    """Whether a surface reflects more than half of the power."""
+    return power_reflectivity(material.name) > 0.5
+
+
 def power_reflectivity(material: str) -> float:
     """Returns the power reflectivity (0 to 1) of a smooth surface of a known material at normal incidence."""
     return float(10.0 ** (_REFLECTIVITY_DB[material] / 10.0))

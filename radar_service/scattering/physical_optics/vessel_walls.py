@@ -9,14 +9,13 @@ from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.world.body import Body
 from radar_service.world.environment import Environment
 from radar_service.world.large_mesh import mesh_sample
-from radar_service.world.materials import power_reflectivity
+from radar_service.world.materials import is_metal
 
 STEEPEST = 0.5  # of a wall's normal, its rise: flatter surfaces are decks and roofs, which waves graze
 UPRIGHT = np.deg2rad(0.1)  # off upright: a wall 10 m high then leans by half a wavelength of X band
 MOST_UPRIGHT = 0.2  # of the area of walls: plain hulls and shipped meshes have 0.27 to 0.84, other hull types 0.04 to 0.13
 FACING = np.deg2rad(5.0)  # off a wall's normal: farther off the echo of a flat wall is 50 dB below its flash
 MOST_DARK = 0.5  # of all aspects: plain hulls have 0.55 to 0.71, shipped meshes 0.04 to 0.36, other hull types 0.01 to 0.2
-METAL = 0.5  # power reflectivity above which a wall is metal
 ASPECTS = 720
 NAMED = 2  # bodies that a common sentence names
 
@@ -40,7 +39,7 @@ def upright_warnings(bodies: Sequence[Body], environment: Environment) -> list[s
     shares = {
         body.name: share
         for body in bodies
-        if power_reflectivity(body.material.name) > METAL and body.motion.sway is None
+        if is_metal(body.material) and body.motion.sway is None
         if (walls := _walls(body)) is not None and (share := upright_share(*walls)) > MOST_UPRIGHT
     }
     if not shares:

@@ -5,18 +5,16 @@ from functools import partial
 import numpy as np
 
 from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.propagation.attenuation import rain_db_per_km
 from radar_service.propagation.radar_equation import elevation_gain
-from radar_service.radar.parameters import Radar, horizon
+from radar_service.radar.parameters import horizon
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights
 from radar_service.stages.clutter.rain_cell import RainCells
-from radar_service.stages.clutter.resolution_cell import ResolutionCell, unit_power
+from radar_service.stages.clutter.resolution_cell import TWO_WAY_EXTENT, ResolutionCell, two_way_gain, unit_power
 from radar_service.world.scene import Scene
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)
 RAIN_HEIGHT = 3000.0  # m above the sea: rain begins where snow melts, 0.36 km above 0 C in Rec. P.839; a temperate autumn
 RAYS = 8  # in the width of two-way power, over which cells are averaged: an edge along the beam moves power by 0.5 dB steps
-EXTENT = 2.0  # two-way widths each side: past the first null of a sinc^2 beam, and its power is 53 dB down beyond
 
 
 def reflectivity(rain_mm_h: float, wavelength: float) -> float:
@@ -61,11 +59,6 @@ def rain_power(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radiu
     return eta * cell.area(distance) * distance * height * unit_power(scene, distance)
 
 
-def _two_way(radar: Radar, offset: Floats) -> Floats:
-    """Two-way power gain at offsets from boresight [rad]."""
-    return radar.azimuth_gain(offset) ** 2
-
-
 class RainRows:
     """Rain with cells at any azimuths: its power, and what its cells leave of power from behind. Safe for several threads."""
 
@@ -77,7 +70,7 @@ class RainRows:
         self._uniform = reflectivity(scene.environment.rain_mm_h, radar.wavelength)
         self._unit, rays = unit, int(np.ceil(2.0 * np.pi / width * RAYS))
         self._rows = AzimuthRowCache(rays, self._make, revision=scene.own_revision)
-        self._beam = BeamWeights(radar.azimuths, rays, partial(_two_way, radar), EXTENT * width, order=1)
+        self._beam = BeamWeights(radar.azimuths, rays, partial(two_way_gain, radar), TWO_WAY_EXTENT * width, order=1)
         self._apart = (self._uniform * unit).astype(np.float32)
 
     def at(self, number: Indices) -> tuple[Singles, Singles | None]:
@@ -85,7 +78,7 @@ class RainRows:
         numbered from the start; where the beam meets no cell, power (n,) and None."""
         first, stop, weights = self._beam.at(number)
         rows = self._rows.span(first, stop)
-        if (rows[:, -1] == 1.0).all():
+        if (rows[:, : len(self._unit)] == self._apart).all() and (rows[:, -1] == 1.0).all():
             return self._apart, None
         mean = weights @ rows
         return mean[:, : len(self._unit)], mean[:, len(self._unit) :]
@@ -101,11 +94,7 @@ class RainRows:
         for cell, rows, inside in self._cells.paths(self._scene.antenna(time), time, 2.0 * np.pi * turns, self._edges):
             step = self._edges[0, 1]
             eta[rows] += reflectivity(cell.rain_mm_h, radar.wavelength) / step * np.diff(inside, axis=1)
-            db[rows] += (
-                rain_db_per_km(cell.rain_mm_h, radar.polarization, radar.frequency)
-                / 1000.0
-                * (inside[:, 1:] + inside[:, :-1])
-            )
+            db[rows] += cell.db_per_m(radar) * (inside[:, 1:] + inside[:, :-1])
         share = np.ones_like(db)
         wet = np.flatnonzero(db[:, -1] > 0.0)
         share[wet] = 10.0 ** (db[wet] / -10.0)

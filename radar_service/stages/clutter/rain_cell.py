@@ -80,6 +80,10 @@ class RainCell:
         """Returns the centre (..., 2) [m] on the map at times of any shape [s]."""
         return np.asarray(self.centre + np.multiply.outer(time, self.velocity))
 
+    def db_per_m(self, radar: Radar) -> float:
+        """Returns the one-way attenuation of its rain [dB/m] (ITU-R P.838)."""
+        return rain_db_per_km(self.rain_mm_h, radar.polarization, radar.frequency) / 1000.0
+
     def paths(self, offset: Floats, sine: Floats, cosine: Floats, distance: Floats) -> tuple[Indices, Floats]:
         """Which rays (R,) meet the cell's circle, and how much of these lies in the cell up to distances: (R, N) [m].
 
@@ -140,7 +144,7 @@ class RainCells(Attenuator):
         """Returns the attenuation (E,) [dB] as of uniform rain (ITU-R P.838), over the part of each line inside cells."""
         lost = np.zeros(len(lines.azimuth))
         for cell, rows, inside in self.paths(lines.antenna, lines.time, lines.azimuth, lines.distance[:, None]):
-            lost[rows] += rain_db_per_km(cell.rain_mm_h, radar.polarization, radar.frequency) / 1000.0 * inside[:, 0]
+            lost[rows] += cell.db_per_m(radar) * inside[:, 0]
         return lost
 
     @property

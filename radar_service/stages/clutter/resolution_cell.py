@@ -7,10 +7,12 @@ import numpy as np
 from radar_service.numerics.types import Floats, Gain, Indices, Profiles
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.radar_equation import received_amplitude
+from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression
 from radar_service.world.scene import Scene
 
 MIN_CLUTTER_TO_NOISE = 10.0**-1.5  # weaker clutter is not added: it would raise the noise by less than 0.14 dB
+TWO_WAY_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,11 @@ def resolution_cell(gain: Gain, compression: Compression, range_step: float) -> 
     offset = (np.arange(2**16, dtype=np.float64) + 0.5) * (2.0 * np.pi / 2**16) - np.pi
     width = float(np.mean(gain(offset) ** 2) * 2.0 * np.pi)
     return ResolutionCell(width, float(np.mean(pulse_power(compression))) * range_step)  # Parseval
+
+
+def two_way_gain(radar: Radar, offset: Floats) -> Floats:
+    """Two-way power gain at offsets from boresight in azimuth [rad]."""
+    return radar.azimuth_gain(offset) ** 2
 
 
 def pulse_power(compression: Compression) -> Floats:

@@ -10,7 +10,7 @@ from radar_service.numerics.constants import GRAVITY
 from radar_service.numerics.types import Floats
 from radar_service.world.seaway import wind_speed
 
-MAX_SEA_STATE = 6  # the data behind sigma0 end here; in sigma0 higher seas count as this one
+MAX_MEASURED_STATE = 6  # the data behind sigma0 end here; in sigma0 higher seas count as this one
 MAX_GRAZING_DEG = 60.0  # the fit of sigma0 ends here; larger angles count as this one
 
 # NRL 2012, coefficients c1 to c5 by polarization.
@@ -32,7 +32,7 @@ def mean_sigma0(grazing: Floats, frequency: float, sea_state: float, polarizatio
     c1, c2, c3, c4, c5 = _SIGMA0[polarization]
     above = grazing > 0
     psi = np.minimum(np.rad2deg(np.where(above, grazing, 1.0)), MAX_GRAZING_DEG)
-    sea = min(sea_state, MAX_SEA_STATE)
+    sea = min(sea_state, MAX_MEASURED_STATE)
     level_db = c1 + c2 * np.log10(np.sin(np.deg2rad(psi))) + c5 * psi**2
     level_db += (27.5 + c3 * psi) * np.log10(frequency / 1e9) / (1.0 + 0.95 * psi)
     level_db += c4 * (1.0 + sea) ** (1.0 / (2.0 + 0.085 * psi + 0.033 * sea))

@@ -10,7 +10,7 @@ from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import Radar
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
 from radar_service.stages.clutter.effect import TEXTURE_SHAPE
-from radar_service.stages.clutter.resolution_cell import ResolutionCell, unit_power
+from radar_service.stages.clutter.resolution_cell import TWO_WAY_EXTENT, ResolutionCell, two_way_gain, unit_power
 from radar_service.stages.clutter.sea import (
     mean_sigma0,
     peak_wave_period,
@@ -29,7 +29,6 @@ from radar_service.world.scene import Scene
 from radar_service.world.wave_drawing import drawn_waves
 
 TEXTURE_BLOCK = 64  # rows of texture computed together
-TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
 COLUMN = 0.25, 0.5  # of the shortest 1/e length along range: the length of a column of texture, and its maximum where the
 # radar cannot resolve it. A column of half of it lengthens the correlation by 4 %
 PHASES = 8  # of the beam between rows, over which the overlap of its weights is averaged
@@ -127,7 +126,7 @@ def prepare_sea(
     grid = _texture_grid(
         scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
     )
-    gain, reach = partial(_stretched_gain, radar, stretch), stretch * TEXTURE_EXTENT * cell.width
+    gain, reach = partial(_stretched_gain, radar, stretch), stretch * TWO_WAY_EXTENT * cell.width
     rows = (
         WaveRows(waves, grid, _row_weights(rows_per_scan, gain, reach))
         if waves
@@ -180,7 +179,7 @@ def _stretch(shape: float) -> float:
 
 def _stretched_gain(radar: Radar, stretch: float, offset: Floats) -> Floats:
     """Two-way power gain, `stretch` times as wide."""
-    return radar.azimuth_gain(offset / stretch) ** 2
+    return two_way_gain(radar, offset / stretch)
 
 
 def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
@@ -196,8 +195,7 @@ def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
 
 def _row_weights(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
     """The beam's weights (2 M + 1,) on rows about one on boresight; their squares add up to 1."""
-    reach = int(np.floor(extent * rows_per_scan / (2.0 * np.pi) + 1e-9))
-    weights = gain(np.arange(-reach, reach + 1, dtype=np.float64) * (2.0 * np.pi / rows_per_scan))
+    _, _, (weights,) = beam_weights(np.zeros(1), rows_per_scan, gain, extent)
     return np.asarray(weights / np.sqrt(np.sum(weights**2)))
 
 

@@ -12,7 +12,7 @@ from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE
 from radar_service.stages.clutter.rain import RAIN_HEIGHT, RAYS
 from radar_service.stages.clutter.rain_cell import RainCells
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, resolution_cell
-from radar_service.stages.clutter.sea import MAX_SEA_STATE, beyond_measured_shapes
+from radar_service.stages.clutter.sea import MAX_MEASURED_STATE, beyond_measured_shapes
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
@@ -52,22 +52,22 @@ class ClutterStage(Stage):
     def plan(cls, scene: Scene, fidelity: Fidelity, microseconds: float | None) -> Sequence[PlanItem]:
         environment = scene.environment
         sea, rain = environment.sea_state, environment.rain_mm_h
-        fit = "" if sea <= MAX_SEA_STATE else f" (as {MAX_SEA_STATE}, the highest measured)"
+        fit = "" if sea <= MAX_MEASURED_STATE else f" (as {MAX_MEASURED_STATE}, the highest measured)"
         level = f"NRL 2012 sigma0 of sea state {sea:.3g}{fit}, GIT wind factor"
         texture = _texture(scene, fidelity) if sea else ""
         sea_text = f"{level}, K-distributed: {texture}; shadows of resting bodies"
         everywhere, cells = f"{rain:g} mm/h everywhere", environment.effect_keys.get(RAIN_CELL)
+        raining = rain > 0 or cells is not None
         if cells is not None:
             everywhere = f"{everywhere} and " * (rain > 0) + f"{cells.text}, cut at edges on {RAYS} rays a beam,"
-            rain = math.inf
         rain_text = f"Marshall-Palmer, {everywhere} up to {RAIN_HEIGHT:g} m, Rayleigh"
         floor = f"; none below {10 * math.log10(MIN_CLUTTER_TO_NOISE):g} dB of the noise" if environment.noise else ""
         error = 10.0 * math.log10(1.0 + MIN_CLUTTER_TO_NOISE) if environment.noise else None
         items = [
             PlanItem("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0",
                    error if sea else None, microseconds=microseconds if sea else None),
-            PlanItem("rain clutter", rain > 0, rain_text + floor if rain else "no rain",
-                   error if rain else None, microseconds=microseconds if rain and not sea else None),
+            PlanItem("rain clutter", raining, rain_text + floor if raining else "no rain",
+                   error if raining else None, microseconds=microseconds if raining and not sea else None),
         ]  # fmt: skip
         return [item for item in items if item.modelled or fidelity.engine != "documented"]
 

@@ -56,7 +56,7 @@ class TextureTable:
         middle = nearest * roots.shape[1] + MAX_SIGMA * STEPS + 0.5  # truncation then rounds
         self._middle = middle.astype(np.float32)
         self._turned: Singles | None = None
-        if factors is not None and levels > 1:
+        if factors is not None:
             steps = np.rint(np.log(factors) / np.log(shapes[1] / shapes[0]))
             self._turned = (steps * roots.shape[1]).astype(np.float32)
 

@@ -102,6 +102,12 @@ def test_an_echo_behind_a_cell_is_weaker_by_its_way_through_it(own_ship: dict[st
     np.testing.assert_allclose([behind, beside], [2.0 * rain_db_per_km(100.0, "h", 9.41e9), 0.0], atol=0.02)
 
 
+def test_a_cell_too_light_to_weaken_anything_has_an_echo() -> None:
+    """In S band a rate of 0.001 mm/h takes less than a float32 can tell from nothing."""
+    light = wet(radar={"frequency_hz": 3.05e9}, rain_cell=[ROUND | {"rain_mm_h": 0.001}])
+    assert rs.Simulator(light, "fast", seed=1).scan().power.max() > 0.0
+
+
 def test_bytes_do_not_depend_on_where_a_run_begins() -> None:
     cell = {"outline_m": HOOK, "rain_mm_h": 30.0, "speed_kn": 30, "course_deg": 200}
     made = wet([point("ship", 2500, 300, speed_kn=9)], noise=True, sea_state=3, rain_mm_h=1.0, rain_cell=[cell])
