@@ -180,7 +180,7 @@ def transitions() -> str:
 
 
 def rooms() -> str:
-    """The rooms of the package, upward, and what each says that it holds."""
+    """The rooms of the package, upward, and what the first sentence of each, up to a semicolon, says that it holds."""
     package = DOCS.parent / "radar_service"
     rules = tomllib.loads((DOCS.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
     names = rules[0]["layers"][::-1]
@@ -189,7 +189,7 @@ def rooms() -> str:
     for name in names:
         file = package / f"{name}.py" if (package / f"{name}.py").exists() else package / name / "__init__.py"
         text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", text.split("\n\n")[0].replace("\n", " ")))
+        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", re.split(r"[.;](?= |$)", text.replace("\n", " "))[0]))
     return table(("folder or file", "holds"), rows)
 
 
