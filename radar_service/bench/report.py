@@ -19,7 +19,7 @@ UNITS = {
     "_s": "s",
     "_h": "1/h",
 }  # by endings
-JUDGED = ("_1min", "_3min", "_median")  # when a metric of motion is judged
+JUDGED = ("_1min", "_3min", "_median", "_95")  # when a metric of motion is judged
 LEADING = {"gospa_m": "GOSPA [m]", "gospa_localisation_m": "distance", "gospa_missed_m": "missed", "gospa_false_m": "false"}
 MAX_FAILURES = 5  # of a scenario that are listed
 MAX_LISTED = 10  # failed runs of a scenario whose events are listed
