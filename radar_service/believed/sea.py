@@ -1,5 +1,6 @@
 """Rows of the sea: mean reflectivity from scans of clutter alone, sea states, and detection in clutter."""
 
+import math
 from functools import partial
 
 import numpy as np
@@ -105,25 +106,24 @@ CLUTTER_POINTS, CLUTTER_SCANS, CALIBRATION_SCANS = 24, 10, 5
 
 
 def detection_in_clutter(row: str, run: Run) -> list[Figure]:
-    """The share of scans that detect a point in clutter, at the engine's state nearest to the height of a column."""
+    """The share of scans that detect a point in clutter, in waves of the mean height of a column."""
     radar, section, nautical, classes = IN_CLUTTER[row]
-    computed = wave_heights(run)
-    nearest = [1 + int(np.argmin(np.abs(np.log(np.array(computed) / np.sqrt(low * high))))) for low, high in COLUMNS]
-    share = {state: seen_in_clutter(run, radar, section, nautical * NM, state) for state in sorted({*nearest})}
     figures = []
     for column, name in enumerate(classes):
+        wave = math.sqrt(COLUMNS[column][0] * COLUMNS[column][1])
         beside = [CLASSES[classes[k]] for k in range(max(0, column - 1), min(len(classes), column + 2))]  # one column
         low, high = min(each[0] for each in beside), max(each[1] for each in beside)
-        figures.append(Figure(f"{name}, state {nearest[column]}", share[nearest[column]], low, high))
+        share = seen_in_clutter(run, radar, section, nautical * NM, wave)
+        figures.append(Figure(f"{name}, waves of {wave:.3g} m", share, low, high))
     return figures
 
 
 def seen_in_clutter(
-    run: Run, radar: Table, section: float, distance: float, state: int, scans: int = CLUTTER_SCANS
+    run: Run, radar: Table, section: float, distance: float, wave: float, scans: int = CLUTTER_SCANS
 ) -> float:  # fmt: skip
     """Returns the share of scans in which points round the antenna exceed a threshold that PFA of the cells of sea alone do."""
     short = radar | SHORT | {"range_max_m": 2500}
-    air = {"noise": True, "multipath": True, "sea_state": state}
+    air = {"noise": True, "multipath": True, "wave_height_m": wave}
     sea = run.simulator(short, air, fidelity="fast")
     middle = int(distance / sea.range_step)
     powers = [sea.scan().power for _ in range(CALIBRATION_SCANS)]

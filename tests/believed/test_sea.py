@@ -22,7 +22,7 @@ def test_wave_heights_are_those_of_the_scale(tmp_path: Path) -> None:
 
 @pytest.mark.study
 def test_a_larger_target_is_seen_more_often_in_clutter(tmp_path: Path) -> None:
-    small, large = (seen_in_clutter(Run(tmp_path), X, section, 1296.0, 4, 2) for section in (1.0, 1e3))
+    small, large = (seen_in_clutter(Run(tmp_path), X, section, 1296.0, 2.0, 2) for section in (1.0, 1e3))
     assert small < 0.7 < large
 
 

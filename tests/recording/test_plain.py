@@ -40,7 +40,7 @@ def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
         "radar_service.radar.parameters.Radar", "radar_service.radar.patterns.Taylor",
     }  # fmt: skip
     behind = plain(radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}))
-    assert [*behind][-3:] == ["structures", "multiple", "label_floor"]
+    assert [*behind][-5:] == ["structures", "multiple", "label_floor", "integration", "scales"]
     assert types_in([behind["structures"], behind["multiple"]]) == {
         "radar_service.radar.structures.Structure", "radar_service.radar.parameters.MultipleEchoes", "float",
     }  # fmt: skip
