@@ -19,6 +19,7 @@ from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import verdict
 from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
+from radar_service.bench.trackers.process_tracker import end_waiting
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
 
@@ -60,7 +61,10 @@ def runs_of(
             check_start(tracker, scenarios[0], blind)
         return _watched(progress(outcomes, count))
 
-    answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+    try:
+        answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+    finally:
+        end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
     return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
 
