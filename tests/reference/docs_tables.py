@@ -189,7 +189,12 @@ def rooms() -> str:
     for name in names:
         file = package / f"{name}.py" if (package / f"{name}.py").exists() else package / name / "__init__.py"
         text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", re.split(r"[.;](?= |$)", text.replace("\n", " "))[0]))
+        rows.append(
+            (
+                f"`{name}.py`" if file.parent == package else f"`{name}/`",
+                re.split(r"[.;](?= |$)", text.replace("\n", " "))[0],
+            )
+        )
     return table(("folder or file", "holds"), rows)
 
 
