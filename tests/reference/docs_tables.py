@@ -18,7 +18,7 @@ from radar_service.ports.app import create_app
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
-from radar_service.service.radio.transmitter_state import TRANSITIONS, State
+from radar_service.service.radio.radio_state import PLACES, State
 from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -148,13 +148,17 @@ def transmitter_states() -> str:
     return table(("state", "the transmitter"), [(f"`{state.name}`", state.value) for state in State])
 
 
-def transitions() -> str:
-    """What leads from one state of a transmitter to the next."""
+def radio_events() -> str:
+    """What tells a radar's state of the world, and in which states it may come."""
     rows = [
-        (f"`{state.name}`", f"`{event.name}`: {event.value}", f"`{after.state.name}`", after.meaning)
-        for (state, event), after in TRANSITIONS.items()
+        (
+            f"`{event.__name__}`",
+            (event.__doc__ or "").split("\n\n")[0],
+            ", ".join(f"`{s.name}`" for s in State if s in places),
+        )
+        for event, places in PLACES.items()
     ]
-    return table(("from", "event", "to", "which means"), rows)
+    return table(("event", "which means", "comes in"), rows)
 
 
 def rooms() -> str:
@@ -261,7 +265,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "interfaces": interfaces,
     "rooms": rooms,
     "transmitter-states": transmitter_states,
-    "transitions": transitions,
+    "radio-events": radio_events,
 }
 
 

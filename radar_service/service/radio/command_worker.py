@@ -13,12 +13,15 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.spoke_source import Commanded
 from radar_service.world.commands import Command, CommandError
+
+if TYPE_CHECKING:
+    from radar_service.service.radio.transmitter import Transmitter
 
 MAX_WAITING = 256  # commands; the command worker takes all of them some 60 times a second
 COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
@@ -162,29 +165,6 @@ class Steered(NamedTuple):
         return radar.time_of_spokes(float(spoke))
 
 
-class CommandedRadar(Protocol):
-    """A radar as the command worker has it: a `CommandedTransmitter`. All but `commands` is read with the clock's lock held."""
-
-    @property
-    def commands(self) -> CommandQueue:
-        """The commands that wait."""
-
-    @property
-    def is_commanded(self) -> bool:
-        """Whether it runs; one that has failed or stopped is left out."""
-
-    @property
-    def takes_commands(self) -> bool:
-        """Whether commands would not stop its feed now."""
-
-    @property
-    def steered(self) -> Steered | None:
-        """What commands act on; None while another scene is about to begin."""
-
-    def commanded(self) -> None:
-        """The transmitter calls it after commands."""
-
-
 class CommandWorker:
     """Carries out the commands to all radars of a group, in the order of their arrival.
 
@@ -193,16 +173,16 @@ class CommandWorker:
 
     def __init__(self, clock: GroupClock) -> None:
         self.clock = clock
-        self._radars: list[CommandedRadar] = []
+        self._radars: list[Transmitter] = []
         self._running = 0  # radars that were started and not stopped
         self._thread: threading.Thread | None = None
 
-    def join(self, radar: CommandedRadar) -> None:
+    def join(self, radar: "Transmitter") -> None:
         """Adds a radar."""
         with self.clock.changed:
             self._radars.append(radar)
 
-    def leave(self, radar: CommandedRadar) -> None:
+    def leave(self, radar: "Transmitter") -> None:
         """Removes a radar: commands to it are not carried out any more."""
         with self.clock.changed:
             self._radars.remove(radar)
@@ -255,7 +235,7 @@ class CommandWorker:
         radars = [radar for radar in self._radars if radar.is_commanded]
         return self._has_commands and all(radar.takes_commands and radar.steered is not None for radar in radars)
 
-    def _outcomes(self, steered: Mapping[CommandedRadar, Steered]) -> list[tuple[WaitingCommand, Outcome]]:
+    def _outcomes(self, steered: Mapping["Transmitter", Steered]) -> list[tuple[WaitingCommand, Outcome]]:
         """Carries out all commands that wait; returns what has become of each."""
         time = time_of_commands(list(steered.values()))
         waiting = [(each.number, each, radar) for radar in steered for each in radar.commands.take()]
@@ -273,8 +253,8 @@ def time_of_commands(radars: Sequence[Steered]) -> float:
 
 
 def command_all(
-    radars: Mapping[CommandedRadar, Steered],
-    addressed: CommandedRadar,
+    radars: Mapping["Transmitter", Steered],
+    addressed: "Transmitter",
     time: float,
     by: str | None,
     body: str | None,

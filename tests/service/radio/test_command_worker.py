@@ -301,7 +301,7 @@ def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server
         times = np.linspace(0.0, radars.transmitters["pier"].simulated, 50)
         truths = [[radars.engine(name).truth(float(t)) for t in times] for name in ("bow", "pier")]
         sent = {name: list(radars.commands(name)) for name in sources}
-        assert radars.transmitters["pier"].supervisor.restarts == 1
+        assert radars.transmitters["pier"].state.restarts == 1
     assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
     for bow, pier in zip(*truths, strict=True):
         ships = [bow.own_ship, next(body for body in pier.bodies if body.name == "ship")]
