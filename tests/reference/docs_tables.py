@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.ports.app import create_app
@@ -20,7 +20,7 @@ from radar_service.radar.sets import radar_sets
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
-from radar_service.service.radio.transmitter_state import TRANSITIONS, State
+from radar_service.service.radio.radio_state import Event, State
 from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -170,13 +170,10 @@ def transmitter_states() -> str:
     return table(("state", "the transmitter"), [(f"`{state.name}`", state.value) for state in State])
 
 
-def transitions() -> str:
-    """What leads from one state of a transmitter to the next."""
-    rows = [
-        (f"`{state.name}`", f"`{event.name}`: {event.value}", f"`{after.state.name}`", after.meaning)
-        for (state, event), after in TRANSITIONS.items()
-    ]
-    return table(("from", "event", "to", "which means"), rows)
+def radio_events() -> str:
+    """What tells a radar's state of the world."""
+    events = get_args(Event)
+    return table(("event", "which means"), [(f"`{each.__name__}`", each.__doc__.split("\n\n")[0]) for each in events])
 
 
 def rooms() -> str:
@@ -189,7 +186,12 @@ def rooms() -> str:
     for name in names:
         file = package / f"{name}.py" if (package / f"{name}.py").exists() else package / name / "__init__.py"
         text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", re.split(r"[.;](?= |$)", text.replace("\n", " "))[0]))
+        rows.append(
+            (
+                f"`{name}.py`" if file.parent == package else f"`{name}/`",
+                re.split(r"[.;](?= |$)", text.replace("\n", " "))[0],
+            )
+        )
     return table(("folder or file", "holds"), rows)
 
 
@@ -300,8 +302,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "interfaces": interfaces,
     "rooms": rooms,
     "transmitter-states": transmitter_states,
-    "transitions": transitions,
     **{f"promises-{name}": partial(promises, name) for name in sections()},
+    "radio-events": radio_events,
 }
 
 
