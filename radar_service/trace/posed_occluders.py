@@ -89,7 +89,7 @@ class PosedOccluders:
 
     def self_occluded(self, body: Indices, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
         """Which points (P, 3), each of one of these bodies (P,), other parts of that occlude from `origin` (3,), or from one each
-        (P, 3), on the map [m]; own: as of `Occluder.self_occluded`."""
+        (P, 3), on the map [m]; own: first and last (exclusive) triangle (P,) that never occlude each."""
         lines = self.lines_of_sight(body, origin, points, passing=False)
         occluded = np.zeros(len(body), dtype=np.bool_)
         for occluder, which in self.kinds.groups(body):
