@@ -48,7 +48,7 @@ class WorkerProcesses:
     """Worker processes, each started with its first job. Leaving its `with` block ends them; jobs that they have are lost."""
 
     def __init__(self, count: int, memory: int | None = None) -> None:
-        """count, memory: as of `processes`."""
+        """count: of processes; memory: that each may take beyond what it begins with [bytes]; None: no limit."""
         self._memory = memory
         self._jobs: SimpleQueue[Waiting | None] = SimpleQueue()
         self._lock, self._closing = threading.Lock(), False

@@ -143,7 +143,7 @@ class BeamPassages:
         return self._schedules.get(key, lambda: self._scheduled(n, crossing, time))
 
     def _passage(self, n: int, crossing: int, time: float | None) -> tuple[tuple[int, int, bytes], float]:
-        """What a passage of body n depends on, and the time at which bodies are present [s]; time: that one, None: of the crossing."""
+        """What a passage of body n depends on, and the time at which bodies are present [s]: `time`, None for the crossing's."""
         time = self._scene.radar.time_of_spokes(float(crossing)) if time is None else time
         return (n, crossing, self._line_of_sight.presences.state(time)), time
 

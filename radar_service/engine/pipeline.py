@@ -78,7 +78,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression, without those of `land_spectra`; None without any.
 
-    record: as of `profiles`. Land there has a row for each echo, from which sources are told apart.
+    record: gets what the stages add. Land there has a row for each echo, from which sources are told apart.
     """
     if not land_holds(prepared, azimuths):
         return echo_rows(prepared, azimuths, record)

@@ -157,7 +157,7 @@ def _scatterers(
 
 
 def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None = None) -> ScatteringContext:
-    """What scatterers of bodies are built from; rays: as of `prepare`."""
+    """What scatterers of bodies are built from; rays: counts the rays cast."""
     return ScatteringContext(
         scene.radar,
         fidelity,

@@ -53,7 +53,7 @@ class LabelledEngine(Protocol):
     """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, N); arguments as of `tiles`."""
+        """Yields the tiles of a scan, each with its labels (K, N); requested: flags of azimuths (A,), None for all."""
         ...
 
 

@@ -80,7 +80,7 @@ class Steerable:
     limits: of the commands, by the name of what is steerable; None is own ship.
     names: of all bodies.
     radar: whose spokes the commands act from.
-    own_ship: name of the body that own ship is; None where she is none.
+    own_ship: name of the body that own ship is; None where it is none.
     """
 
     limits: Mapping[str | None, SteeringLimits]

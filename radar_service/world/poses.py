@@ -102,7 +102,7 @@ class PoseArrays(NamedTuple):
         return placed
 
     def frames_from_map(self, k: int, points: Floats, body: Indices, earth_radius: float) -> Floats:
-        """Map points (E, 3), point e in the frame of body[e] at instant k, curved as of `BodyPose.frame_from_map` [m]."""
+        """Map points (E, 3), point e in the frame of body[e] at instant k, curved about its origin [m]."""
         local = points - self.position[k].take(body, axis=0)
         east, north, up = local.T
         if np.isfinite(earth_radius):
