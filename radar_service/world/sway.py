@@ -59,7 +59,7 @@ class Path(Protocol):
 
 
 class SwayLaw(Protocol):
-    """Roll, pitch, yaw and heave of a ship about its course. Maxima hold at all times; `likely` ones are left by one swing in a million."""
+    """Roll, pitch, yaw and heave about a course. Maxima hold at all times; one swing in a million exceeds `likely` ones."""
 
     @property
     def max_values(self) -> Floats:
