@@ -173,7 +173,7 @@ class BeamPassages:
     def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
         """Sectors (2 N,) that no body leaves during a slot: bearings of its middle at both ends, and half the widths [rad]."""
         slot = self._scene.radar.rotation_period / SLOTS
-        ends = [self._bearings(max(each, 0) * slot) for each in (number, number + 1)]
+        ends = [self._bearings(max(end, 0) * slot) for end in (number, number + 1)]
         bearing, distance = (np.concatenate(parts) for parts in zip(*ends, strict=True))
         return bearing, _aside(np.tile(self._radius + self._speed * slot + self._swing, 2), distance)
 

@@ -131,7 +131,7 @@ def echo_rows(
 
 def _nothing_moves(prepared: Prepared) -> bool:
     """Whether no echo has a range history."""
-    alone = prepared.land is None and not any(each.has_echoes for each in prepared.stages.values())
+    alone = prepared.land is None and not any(stage.has_echoes for stage in prepared.stages.values())
     return alone and not len(prepared.moving) and not prepared.shadows.possible
 
 

@@ -106,7 +106,7 @@ class PosedOccluders:
         which, skipped = np.empty(count, dtype=np.int64), np.empty(count)
         first, begin, line = np.empty((3, count, 3))
         sizes = count, 1 if origin.ndim == 1 else count, len(self.kinds.kind), len(lean), passing
-        ends = (np.asarray(each, dtype=np.float64).reshape(-1, 3) for each in (origin, points))
+        ends = (np.asarray(position, dtype=np.float64).reshape(-1, 3) for position in (origin, points))
         taken = map(np.ascontiguousarray, (body, *ends, *bodies, *spheres))
         results = which, first, begin, line, skipped
         kept = KERNELS.lines_of_sight(*sizes, self.earth_radius, *taken, *results)

@@ -251,5 +251,5 @@ def merged_mesh(bodies: Sequence[Body]) -> Mesh | None:
     if len(posed) < 2:  # a large one is not copied
         return Mesh(posed[0][0], posed[0][1].faces) if posed else None
     vertices, meshes = zip(*posed, strict=True)
-    first = np.cumsum([0, *(len(each) for each in vertices[:-1])])
+    first = np.cumsum([0, *(len(points) for points in vertices[:-1])])
     return Mesh(np.concatenate(vertices), np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]))

@@ -242,7 +242,7 @@ class SteeredMotion(CommandedMotion):
         """Returns the motions that were commanded at some times (K,) [s], each with the flags (K,) of its times."""
         start, motions = self._track.past
         segment = np.searchsorted(start, time, side="right")
-        return [(segment == each, motions[each]) for each in np.unique(segment).tolist()]
+        return [(segment == number, motions[number]) for number in np.unique(segment).tolist()]
 
     @cached_property
     def _track(self) -> _Track:
@@ -268,7 +268,7 @@ class PastMotion(CommandedMotion):
         back = np.argsort(np.array(order, dtype=np.int64))
         position, velocity, heading = (np.concatenate(column)[back] for column in list(zip(*parts, strict=True))[:3])
         optional = ([column for column in columns if column is not None] for columns in list(zip(*parts, strict=True))[3:])
-        return Pose(position, velocity, heading, *(np.concatenate(each)[back] if each else None for each in optional))
+        return Pose(position, velocity, heading, *(np.concatenate(parts)[back] if parts else None for parts in optional))
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
@@ -297,4 +297,4 @@ class PastMotion(CommandedMotion):
 
 
 def _fields(motion: Motion) -> dict[str, Any]:
-    return {each.name: getattr(motion, each.name) for each in fields(Motion)}
+    return {field.name: getattr(motion, field.name) for field in fields(Motion)}
