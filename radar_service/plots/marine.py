@@ -38,6 +38,7 @@ NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells w
 NO_NOISE = -0.5  # clutter to noise, below which the noise is not the receiver's
 BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
+LOCAL, LOCAL_SECTORS = 8.0, 64  # times the curve: more than a sea differs by direction; sectors narrower than a rain cell
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
 
@@ -106,7 +107,7 @@ class MarineThreshold:
             low, near, far, high = (total[:, edge] for edge in edges)
             return np.asarray((near - low) + (high - far))
 
-        total = around(np.where(known, np.minimum(flat, np.float32(LIMIT)), np.float32(0.0)))
+        total = around(np.where(known, np.minimum(flat, np.float32(LIMIT) * _local(flat)), np.float32(0.0)))
         cells = around(known.astype(np.float32)) if not known.all() else around(np.ones((1, count), dtype=np.float32))
         return np.divide(total, cells, out=np.ones_like(total), where=cells > 0.0)
 
@@ -195,6 +196,17 @@ def _stc(power: Singles) -> Singles:
     ]
     good = np.flatnonzero(middle > 0.0)
     return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.ones_like(middle)
+
+
+def _local(flat: Singles) -> Singles:
+    """What local clutter, as a rain cell, is times the curve (A, N): its median in small sectors of regions, and beside these;
+    1 below LOCAL."""
+    edges, sectors = _regions(flat.shape[1]), np.array_split(np.arange(len(flat)), LOCAL_SECTORS)
+    parts = [[flat[rows, low:high] for low, high in zip(edges[:-1], edges[1:], strict=True)] for rows in sectors]
+    medians = np.array([[np.median(part[~np.isnan(part)]) if (part > 0.0).any() else 0.0 for part in row] for row in parts])
+    raised = np.where(medians > LOCAL, medians, 1.0)
+    raised = maximum_filter1d(maximum_filter1d(raised, 3, axis=0, mode="wrap"), 3, axis=1, mode="nearest").astype(np.float32)
+    return np.asarray(raised.repeat([len(rows) for rows in sectors], axis=0).repeat(np.diff(edges), axis=1))
 
 
 def _regions(count: int) -> Indices:
