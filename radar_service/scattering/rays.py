@@ -194,7 +194,7 @@ class RaySampledSurfaces(ScatteringModel):
 
     @staticmethod
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
-        """Unknown, as at the start."""
+        """Returns no estimate."""
         return RunError()
 
 
