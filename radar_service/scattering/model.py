@@ -220,7 +220,7 @@ class AspectModel(ScatteringModel, Protocol):
     upright: ClassVar[float]
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`."""
+        """Echoes of body b alone, as the antenna (3,) observes it at the instant."""
         ...
 
     def casters(

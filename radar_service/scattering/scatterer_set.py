@@ -56,7 +56,7 @@ class ScattererSet:
         return [cast(AspectModel, model) for model in self.models if model.by_aspect]
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""
+        """Echoes of all bodies, by rising body, as the antenna (3,) observes them at an instant."""
         parts = [(np.searchsorted(self.key, model.key), model.echoes(antenna, instant)) for model in self.models]
         joined = BodyEchoes.joined([part for _, part in parts])
         body = np.concatenate([np.zeros(0, dtype=np.int64), *(own[part.body] for own, part in parts)])

@@ -94,7 +94,8 @@ class OcclusionScene:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
         max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only bodies
-        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: as of `beyond_horizon`.
+        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: height up to which fields
+        reach beyond the horizon [m].
         """
         return self._seen(points, None, antenna, time, max_range, movers, among, over_horizon)
 
@@ -152,7 +153,7 @@ class OcclusionScene:
         return visible
 
     def occludes_itself(self, body: Indices, time: float, movers: bool = True) -> Flags:
-        """Which of bodies (B,) their own parts occlude at `time` [s]; movers: as of `visible`."""
+        """Which of bodies (B,) their own parts occlude at `time` [s]; movers: whether moving ones do."""
         return np.asarray((self._occludes & self.present(time))[body] & (movers | self._resting[body]))
 
     def other_occluders(
