@@ -142,7 +142,21 @@ def _negative_log_tail(spokes: int, looks: float, ratio: float, shape: float) ->
     share = 1.0 / (1.0 + np.exp(-odds))
     texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
     clutter = ratio * texture
-    effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / spokes)
+    effective = _effective(clutter, spokes, looks)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)
     return np.asarray(-np.log(np.maximum(tail @ (weight / weight.sum()), TINY)))
+
+
+def speckle_factor(ratio: Floats, spokes: int, looks: float, pfa: float) -> Floats:
+    """Returns the factor (R,) on the mean power of noise and clutter without texture, exceeded with `pfa`.
+
+    ratio: (R,) of clutter to noise; spokes, looks: as of `spread_and_factor`.
+    """
+    effective = _effective(ratio, spokes, looks)
+    return np.asarray(gammainccinv(effective, pfa) / effective)
+
+
+def _effective(clutter: Floats, spokes: int, looks: float) -> Floats:
+    """Squared mean over variance (R,) of the mean over spokes, of clutter to noise (R,)."""
+    return np.asarray((clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / spokes))
