@@ -1,7 +1,9 @@
 """The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end."""
 
+import hashlib
 import json
 import random
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,7 @@ from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFol
 from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
-from radar_service.bench.kept_plots import program_version
+from radar_service.bench.kept_plots import bench_digest, plots_digest, program_version, source_digest
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
@@ -22,7 +24,12 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.process_tracker import end_waiting
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
+from radar_service.numerics.arithmetic import arithmetic
 
+HELD_AGAINST = {  # rows of docs/believed.md by keys of an environment
+    "noise": "D03, D04, D10, D11 (detection and discrimination in noise)", "sea_state": "C01, C02, N01 (sea)",
+    "rain_mm_h": "R02 (rain)", "seaway": "F01, D14 (reflectors that heel, roll)",
+}  # fmt: skip
 HALF_TURN = 0.5  # of the antenna, beyond which a tracker is told to be slow
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
@@ -160,10 +167,28 @@ def report(
     if failures and all(failure and failure["scan"] is None for failure in failures):
         raise TrackerError(failures[0]["message"])
     return {
-        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke, "looks": boundaries(looks),
+        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
+        "looks": [*map(list, boundaries(looks))], "sheet": _sheet(loaded, runs, tracker, blind),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
     }  # fmt: skip
+
+
+def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None) -> dict[str, str]:
+    """What a verdict may be used for, what it rests on, and how anybody makes it again."""
+    used = {key for scenario in loaded.values() for key in scenario.scene.get("environment", {})} | {"noise"}
+    plots = [plots_digest(loaded[name], run["seed"]) for name, some in runs.items() for run in some]
+    seeds = f"--salt {blind.salt}" if blind else "--open"
+    return {
+        "use": "To compare trackers and find their faults before trials at sea: it is not a type approval, not IEC 62388.",
+        "physics": "docs/believed.md, rows " + "; ".join(rows for key, rows in HELD_AGAINST.items() if key in used),
+        "version": f"{program_version()}, source {source_digest()}, bench {bench_digest()}, arithmetic {arithmetic()}",
+        "scenarios": ", ".join(f"{name} {scenario.digest}" for name, scenario in loaded.items()),
+        "plots": hashlib.blake2b("".join(plots).encode(), digest_size=16).hexdigest(),
+        "uncertainty": "Of a share of misses: `lower` and `upper` of its verdict (95 %, one-sided). Of a mean: `standard_error`.",
+        "again": f"radar-service bench-tracker {' '.join(loaded)} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
+        f"--tracker {shlex.quote(tracker)} -o again",
+    }
 
 
 def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool, looks: tuple[int, ...]) -> dict[str, Any]:
@@ -175,6 +200,7 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool,
         "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
         "metrics": {name: _mean(some) for name, some in values.items()},
+        "standard_error": {name: _standard_error(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
         "verdicts": [each.as_dict() for each in _verdicts(scenario, runs, smoke, looks)],
     }  # fmt: skip
@@ -217,6 +243,11 @@ def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | Non
 def _mean(values: Sequence[float | None]) -> float | None:
     numbers = [value for value in values if value is not None]
     return float(np.mean(numbers)) if numbers else None
+
+
+def _standard_error(values: Sequence[float | None]) -> float | None:
+    numbers = [value for value in values if value is not None]
+    return float(np.std(numbers, ddof=1) / np.sqrt(len(numbers))) if len(numbers) > 1 else None
 
 
 def _percentile(values: Sequence[float | None]) -> float | None:

@@ -9,6 +9,7 @@ from radar_service.bench import blind as blind_module
 from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench, jobs_of
 from radar_service.bench.blind import FIRST_SEED, SALT, Blind, blind_for, can_seal
+from radar_service.bench.report import page
 from radar_service.bench.single_run import header_of
 from tests.bench.test_bench import small
 from tests.bench.trackers.test_process_tracker import program
@@ -31,6 +32,10 @@ def test_a_blind_run_tells_neither_scenario_nor_seed_and_the_report_tells_the_se
     assert not any(str(seed) in text for seed in seeds for text in texts)  # names are no secret
     again, _ = bench([small(tmp_path, 3)], 2, "gnn", tmp_path / "two", blind=True, salt=report["blind"]["salt"])
     assert again["scenarios"][0]["seeds"] == seeds  # who has the report can recompute it
+    assert again["sheet"]["plots"] == report["sheet"]["plots"] and "not a type approval" in report["sheet"]["use"]
+    assert f"--salt {report['blind']['salt']}" in report["sheet"]["again"] and report["sheet"]["plots"] in page(
+        report, {"small": None}
+    )
     assert header_of(small(tmp_path, 3), 5)["seed"] == 5  # an open run
 
 
