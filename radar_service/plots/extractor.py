@@ -131,7 +131,10 @@ class PlotExtractor:
         )
 
     def add_detections(self, number: int, fresh: Detections, size: int, first: float) -> ScanPlots:
-        """As `add` of a scan of that number, with its detections. size: its cells; first: range of its first samples [m]."""
+        """Returns the plots that end in the scan of a number, which follows the one before, from its detections.
+
+        size: number of its cells; first: range of its first samples [m].
+        """
         if self._first is None:
             self._first = number * self._geometry.azimuths
         recent = self._before.and_then(fresh)

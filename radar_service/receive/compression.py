@@ -116,7 +116,7 @@ class Compression:
         return np.ascontiguousarray(self.all_from_spectrum(spectrum))
 
     def all_from_spectrum(self, spectrum: Profiles) -> Profiles:
-        """As `from_spectrum`, but with gaps in memory."""
+        """Profiles (K, bins), with gaps in memory, of spectra (K, size), which are used up."""
         profiles: Profiles = scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins]
         return profiles
 
