@@ -6,12 +6,12 @@ from time import perf_counter
 
 import numpy as np
 
-from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, with_errors
+from radar_service.bench.plot_errors import with_errors
 from radar_service.bench.recorded import recorded_scans
-from radar_service.bench.scenario import PlotErrors, PlotSettings, Scenario
+from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
@@ -27,7 +27,6 @@ from radar_service.world.poses import pose_at
 from radar_service.world.scene import Scene
 
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
-UNIFORM, BEAM_SPLIT = 12.0**0.5, 15.0  # of an error of one cell at most; a centroid splits a beam so far even in clutter
 LAND_STEP = 50.0  # m between places of land, within which tracks may be false
 ROUNDING = 1e-6  # s: no state is from the future by less
 
@@ -56,24 +55,6 @@ def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
                 f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
                 f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
             )
-
-
-def data_sheet(scenario: Scenario) -> DataSheet:
-    """Returns what a tracker is told of the radar of a scenario. Raises SceneError."""
-    scene = load_scene(scenario.scene, folder=scenario.folder).for_radar(scenario.radar)
-    radar, errors = scene.radar, scenario.plot_errors or PlotErrors()
-    kind = threshold_kind(scenario.plots, scene)
-    cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
-    gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
-    bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
-    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
-    return DataSheet(
-        rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
-        range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
-        bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
-        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
-        sensors=scenario.scene.get("errors", {}).get("profile", "none"),
-    )  # fmt: skip
 
 
 def surroundings(scenario: Scenario) -> Surroundings:

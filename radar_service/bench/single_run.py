@@ -6,21 +6,26 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
-from radar_service.bench.run import answered, data_sheet
-from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE
+from radar_service.bench.run import answered, pfa_of, threshold_kind
+from radar_service.bench.scenario import PlotErrors, Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
 from radar_service.bench.scores.judged_scan import JudgedScan, judged, nearest_distances
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
-from radar_service.bench.trackers.tracker import Tracker, begin_run
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.numerics.arithmetic import arithmetic
+from radar_service.scene_file.load import load_scene
 from radar_service.terminal.progress import progress
 
 SCHEMA = 5
+UNIFORM, BEAM_SPLIT = 12.0**0.5, 15.0  # of an error of one cell at most; a centroid splits a beam so far even in clutter
 
 
 def single_run(
@@ -55,6 +60,24 @@ def header_of(scenario: Scenario, seed: int | None) -> dict[str, Any]:
     return {"schema": SCHEMA, "run": secrets.token_hex(8), **open_keys, "radar": asdict(data_sheet(scenario))}
 
 
+def data_sheet(scenario: Scenario) -> DataSheet:
+    """Returns what a tracker is told of the radar of a scenario. Raises SceneError."""
+    scene = load_scene(scenario.scene, folder=scenario.folder).for_radar(scenario.radar)
+    radar, errors = scene.radar, scenario.plot_errors or PlotErrors()
+    kind = threshold_kind(scenario.plots, scene)
+    cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
+    gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
+    bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
+    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
+    return DataSheet(
+        rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
+        range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
+        bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
+        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
+        sensors=scenario.scene.get("errors", {}).get("profile", "none"),
+    )  # fmt: skip
+
+
 def scored_run(
     scenario: Scenario, seed: int, tracker_name: str, plots: Path, sealed: Sequence[str] | None = None
 ) -> dict[str, Any]:
@@ -85,16 +108,18 @@ def same_for_all(tracker: str) -> dict[str, Any]:
 def _tracked(observed: Iterable[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
     """The scans that a tracker answered, and how it failed; None where it did not."""
     results: list[ScanResult] = []
+    line_tracker = tracker if isinstance(tracker, LineTracker) else None
     try:
         results.extend(answered(observed, tracker))
-    except TrackerError as error:
-        if isinstance(tracker, LineTracker):
-            tracker.close()
-            return results, _failed(error, len(results), tracker.status, tracker.last_line)
-        return results, _failed(error, len(results))
-    finally:
-        if isinstance(tracker, LineTracker):
-            tracker.close()
+    except BaseException as error:
+        if line_tracker:
+            line_tracker.close()
+        if not isinstance(error, TrackerError):
+            raise
+        last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
+        return results, _failed(error, len(results), *last)
+    if line_tracker:
+        line_tracker.finish()
     return results, None
 
 

@@ -9,6 +9,7 @@ from radar_service.bench import blind as blind_module
 from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench, jobs_of
 from radar_service.bench.blind import FIRST_SEED, SALT, Blind, blind_for, can_seal
+from radar_service.bench.report import page
 from radar_service.bench.single_run import header_of
 from tests.bench.test_bench import small
 from tests.bench.trackers.test_process_tracker import program
@@ -31,6 +32,10 @@ def test_a_blind_run_tells_neither_scenario_nor_seed_and_the_report_tells_the_se
     assert not any(str(seed) in text for seed in seeds for text in texts)  # names are no secret
     again, _ = bench([small(tmp_path, 3)], 2, "gnn", tmp_path / "two", blind=True, salt=report["blind"]["salt"])
     assert again["scenarios"][0]["seeds"] == seeds  # who has the report can recompute it
+    assert again["sheet"]["plots"] == report["sheet"]["plots"] and "not a type approval" in report["sheet"]["use"]
+    assert f"--salt {report['blind']['salt']}" in report["sheet"]["again"] and report["sheet"]["plots"] in page(
+        report, {"small": None}
+    )
     assert header_of(small(tmp_path, 3), 5)["seed"] == 5  # an open run
 
 
@@ -75,4 +80,4 @@ def test_runs_come_in_any_order_and_are_reported_in_theirs(tmp_path: Path) -> No
     hidden = blind_for(tmp_path / "bench-plots", tmp_path / "out")
     report, _ = bench([scenario], 6, program(tmp_path, NOTES), tmp_path / "out", blind=True)
     assert report["scenarios"][0]["seeds"] == [hidden.seed("small", run) for run in range(6)]
-    assert "seed" not in jobs_of([scenario], 1, "cat", tmp_path, hidden)[0].name
+    assert "seed" not in jobs_of([scenario], range(1), "cat", tmp_path, hidden)[0].name

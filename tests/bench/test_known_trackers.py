@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench.kept_plots import ObservedRun, observed_run
-from radar_service.bench.run import answered, data_sheet
+from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario, load_scenario, scenarios
 from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.scores.verdicts import is_gross
-from radar_service.bench.single_run import header_of
+from radar_service.bench.single_run import data_sheet, header_of
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import Tracker

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.bench.run import check_times, data_sheet, rule_of, run, surroundings, threshold_of, tracker_input
+from radar_service.bench.run import check_times, rule_of, run, surroundings, threshold_of, tracker_input
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, as_reported
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -149,32 +149,6 @@ def test_own_ship_s_errors_come_with_the_truth() -> None:
         assert truth.own_error == pytest.approx((30.0, 0.0)) and truth.azimuth_error == pytest.approx(np.radians(0.5))
         east, north = as_reported(truth).position
         assert np.hypot(plot.east - east, plot.north - north) < 1.0 < np.hypot(*np.subtract(truth.position, (east, north)))
-
-
-def test_the_data_sheet_tells_what_a_radar_knows_and_no_more() -> None:
-    """Standard errors by hand: a normal one, a step and a cell, and half a beam of 15; a sixth of a ship; noise over a Pfa of
-    1e-7 and two other plots; the same for each course and place of the targets."""
-    errors = {
-        "range_sd_m": 3.0,
-        "range_step_m": 12.0,
-        "bearing_sd_deg": 0.1,
-        "glint_length_m": 120.0,
-        "roll_deg": 10.0,
-        "others": 2.0,
-    }
-    scene = {**SMALL["scene"], "errors": {"profile": "imo-2004"}}
-    sheet = data_sheet(Scenario(**{**SMALL, "scene": scene, "plot_errors": errors}))
-    assert (sheet.rpm, sheet.sensors, sheet.glint) == (pytest.approx(24.0), "imo-2004", 20.0)
-    assert sheet.range_error == pytest.approx(np.sqrt(3.0**2 + 12.0 + sheet.cell**2 / 12.0))
-    heel = np.radians(10.0) * np.sin(np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False))
-    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)[:, None]
-    roll = np.std(0.5 * heel**2 * np.sin(turn) * np.cos(turn))
-    assert np.degrees(sheet.bearing_error) == pytest.approx(
-        np.sqrt(0.1**2 + 0.12**2 + np.degrees(roll) ** 2 + (4.0 / 15.0) ** 2), rel=1e-6
-    )
-    assert sheet.false_plots == pytest.approx(2.0 + 1e-7 * 256 * 1500.0 / sheet.cell, rel=0.01)
-    moved = {**scene, "body": [{**scene["body"][0], "position_m": [-300, -900, 10], "course_deg": 10, "speed_kn": 5}]}
-    assert data_sheet(Scenario(**{**SMALL, "scene": moved, "plot_errors": errors, "scans": 30})) == sheet
 
 
 def test_land_and_what_stands_there_is_where_tracks_are_not_false() -> None:

@@ -2,17 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from radar_service.bench.bench import bench
 from radar_service.bench.kept_plots import observed_run
-from radar_service.bench.run import data_sheet
-from radar_service.bench.scenario import load_scenario
-from radar_service.bench.single_run import missed_limits, same_for_all, single_run
+from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.bench.single_run import data_sheet, missed_limits, same_for_all, single_run
 from radar_service.bench.trackers.tracker import DataSheet
 from radar_service.terminal import progress
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
+from tests.bench.test_run import SMALL
 from tests.bench.trackers.test_process_tracker import ECHO
 
 ROOT = Path(__file__).parents[2]
@@ -107,3 +108,29 @@ def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Pa
     assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
     given = observed_run(plots, load_scenario(scene), seed).results[-1].given
     assert (given.east, given.north) == (50.0, 0.0)
+
+
+def test_the_data_sheet_tells_what_a_radar_knows_and_no_more() -> None:
+    """Standard errors by hand: a normal one, a step and a cell, and half a beam of 15; a sixth of a ship; noise over a Pfa of
+    1e-7 and two other plots; the same for each course and place of the targets."""
+    errors = {
+        "range_sd_m": 3.0,
+        "range_step_m": 12.0,
+        "bearing_sd_deg": 0.1,
+        "glint_length_m": 120.0,
+        "roll_deg": 10.0,
+        "others": 2.0,
+    }
+    scene = {**SMALL["scene"], "errors": {"profile": "imo-2004"}}
+    sheet = data_sheet(Scenario(**{**SMALL, "scene": scene, "plot_errors": errors}))
+    assert (sheet.rpm, sheet.sensors, sheet.glint) == (pytest.approx(24.0), "imo-2004", 20.0)
+    assert sheet.range_error == pytest.approx(np.sqrt(3.0**2 + 12.0 + sheet.cell**2 / 12.0))
+    heel = np.radians(10.0) * np.sin(np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False))
+    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)[:, None]
+    roll = np.std(0.5 * heel**2 * np.sin(turn) * np.cos(turn))
+    assert np.degrees(sheet.bearing_error) == pytest.approx(
+        np.sqrt(0.1**2 + 0.12**2 + np.degrees(roll) ** 2 + (4.0 / 15.0) ** 2), rel=1e-6
+    )
+    assert sheet.false_plots == pytest.approx(2.0 + 1e-7 * 256 * 1500.0 / sheet.cell, rel=0.01)
+    moved = {**scene, "body": [{**scene["body"][0], "position_m": [-300, -900, 10], "course_deg": 10, "speed_kn": 5}]}
+    assert data_sheet(Scenario(**{**SMALL, "scene": moved, "plot_errors": errors, "scans": 30})) == sheet

@@ -56,7 +56,7 @@ def motion_scores(run: JudgedRun) -> dict[str, float | None]:
         "turn_course_deg": [error for _, error in in_turns],
         "delay_s": _delay(run),
         **{
-            name: [time for body in judged if not turning[body] for time in _time_to(run, body, judged[body], *of)]
+            name: [time for body in judged if not turning[body] for time in _time_to(run, body, *of)]
             for name, of in TIMES.items()
         },
     }
@@ -110,17 +110,18 @@ def _delay(run: JudgedRun) -> list[float]:
     return [abs(behind) / speed] if speed > 0.0 else []
 
 
-def _time_to(run: JudgedRun, body: str, errors: Sequence[tuple[int, float]], most: float, within: float) -> Iterator[float]:
+def _time_to(run: JudgedRun, body: str, most: float, within: float) -> Iterator[float]:
     """The time [s] from the acquisition of a target until 95 % of errors [kn] are below the most; inf for never; nothing where
     the run ends `within` that time [s]."""
     first = next((k for k, scan in enumerate(run.scans) if body in scan.pairs), None)
-    if first is None or not errors:
+    if first is None or not run.sightings[body].due:
         return
-    begin = run.scans[first].result.given.time
-    share = [np.mean([error > most for _, error in errors[place:]]) for place in range(len(errors))]
-    place = next((place for place, each in enumerate(share) if each <= 0.05 and errors[place][1] <= most), None)
-    if run.scans[errors[-1][0]].result.given.time - begin >= within:
-        yield math.inf if place is None else run.scans[errors[place][0]].result.given.time - begin
+    scans = run.scans[first : run.sightings[body].last + 1]
+    errors = [velocity_error(scan, body) / KNOT if body in scan.pairs else math.inf for scan in scans]
+    times = [scan.result.given.time - scans[0].result.given.time for scan in scans]
+    good = [at for at, error in enumerate(errors) if error <= most and np.mean(np.array(errors[at:]) > most) <= 0.05]
+    if times and times[-1] >= within:
+        yield times[good[0]] if good else math.inf
 
 
 def _worst(errors: Sequence[float]) -> float | None:

@@ -10,10 +10,10 @@ import pytest
 from radar_service.bench.kept_plots import observed_run
 from radar_service.bench.ladder.ranking import leaderboard
 from radar_service.bench.ladder.series import Ladder, ladders, load_ladder
-from radar_service.bench.run import answered, data_sheet
+from radar_service.bench.run import answered
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scoring import metrics_of
-from radar_service.bench.single_run import header_of
+from radar_service.bench.single_run import data_sheet, header_of
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for
