@@ -43,6 +43,25 @@ def found(port: int) -> Any:
     return asyncio.run(asyncio.wait_for(whole(), 60))
 
 
+def test_what_cannot_be_announced_is_said_in_a_sentence() -> None:
+    code = (
+        "import sys; sys.modules['zeroconf'] = None\n"
+        "from radar_service.__main__ import main; sys.exit(main(['serve', 'harbour', '--signalk', '--announce']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.startswith("announcements need the package zeroconf, of the extra announce;")
+    pytest.importorskip("zeroconf")
+    from radar_service.ports.signalk.announcement import Announcement
+
+    for host, number, reason in (
+        (HERE, 0, "give --port"),
+        ("0.0.0.0", 8000, "give one of this machine"),
+        ("::1", 8000, "::1 is no address of IPv4"),
+    ):
+        with pytest.raises(UsageError, match=reason):
+            Announcement(host, number)
+
+
 def test_a_browser_finds_the_service_and_learns_of_its_end() -> None:
     info = found(8123)
     assert info.port == 8123 and info.parsed_addresses() == [HERE] and info.decoded_properties["self"] == "simulated"
