@@ -227,7 +227,7 @@ class Simulator:
         return self._stream.command(body, spoke, time, values)
 
     def take(self, command: Command) -> None:
-        """Takes a command that was made for this scene, by another simulator of it. It acts as of `command`."""
+        """Takes a command that was made for this scene, by another simulator of it. It acts as one of `command`."""
         self._stream.take(command)
 
     @property

@@ -144,7 +144,7 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
         f"  {body.name}: {shape}",
         f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
-        *(f"    {each.body_text(body, scene.radar)}" for each in effects_named(body.effects)),
+        *(f"    {effect.body_text(body, scene.radar)}" for effect in effects_named(body.effects)),
     ]
 
 
