@@ -226,5 +226,5 @@ class LivePlots:
 
     def _ended(self) -> list[Plot]:
         scan, self._parts = scan_of(self._parts, self._azimuths), []
-        with np.errstate(invalid="ignore"):  # cells without any power
+        with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
             return list(self._extractor.add(scan).plots)
