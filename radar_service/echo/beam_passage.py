@@ -234,11 +234,10 @@ class BeamPassages:
                 crossing + stretch.last if stretch.ends else np.inf,
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
-            shaded = bool(casters) and len(nodes) > 1
-            if shaded:
+            if casters and len(nodes) > 1:
                 unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
-            parts.append(Part(first, last, nodes, shaded))
+            parts.append(Part(first, last, nodes))
         return tuple(parts)
 
     def _half_angle(self, n: int, crossing: int) -> float:

@@ -224,6 +224,13 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
         integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
 
 
+@BLAS_LIMIT.held()
+def noise_power(prepared: Prepared, azimuths: AzimuthTimes) -> Singles:
+    """Power (K, bins) [W] of the azimuths (K,) of one tile, where they have receiver noise alone."""
+    noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
+    return square_law(prepared.compression.all_from_spectrum(noise))
+
+
 def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:
     """Adds the finished profiles of all that rests."""
     if prepared.resting_profiles is not None:

@@ -65,11 +65,6 @@ class ScattererSet:
             joined, body = joined.chosen(order), body[order]
         return replace(joined, body=body)
 
-    def clear(self) -> None:
-        """Drops cached results, so that the next call can be timed."""
-        for model in self.models:
-            model.clear()
-
 
 def build_scatterers(bodies: Sequence[Body], key: Sequence[int], context: ScatteringContext) -> ScattererSet:
     """The scatterers of `bodies`; key: (B,) the index of each in the scene, rising."""

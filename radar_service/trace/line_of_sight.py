@@ -106,15 +106,13 @@ class OcclusionScene:
         antenna: Floats,
         time: float,
         max_range: float,
-        movers: bool = True,
-        among: Collection[int] | None = None,
     ) -> Flags:
         """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
 
         Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
         its place, and on to the point.
         """
-        return self._seen(points, reflection, antenna, time, max_range, movers, among)
+        return self._seen(points, reflection, antenna, time, max_range)
 
     def _seen(
         self,
@@ -123,8 +121,8 @@ class OcclusionScene:
         antenna: Floats,
         time: float,
         max_range: float,
-        movers: bool,
-        among: Collection[int] | None,
+        movers: bool = True,
+        among: Collection[int] | None = None,
         over_horizon: float = 0.0,
     ) -> Flags:
         """Tests visibility for `visible` and, where there are reflection points (E, 3), for `visible_by_sea`."""
