@@ -1,4 +1,4 @@
-"""Parts that join by entry points, ours and those of others alike: ports, readers, effects, scattering, commands, trackers.
+"""Entry points, ours and those of others: ports, readers, effects, scattering, commands, trackers.
 
 A part is a line of a `pyproject.toml`, below `[project.entry-points."radar_service.GROUP"]`. It is imported where it is needed.
 """

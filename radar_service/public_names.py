@@ -1,4 +1,4 @@
-"""Public names of packages, imported when they are first used, so that a service, which needs few of them, starts soon."""
+"""Public names of packages, each imported when it is first used."""
 
 import ast
 import sys

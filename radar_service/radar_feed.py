@@ -1,4 +1,4 @@
-"""A radar for tests of trackers: scans, and the truth of their beam crossings, computed in process or received from a service."""
+"""A radar for tests of trackers: scans and the truth of their beam crossings, in process or from a service."""
 
 import json
 import subprocess

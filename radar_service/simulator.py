@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from radar_service.engine.preparation import Prepared
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Singles
+from radar_service.numerics.types import Indices, Singles
 from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import NOTHING_KNOWN, Plan, plan_for
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.cell_sources import PowersOf, source_request
 from radar_service.records.fidelity import Fidelity
+from radar_service.records.reports import Readings
 from radar_service.records.spokes import Spoke, SpokeBlock
 from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.scans.sector import Sector
@@ -148,6 +150,15 @@ class Simulator:
         azimuths = self.scene.radar.azimuths
         return scan_of(self.blocks(scans=1, size=azimuths), azimuths)
 
+    @property
+    def pulses(self) -> tuple[Prepared, ...]:
+        """The scene prepared for each pulse of the radar; none for the fidelity `documented`."""
+        return self._made.pulses
+
+    def reported(self, number: Indices) -> Readings:
+        """Returns boresight and own ship of spokes of these numbers (K,) as they report them, by the errors of the first."""
+        return self._stream.reported(number)
+
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` scans one by one, in order; None: without end."""
         for block in self.blocks(scans):
@@ -227,7 +238,7 @@ class Simulator:
         return self._stream.command(body, spoke, time, values)
 
     def take(self, command: Command) -> None:
-        """Takes a command that was made for this scene, by another simulator of it. It acts as of `command`."""
+        """Takes a command that was made for this scene, by another simulator of it. It acts as one of `command`."""
         self._stream.take(command)
 
     @property

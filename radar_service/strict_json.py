@@ -1,4 +1,4 @@
-"""JSON whose tables have each key once: of two values for one key a parser would silently take the last."""
+"""JSON whose tables have each key once; of two values for one key a parser would silently take the last."""
 
 import json
 from typing import Any

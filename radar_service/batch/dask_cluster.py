@@ -73,7 +73,7 @@ def check_versions(address: str, versions: Mapping[str, Any]) -> None:
     here = _packages(versions["client"])
     others = {
         "the scheduler": versions["scheduler"],
-        **{f"worker {name}": each for name, each in versions["workers"].items()},
+        **{f"worker {name}": worker for name, worker in versions["workers"].items()},
     }
     for who, each in others.items():
         for name, there in _packages(each).items():

@@ -48,7 +48,7 @@ class WorkerProcesses:
     """Worker processes, each started with its first job. Leaving its `with` block ends them; jobs that they have are lost."""
 
     def __init__(self, count: int, memory: int | None = None) -> None:
-        """count, memory: as of `processes`."""
+        """count: of processes; memory: that each may take beyond what it begins with [bytes]; None: no limit."""
         self._memory = memory
         self._jobs: SimpleQueue[Waiting | None] = SimpleQueue()
         self._lock, self._closing = threading.Lock(), False
@@ -56,8 +56,8 @@ class WorkerProcesses:
         self._threads = [
             threading.Thread(target=self._serve, args=(k,), name=f"worker {k}", daemon=True) for k in range(count)
         ]
-        for each in self._threads:
-            each.start()
+        for thread in self._threads:
+            thread.start()
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> "Future[Any]":
         """Begins function(*arguments) in a worker. Its future may have WorkerDied, or what it raised, with its traceback."""
@@ -80,8 +80,8 @@ class WorkerProcesses:
             self._jobs.put(None)
         for worker in [*self._workers.values()]:
             worker.end()
-        for each in self._threads:
-            each.join()
+        for thread in self._threads:
+            thread.join()
 
     def _serve(self, number: int) -> None:
         """Gives jobs to one worker after the other."""

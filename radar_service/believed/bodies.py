@@ -57,7 +57,10 @@ def _set_up(part: Table, heel: float, bow: float, bearing: float) -> Table:
     ahead, heading = math.radians(turn), math.radians(bow + turn)
     east, north, up = placed(bearing, NM, 10.0)
     off = float(part.get("ahead", 0.0))
-    return {key: value for key, value in part.items() if key != "ahead"} | {
+    tilt, side = math.radians(heel), math.radians(bow + 90.0)  # a stack leans over the starboard side
+    lean, up = float(part.get("up", 0.0)) * math.sin(tilt), up + float(part.get("up", 0.0)) * math.cos(tilt)
+    east, north = east + lean * math.sin(side), north + lean * math.cos(side)
+    return {key: value for key, value in part.items() if key not in ("ahead", "up")} | {
         "position_m": [east + off * math.sin(heading), north + off * math.cos(heading), up],
         "heading_deg": (bow + turn + 180.0) % 360.0 - 180.0,
         "list_deg": heel * math.cos(ahead), "trim_deg": heel * math.sin(ahead),
@@ -101,6 +104,7 @@ MARKET: dict[str, list[Table]] = {
     "16 in": octahedral(0.406),
     "18 in": octahedral(0.457),
     "corner": [{"reflector": "corner", "edge_m": 0.3}],
+    "tube, 4 in": [{"reflector": "octahedral", "edge_m": 0.05, "up": 0.08 * k, "heading_deg": 15 * k} for k in range(7)],
 }
 
 

@@ -64,7 +64,7 @@ def nathanson(row: str, run: Run) -> list[Figure]:
     return [*figures, Figure.within("mean difference", mean, 0.0, MEAN_DB, "dB")]
 
 
-JRC_WAVES, JRC_WIND = (0.6, 0.9, 1.2, 2.0, 3.0, 4.0), ((5, 7), (7, 11), (12, 16), (17, 19), (20, 25), (26, 33))  # m, kn
+JRC_WAVES = (0.6, 0.9, 1.2, 2.0, 3.0, 4.0)  # m
 
 
 def wave_heights(run: Run, states: tuple[int, ...] = (1, 2, 3, 4, 5, 6)) -> list[float]:

@@ -21,8 +21,9 @@ from radar_service.believed.run import (
     reaching,
     ring,
 )
-from radar_service.numerics.types import Floats, Indices
-from radar_service.plots.false_alarms import known_level_factor
+from radar_service.numerics.gamma_law import known_level_factor
+from radar_service.numerics.types import Floats, Indices, Singles
+from radar_service.radar.parameters import Radar
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 
@@ -31,9 +32,22 @@ AIR = {"noise": True, "multipath": True}
 Level = Callable[[Scan, float, int], float]  # threshold [W] of a scan about a bearing [rad] and in a cell
 
 
-def threshold_in_noise(simulator: Simulator, pfa: float = PFA) -> float:
-    """Returns the power [W] that noise alone exceeds with a probability."""
-    return known_level_factor(pfa, simulator.scene.radar.pulses_integrated) * simulator.noise_power
+def spokes_of_beam(radar: Radar) -> int:
+    """Returns the spokes within the half-power beam, an odd number: those over which a ship's radar integrates."""
+    return 2 * int(radar.beamwidth / 2.0 / radar.azimuth_step) + 1
+
+
+def over_beam(power: Singles, radar: Radar) -> Floats:
+    """Returns the mean (A, N) of power (A, N) [W] over the spokes of the beam about each, as `MarineThreshold` integrates."""
+    half = spokes_of_beam(radar) // 2
+    shifted = [np.roll(power, k, axis=0) for k in range(-half, half + 1)]
+    return np.asarray(np.mean(shifted, axis=0, dtype=np.float64))
+
+
+def threshold_in_noise(simulator: Simulator) -> float:
+    """Returns the power [W], averaged over the pulses of the beam, that noise alone exceeds with PFA."""
+    radar = simulator.scene.radar
+    return known_level_factor(PFA, radar.pulses_integrated * spokes_of_beam(radar)) * simulator.noise_power
 
 
 def detected(
@@ -42,18 +56,20 @@ def detected(
 ) -> Floats:  # fmt: skip
     """Returns the share of scans (B,) in which each of some bodies exceeds the threshold in a cell beside its own.
 
-    level: of the scan; by default that of PFA over the mean noise. extent: of a body along range, on either side [m].
+    level: of the scan; by default that of PFA over the mean noise, and power is averaged over the beam.
+    extent: of a body along range, on either side [m].
     """
     simulator = run.simulator(radar, environment, bodies, own_ship, fidelity=fidelity)
     noise, hits = threshold_in_noise(simulator), np.zeros(len(bodies))
     cells = 1 + math.ceil(extent / simulator.range_step)
     for _ in range(scans):
         scan = simulator.scan()
+        power = scan.power if level else over_beam(scan.power, simulator.scene.radar)
         crossings = {int(each.body.split()[-1]): each for each in simulator.crossings(scan.number)}
         for number, crossing in crossings.items():
             cell = int(crossing.range / simulator.range_step)
             threshold = noise if level is None else level(scan, crossing.bearing, cell)
-            hits[number] += around(scan.power, simulator, crossing.bearing, crossing.range, cells).max() > threshold
+            hits[number] += around(power, simulator, crossing.bearing, crossing.range, cells).max() > threshold
     return np.asarray(hits / scans)
 
 
@@ -147,8 +163,9 @@ def shore_share(run: Run, radar: Table, height: float, nautical: float) -> float
     simulator = run.simulator(reaching(radar, nautical * NM + 2500.0), AIR, [shore], sector=(-0.02, 0.02), fidelity="fast")
     hits = 0
     for _ in range(10):
-        power = around(simulator.scan().power, simulator, 0.0, nautical * NM + 300.0, round(300.0 / simulator.range_step))
-        hits += float(power.max()) > threshold_in_noise(simulator, PFA / 100.0)  # of some 100 cells
+        scan = over_beam(simulator.scan().power, simulator.scene.radar)
+        power = around(scan, simulator, 0.0, nautical * NM + 300.0, round(300.0 / simulator.range_step))
+        hits += float(power.max()) > threshold_in_noise(simulator)  # of each cell, as of a point's
     return hits / 10.0
 
 
@@ -296,7 +313,7 @@ def sart_range(run: Run) -> list[Figure]:
         for each in simulator.crossings(scan.number):
             dot = each.effects["beacon"].first_dot
             if dot is not None:
-                power = around(scan.power, simulator, each.bearing, dot, 3)
+                power = around(over_beam(scan.power, simulator.scene.radar), simulator, each.bearing, dot, 3)
                 hits[int(each.body.split()[-1])] += power.max() > threshold_in_noise(simulator)
     return [Figure.least("first detection", float(nautical[hits >= 8].max(initial=0.0)), 5.0, "NM")]
 

@@ -100,13 +100,13 @@ ORDER = ("outside", "inside", "shown")
 HEAD = """# Believed
 
 This page holds the simulator against figures that others have published. `radar-service believed -o DIR` computes it again,
-its scenes and its picture; `radar-service believed {example} -o DIR` one row. Scenes lie in a folder of the row's name.
-They run by themselves: `radar-service scan DIR/{example}/scene-1.json -o out.npz`.
+`radar-service believed {example} -o DIR` one row. The scenes of a row run by themselves: `radar-service scan
+DIR/{example}/scene-1.json -o out.npz`.
 
-The rows were fixed before any of them was computed, and none was dropped. A row is inside where all its figures are.
-One that the engine cannot express is outside. Rows of a model, rows recalled without a source, and rows without a number
-are shown, not counted. Rows of antennas and sets give the scene what a maker prints, and test that a scan shows it.
-Detection ranges of the standard are those of the Furuno sets of ships (`[radar] set`), on the scale that shows all that is asked.
+The rows were fixed before any was computed, and none was dropped. A row is inside where all its figures are; one that the engine
+cannot express is outside. Rows of a model, without a source or without a number are shown, not counted. Rows of antennas and sets
+give the scene what a maker prints, and test that a scan shows it. Detection ranges of the standard are those of the Furuno sets
+of ships (`[radar] set`), on the scale that shows all that is asked, with power averaged over the beam.
 
 **{inside} of {counted} rows are inside.** {shown} are shown. What is outside comes first.
 

@@ -37,7 +37,13 @@ NO_PART = (
     "clients",
     "scenes",
 )  # of what makes plots and truth
-OF_BENCH = ("run.py", "plot_errors.py", "kept_plots.py", "recorded.py")  # files of the bench that have a part in it
+OF_BENCH = (
+    "run.py",
+    "few_tiles.py",
+    "plot_errors.py",
+    "kept_plots.py",
+    "recorded.py",
+)  # files of the bench that have a part in it
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
+from radar_service.bench.few_tiles import FewTiles, has_few, last_spoke
 from radar_service.bench.plot_errors import with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
@@ -86,12 +87,16 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)
-    for _ in range(scenario.scans):
-        scan = simulator.scan()
-        ended = extractor.add(scan)
-        truths = truths_of(simulator, scan.number, scenario.tracked)
-        plots = with_errors(ended.plots, truths, scenario.plot_errors, float(scan.heading[-1]), seed, scan.number)
-        yield ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths, ended.flood)
+    few = FewTiles(simulator, extractor.threshold, scenario.scans) if has_few(simulator, extractor.threshold) else None
+    for number in range(scenario.scans):
+        if few:
+            ended, last = few.plots(number, extractor)
+        else:
+            scan = simulator.scan()
+            ended, last = extractor.add(scan), last_spoke(scan)
+        truths = truths_of(simulator, number, scenario.tracked)
+        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number)
+        yield ScanResult(given_from(last, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
@@ -125,14 +130,15 @@ def rule_of(settings: PlotSettings) -> ClusterRule:
 
 def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
     """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
-    end = (scan.number + 1) * rotation_period
-    later = end - float(scan.time[-1])
-    course, speed = float(scan.course[-1]), float(scan.speed[-1])
-    east, north = scan.position[-1] + later * speed * np.array([np.sin(course), np.cos(course)])
-    return TrackerInput(
-        scan=scan.number, time=end, east=float(east), north=float(north), heading=float(scan.heading[-1]), course=course,
-        speed=speed, plots=tuple(plots),
-    )  # fmt: skip
+    return given_from(last_spoke(scan), plots, rotation_period)
+
+
+def given_from(last: TrackerInput, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
+    """Returns what a tracker gets of one scan. last: own ship at its last spoke."""
+    end = (last.scan + 1) * rotation_period
+    way = (end - last.time) * last.speed * np.array([np.sin(last.course), np.cos(last.course)])
+    east, north = (np.array([last.east, last.north]) + way).tolist()
+    return replace(last, time=end, east=east, north=north, plots=tuple(plots))
 
 
 def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:

@@ -136,9 +136,9 @@ def _radars(make: "Callable[[SceneRequest], SceneProcess]", scene_request: "Scen
     with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
         starting = [threads.submit(make, other) for other in others]
     with contextlib.ExitStack() as on_failure:
-        for radar in (first, *(each.result() for each in starting if not each.exception())):
+        for radar in (first, *(future.result() for future in starting if not future.exception())):
             on_failure.callback(radar.close)
-        radars = [first, *(each.result() for each in starting)]
+        radars = [first, *(future.result() for future in starting)]
         on_failure.pop_all()
     return radars
 

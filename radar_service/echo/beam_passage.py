@@ -123,7 +123,7 @@ class BeamPassages:
         return self._nodes.get(key, lambda: self.evaluated(n, spoke, time))
 
     def _observed(self, spoke: int, presence_time: float) -> tuple[Floats, Instant]:
-        """The antenna (3,) and the instant of a spoke; presence_time: as of `node`."""
+        """The antenna (3,) and the instant of a spoke, with the bodies that are present at `presence_time` [s]."""
         time = self._scene.radar.time_of_spokes(float(spoke))
         instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         return self._scene.antenna(time)[0], instant
@@ -143,13 +143,13 @@ class BeamPassages:
         return self._schedules.get(key, lambda: self._scheduled(n, crossing, time))
 
     def _passage(self, n: int, crossing: int, time: float | None) -> tuple[tuple[int, int, bytes], float]:
-        """What a passage of body n depends on, and the time at which bodies are present [s]; time: as of `parts`."""
+        """What a passage of body n depends on, and the time at which bodies are present [s]: `time`, None for the crossing's."""
         time = self._scene.radar.time_of_spokes(float(crossing)) if time is None else time
         return (n, crossing, self._line_of_sight.presences.state(time)), time
 
     def nodes(self, n: int, crossing: int, time: float | None = None) -> Indices:
-        """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing; time: as of
-        `parts`."""
+        """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing. time: when
+        bodies that shade it are present [s], None: at the crossing."""
         return np.concatenate([part.nodes for part in self.parts(n, crossing, time)])
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
@@ -173,7 +173,7 @@ class BeamPassages:
     def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
         """Sectors (2 N,) that no body leaves during a slot: bearings of its middle at both ends, and half the widths [rad]."""
         slot = self._scene.radar.rotation_period / SLOTS
-        ends = [self._bearings(max(each, 0) * slot) for each in (number, number + 1)]
+        ends = [self._bearings(max(end, 0) * slot) for end in (number, number + 1)]
         bearing, distance = (np.concatenate(parts) for parts in zip(*ends, strict=True))
         return bearing, _aside(np.tile(self._radius + self._speed * slot + self._swing, 2), distance)
 
@@ -234,11 +234,10 @@ class BeamPassages:
                 crossing + stretch.last if stretch.ends else np.inf,
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
-            shaded = bool(casters) and len(nodes) > 1
-            if shaded:
+            if casters and len(nodes) > 1:
                 unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
-            parts.append(Part(first, last, nodes, shaded))
+            parts.append(Part(first, last, nodes))
         return tuple(parts)
 
     def _half_angle(self, n: int, crossing: int) -> float:
@@ -273,7 +272,7 @@ class BeamPassages:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
     def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke; presence_time: as of `node`."""
+        """The echoes of body n as it is at a spoke, shadowed by bodies that are present at `presence_time` [s]."""
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(spoke, presence_time)
         echoes = model.body_echoes(local, antenna, instant)

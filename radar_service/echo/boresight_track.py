@@ -27,7 +27,7 @@ MAX_TURN = 0.5  # of the antenna's own turn: bearings that change faster are too
 
 @dataclass(frozen=True)
 class BoresightTrack:
-    """The antenna of a scene by azimuth number. Before the start own ship moves on as she begins."""
+    """The antenna of a scene by azimuth number. Before the start own ship moves as at the start."""
 
     scene: Scene
 

@@ -195,7 +195,7 @@ class LandPassages:
 def joined(parts: list[ObservedEchoes], points: list[Indices]) -> ObservedEchoes:
     """The echoes of consecutive pieces; each point, which `points` (N,) name, once: as in the piece nearest to the middle."""
     echoes = BodyEchoes.joined([part.echoes for part in parts])
-    piece = np.repeat(np.arange(len(parts)), [len(each) for each in points])
+    piece = np.repeat(np.arange(len(parts)), [len(part) for part in points])
     order = np.argsort(np.abs(piece - (len(parts) - 1) / 2.0), kind="stable")
     _, first = np.unique(np.concatenate(points)[order], return_index=True)
     if len(first) < len(order):

@@ -54,9 +54,9 @@ class MovingEchoes:
         self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False,
         paths: Sequence[BeamPath] = (), passages: BeamPassages | None = None,
     ) -> None:  # fmt: skip
-        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`; paths: by which echoes are
-        received, with a beam of gain 1; none: directly, with that of the beam; passages: of the bodies by aspect; None: of their
-        own."""
+        """beam: its extent is how far off boresight echoes count; at_rest: bodies and antenna rest; paths: by which echoes are
+        received, with a beam of gain 1; none: directly, with that of the beam; passages: of the bodies by aspect; None: made
+        here."""
         self._paths = paths
         self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
@@ -75,7 +75,7 @@ class MovingEchoes:
         return len(self._bodies)
 
     def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`.
+        """The visibility snapshot of a step; time: when those bodies are present that it shows [s], None: its middle.
 
         Blocks lie within a step, but those of earlier pulses begin before it.
         """
@@ -142,7 +142,7 @@ class MovingEchoes:
     def _parts(
         self, observed: ObservedEchoes, around: Indices, geometry: BlockGeometry, middle: float, half: float
     ) -> list[tuple[BeamWeightedEchoes, Floats]]:
-        """The echoes `around` (M,) within `half` of the bearing `middle` [rad], in parts, as of `_part`."""
+        """The echoes `around` (M,) within `half` of the bearing `middle` [rad], in parts, with their bearings (E, K) [rad]."""
         (positions,) = geometry.positions(observed, around, [1])
         apparent = positions if geometry.level is None else positions @ geometry.level[1].T
         chosen = around[_within(apparent, middle, half)]

@@ -24,13 +24,11 @@ GAIN_SAMPLES = 1056  # of a part, at which the gain is taken
 
 
 class Part(NamedTuple):
-    """Spokes of a passage from `first` to `last`, inf where the passage goes on; the nodes (M,) between them; whether shadows
-    move over the body meanwhile."""
+    """Spokes of a passage from `first` to `last`, inf where the passage goes on; the nodes (M,) between them."""
 
     first: float
     last: float
     nodes: Indices
-    shaded: bool = False
 
     def weights(self, spoke: Floats) -> Singles:
         """Weights (M, K) of the nodes at spokes (K,), 0 outside the part."""

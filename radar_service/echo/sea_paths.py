@@ -186,7 +186,7 @@ def sea_paths(
     radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0,
     land: LandBefore | None = None,
 ) -> SeaPaths:  # fmt: skip
-    """Both rays to the targets at a site; tilt_error, land: as of `radar_two_rays`."""
+    """Both rays to the targets at a site; tilt_error: added to elevations in the beam [rad]; land: before the targets."""
     rays = radar_two_rays(radar, environment, *site, tilt_error, land)
     return SeaPaths(rays, paths, 2.0 * np.pi / radar.wavelength)
 
@@ -203,7 +203,7 @@ def range_and_factor(
 ) -> tuple[Floats, Complexes]:
     """Ranges (E,) [m] of echoes at rest and their factors (E,): elevation gain, gas and rain, and paths.
 
-    tilt_error, land: as of `radar_two_rays`.
+    height: of the targets above the sea (E,) [m]; tilt_error: added to elevations in the beam [rad]; land: before the targets.
     """
     loss = attenuation(radar, environment, polar.range)
     if not environment.multipath:

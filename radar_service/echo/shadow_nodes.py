@@ -93,7 +93,7 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
             stride //= 2
     firm = sorted({*range(0, last, stride), last})
-    size = max(float(np.linalg.norm(evaluate(*2 * (int(nodes[each]),)).field)) for each in firm)
+    size = max(float(np.linalg.norm(evaluate(*2 * (int(nodes[row]),)).field)) for row in firm)
     allowed = CHANGE * size * slack(nodes)
     chosen = set(firm)
     left = list(zip(firm[:-1], firm[1:], strict=True))
@@ -104,7 +104,7 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         middle = _middle(nodes, begin, end)
         chosen.add(middle)
         share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
-        before, between, after = (evaluate(int(nodes[each]), int(nodes[middle])) for each in (begin, middle, end))
+        before, between, after = (evaluate(int(nodes[row]), int(nodes[middle])) for row in (begin, middle, end))
         if _bend(before, between, after, share) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]

@@ -200,7 +200,7 @@ def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
 
 
 def _sways_gently(scene: Scene) -> bool:
-    """Whether own ship heaves and her mast swings no faster than the grid follows."""
+    """Whether own ship heaves and its mast swings no faster than the grid follows."""
     sway = scene.own_ship.sway
     if sway is None:
         return True

@@ -82,7 +82,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression, without those of `land_spectra`; None without any.
 
-    record: as of `profiles`. Land there has a row for each echo, from which sources are told apart.
+    record: gets what the stages add. Land there has a row for each echo, from which sources are told apart.
     """
     if not land_holds(prepared, azimuths):
         return echo_rows(prepared, azimuths, record)
@@ -135,7 +135,7 @@ def echo_rows(
 
 def _nothing_moves(prepared: Prepared) -> bool:
     """Whether no echo has a range history."""
-    alone = prepared.land is None and not any(each.has_echoes for each in prepared.stages.values())
+    alone = prepared.land is None and not any(stage.has_echoes for stage in prepared.stages.values())
     return alone and not len(prepared.moving) and not prepared.shadows.possible
 
 
@@ -222,6 +222,13 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
     if radar.pulses_integrated > 1 and prepared.scene.environment.noise:
         noise = receiver_noise_power(radar)
         integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
+
+
+@BLAS_LIMIT.held()
+def noise_power(prepared: Prepared, azimuths: AzimuthTimes) -> Singles:
+    """Power (K, bins) [W] of the azimuths (K,) of one tile, where they have receiver noise alone."""
+    noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
+    return square_law(prepared.compression.all_from_spectrum(noise))
 
 
 def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:

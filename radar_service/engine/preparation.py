@@ -157,7 +157,7 @@ def _scatterers(
 
 
 def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None = None) -> ScatteringContext:
-    """What scatterers of bodies are built from; rays: as of `prepare`."""
+    """What scatterers of bodies are built from; rays: counts the rays cast."""
     return ScatteringContext(
         scene.radar,
         fidelity,
@@ -181,8 +181,8 @@ def rests(body: Body, scene: Scene, fidelity: Fidelity) -> bool:
 
 def _paths(scene: Scene, beam: Beam) -> list[BeamPath]:
     """The paths of moving echoes where there are others than the direct one, or something changes the beam on that."""
-    effects = [each for each in effects_in(scene) if each.has_paths]
-    others = [path for each in effects for path in each.stage().paths(scene, beam, numbers_of(scene, each.name)[1])]
+    effects = [effect for effect in effects_in(scene) if effect.has_paths]
+    others = [path for effect in effects for path in effect.stage().paths(scene, beam, numbers_of(scene, effect.name)[1])]
     return [DirectPath(beam), *others] if effects or beam.pattern is not None else []
 
 

@@ -59,7 +59,7 @@ class SensorLaws:
     stream: of the water, east and north [m/s]: the log measures the speed through the water, and the speed over ground that is
     reported has the log's error.
     seed: of the noise. radar_key: of the antenna's noise, one for each radar. ship: name of the body that carries the radar, or
-    None: all radars of a ship share her sensors, and their noise is not that of another ship.
+    None: all radars of a ship share its sensors, and their noise is not that of another ship.
     """
 
     def __init__(

@@ -1,1 +1,1 @@
-"""Kernels in C for the innermost loops of the engine, who compiles them in every build, and the checked functions of them."""
+"""Kernels in C for the innermost loops of the engine, their build, and the functions that check their arguments."""

@@ -78,7 +78,7 @@ def engine_counts(set_up: SetUp) -> Counts:
     """Counts of what the engine computes."""
     prepared = set_up.prepared
     visible, shadows = first_visibility_update(prepared), prepared.shadows.at(0)
-    radar, scattered = prepared.scene.radar, [prepared.resting_set, *(each.scatterers for each in _visibilities(prepared))]
+    radar, scattered = prepared.scene.radar, [prepared.resting_set, *(part.scatterers for part in _visibilities(prepared))]
     return Counts(
         len(prepared.resting),
         visible,
@@ -96,7 +96,7 @@ def engine_counts(set_up: SetUp) -> Counts:
 def counts_per_body(prepared: Prepared) -> PerBody:
     """Scatterers and echoes of each body."""
     scatterers, echoes = (np.zeros(len(prepared.scene.bodies), dtype=np.int64) for _ in range(2))
-    moving = [(each.scatterers, each.all_round(0).body) for each in _visibilities(prepared)]
+    moving = [(visibility.scatterers, visibility.all_round(0).body) for visibility in _visibilities(prepared)]
     for bodies, body in ((prepared.resting_set, prepared.resting.body), *moving):
         scatterers[bodies.key] += bodies.scatterers
         echoes[bodies.key] += np.bincount(body, minlength=len(bodies))
@@ -160,10 +160,10 @@ def timed_costs(prepared: Prepared) -> Costs:
         _compute(prepared, stretch[0] - 1, Stopwatch(updates=watch.updates))
         for tile in stretch:
             _compute(prepared, tile, watch)
-    each = MICROSECONDS / watch.azimuths
+    share = MICROSECONDS / watch.azimuths
     update = float(np.mean(list(watch.updates.values()))) * MICROSECONDS
     per_update = prepared.moving.visibility.interval / prepared.scene.radar.spoke_period
-    own, effects = ({name: seconds * each for name, seconds in spent.items()} for spent in (watch.stages, watch.effects))
+    own, effects = ({name: seconds * share for name, seconds in spent.items()} for spent in (watch.stages, watch.effects))
     return Costs(looks=update / per_update, effects=effects, **own)
 
 

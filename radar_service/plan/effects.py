@@ -183,7 +183,7 @@ def _air(scene: Scene) -> list[PlanItem]:
     environment = scene.environment
     lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0 or len(environment.attenuators) > 0
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
-    text += "".join(f"; {each.text}" for each in environment.attenuators)
+    text += "".join(f"; {attenuator.text}" for attenuator in environment.attenuators)
     return [
         PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy and not environment.attenuators else ""))
     ]
@@ -246,8 +246,8 @@ def _stages(
     scene: Scene, fidelity: Fidelity, of_radar: bool, costs: Mapping[str, float] = MappingProxyType({})
 ) -> list[PlanItem]:
     """What effects say of themselves: those with keys of the radar, or all others. costs: by their names [us]."""
-    chosen = [each for each in effects_in(scene) if bool(each.radar_keys) == of_radar]
-    return [item for each in chosen for item in each.stage().plan(scene, fidelity, costs.get(each.name))]
+    chosen = [effect for effect in effects_in(scene) if bool(effect.radar_keys) == of_radar]
+    return [item for effect in chosen for item in effect.stage().plan(scene, fidelity, costs.get(effect.name))]
 
 
 def _unspecified(items: Sequence[PlanItem]) -> list[PlanItem]:

@@ -125,13 +125,21 @@ class PlotExtractor:
 
     def add(self, scan: Scan) -> ScanPlots:
         """Returns the plots that end in a scan, which follows the one before. Missing spokes (NaN) hold no detections."""
-        if self._first is None:
-            self._first = scan.number * self._geometry.azimuths
         power = scan.power if self._land is None else self._land.without(scan)
-        fresh = detections_of(scan, self.threshold.of(power))
+        return self.add_detections(
+            scan.number, detections_of(scan, self.threshold.of(power)), scan.power.size, scan.range[0]
+        )
+
+    def add_detections(self, number: int, fresh: Detections, size: int, first: float) -> ScanPlots:
+        """Returns the plots that end in the scan of a number, which follows the one before, from its detections.
+
+        size: number of its cells; first: range of its first samples [m].
+        """
+        if self._first is None:
+            self._first = number * self._geometry.azimuths
         recent = self._before.and_then(fresh)
-        cells, plot = self._ended(recent, (scan.number + 1) * self._geometry.azimuths)
-        geometry = replace(self._geometry, first=float(scan.range[0]))  # where the feed says that samples stand
+        cells, plot = self._ended(recent, (number + 1) * self._geometry.azimuths)
+        geometry = replace(self._geometry, first=float(first))  # where the feed says that samples stand
         groups = Groups(plot)
         of_plots = recent.only(cells)
         columns = plot_columns(of_plots, groups, geometry)
@@ -141,11 +149,11 @@ class PlotExtractor:
         best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
         best = best[np.argsort(columns["time"][best], kind="stable")]
         dropped = len(kept) - len(best)
-        flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold, self._nearest)
+        flood = flood_of(number, len(fresh), size, len(best), dropped, self.threshold, self._nearest)
         self._warn(flood)
         plots = tuple(plots_of(columns, best))
         return ScanPlots(
-            scan.number, plots if self._tags is None else self._tags.of(plots), int(explained.sum()), dropped, flood,
+            number, plots if self._tags is None else self._tags.of(plots), int(explained.sum()), dropped, flood,
             of_plots.only(groups.members(best)), fresh,
         )  # fmt: skip
 
@@ -153,7 +161,7 @@ class PlotExtractor:
         if flood and not self._warned:
             self._warned = True
             if self._tell is None:
-                warnings.warn(str(flood), FloodWarning, stacklevel=3)
+                warnings.warn(str(flood), FloodWarning, stacklevel=4)
             else:
                 self._tell(str(flood))
 
@@ -218,5 +226,5 @@ class LivePlots:
 
     def _ended(self) -> list[Plot]:
         scan, self._parts = scan_of(self._parts, self._azimuths), []
-        with np.errstate(invalid="ignore"):  # cells without any power
+        with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
             return list(self._extractor.add(scan).plots)

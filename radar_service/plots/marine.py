@@ -57,7 +57,7 @@ class MarineThreshold:
     """The threshold of a ship's radar in sea, rain and land. Cells that are NaN, such as land, have no part in any level.
 
     radar: whose spokes they are.
-    pfa: probability of false alarm per cell of noise or clutter; less where pulses of a spoke are integrated.
+    pfa: probability of false alarm per cell of noise or clutter.
     guard: length on each side of a cell that is left out [m].
     window: length on each side that counts [m].
     """
@@ -159,18 +159,22 @@ class MarineThreshold:
 
     def _speckle_factors(self, clutter: Singles) -> Singles:
         """The factor (A, N) on the level of clutter without texture, which a region of little clutter has too few looks of."""
-        factors = speckle_factor(CLUTTER_TO_NOISE, self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
-        decade = np.log10(np.maximum(clutter, np.float32(CLUTTER_TO_NOISE[0])))
-        return np.interp(decade, np.log10(CLUTTER_TO_NOISE), factors).astype(np.float32)
+        pulses = self.radar.pulses_integrated
+        ratios = CLUTTER_TO_NOISE / pulses
+        factors = speckle_factor(ratios, self._spokes * pulses, effective_looks(self.radar, self._spokes), self.pfa)
+        decade = np.log10(np.maximum(clutter, np.float32(ratios[0])))
+        return np.interp(decade, np.log10(ratios), factors).astype(np.float32)
 
     def _log_factor(self, cells: Singles, clutter: float) -> float:
         """The logarithm of the factor for the ratios (C,) of a region; clutter: to noise, in the mean."""
-        spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
+        pulses = self.radar.pulses_integrated
+        spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa, pulses)
+        ratios = CLUTTER_TO_NOISE / pulses
         places = [len(cells) // 2, int(SPREAD * len(cells))]
         median, upper = np.log(np.partition(cells, places)[places])
-        ratio = max(clutter, CLUTTER_TO_NOISE[0]) if clutter > NO_NOISE else CLUTTER_TO_NOISE[-1]
-        row = int(np.abs(np.log(CLUTTER_TO_NOISE / ratio)).argmin())
-        wider = NOISE_SPREAD / (1.0 + ratio)
+        ratio = max(clutter, ratios[0]) if clutter > NO_NOISE else ratios[-1]
+        row = int(np.abs(np.log(ratios / ratio)).argmin())
+        wider = NOISE_SPREAD / pulses**0.5 / (1.0 + ratio)
         return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
 
 

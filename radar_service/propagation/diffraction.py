@@ -43,7 +43,7 @@ def with_diffraction(rays: TwoRays, site: Site, wavelength: float, earth_radius:
     of the two rays in the field falls smoothly from 1 to 0 over MIXED. It stays 1 above MAX_HEIGHT. The series has the elevation
     gain of the direct ray and a smooth sea.
     """
-    distance, height, antenna = (np.broadcast_to(each, rays.gain.shape) for each in site)
+    distance, height, antenna = (np.broadcast_to(values, rays.gain.shape) for values in site)
     along, up, m = _natural_units(wavelength, earth_radius)
     share = _rise(m * np.sin(rays.geometry.grazing), *MIXED)
     share = 1.0 - (1.0 - share) * _rise(distance / along, *NEAR)

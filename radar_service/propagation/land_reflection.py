@@ -74,7 +74,7 @@ def over_land(
         which, cell = tuple(index[left] for index in which), cell[left]
     if not len(cell):
         return rays
-    distance, height, antenna, tilt = (np.broadcast_to(each, shape) for each in (*site, tilt_error))
+    distance, height, antenna, tilt = (np.broadcast_to(values, shape) for values in (*site, tilt_error))
     d, h, a = distance[which], height[which], antenna[which]
     plane = mask.height.take(cell).astype(np.float64)
     point = reflection_distance(d, np.maximum(h - plane, 0.0), np.maximum(a - plane, _TINY), earth_radius)

@@ -103,8 +103,8 @@ def specular_geometry(
 def moved_excess(geometry: SpecularGeometry, before: Site, after: Site, earth_radius: float) -> Floats:
     """Excess R1 + R2 - R [m] after small moves, without solving for the reflection point anew.
 
-    before, after: distance, height and antenna height [m], as of `specular_geometry`. The reflection point moves as over a flat
-    sea. By Fermat its error counts in second order: below 1e-6 m for moves by 2 m and heights by 0.3 m.
+    before, after: distance along the earth, height and antenna height above the sea [m]. The reflection point moves as over
+    a flat sea. By Fermat its error counts in second order: below 1e-6 m for moves by 2 m and heights by 0.3 m.
     """
     (d, h, antenna_height), (old_d, old_h, old_antenna) = after, before
     h, old_h = np.maximum(h, 0.0), np.maximum(old_h, 0.0)

@@ -35,7 +35,9 @@ def attenuation(radar: Radar, environment: Environment, distance: Floats) -> Flo
 
 def local_attenuation(radar: Radar, environment: Environment, lines: SightLines) -> Floats:
     """Two-way amplitude factor (E,) of what attenuates by place and time along lines of sight (E,)."""
-    one_way_db = sum((each.one_way_db(radar, lines) for each in environment.attenuators), np.zeros(len(lines.azimuth)))
+    one_way_db = sum(
+        (attenuator.one_way_db(radar, lines) for attenuator in environment.attenuators), np.zeros(len(lines.azimuth))
+    )
     return np.asarray(10.0 ** (-one_way_db / 10.0))
 
 

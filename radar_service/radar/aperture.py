@@ -86,7 +86,7 @@ class ChangedPattern:
         return self._past(self._without(offset), from_bow, offset)
 
     def two_way_change(self, from_bow: Floats, offset: Floats) -> Complexes:
-        """What changes of the two-way field; arguments as of `one_way`."""
+        """What changes of the two-way field, for targets at `from_bow` from the bow and `offset` from boresight [rad]."""
         offset = wrap_angle(offset)
         without = self._without(offset)
         return self._past(without, from_bow, offset) ** 2 - without**2

@@ -113,7 +113,12 @@ class Compression:
 
     def from_spectrum(self, spectrum: Profiles) -> Profiles:
         """Profiles (K, bins) of spectra (K, size)."""
-        return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins])
+        return np.ascontiguousarray(self.all_from_spectrum(spectrum))
+
+    def all_from_spectrum(self, spectrum: Profiles) -> Profiles:
+        """Profiles (K, bins), with gaps in memory, of spectra (K, size), which are used up."""
+        profiles: Profiles = scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins]
+        return profiles
 
 
 def receiver_noise_power(radar: Radar) -> float:

@@ -121,7 +121,7 @@ def spread_moving(
     longest = float(np.abs(range_migration).max(initial=0.0))
     step = float(np.abs(np.diff(range_migration, axis=1)).max(initial=0.0))
     order, groups = _series(max(longest, step * (count - 1) / 2.0), count)
-    points = [np.ascontiguousarray(each) for each in (column, range_migration, amplitude)]
+    points = [np.ascontiguousarray(values) for values in (column, range_migration, amplitude)]
     points[2] = points[2].view(np.float32)
     for part in np.array_split(np.arange(count), groups):
         middle = -1 if groups == 1 else int(part[0] + part[-1]) // 2

@@ -27,7 +27,9 @@ def schema_of(kind: Any) -> dict[str, Any]:
 def truth_schema() -> dict[str, Any]:
     """Returns the schema of the truth's lines; a header has other fields, and effects of other packages have more."""
     either = {**schema_of(Snapshot)["properties"], **schema_of(Crossing)["properties"]}
-    either |= {each.name: schema_of(each.crossing_record) for each in own_effects() if is_dataclass(each.crossing_record)}
+    either |= {
+        effect.name: schema_of(effect.crossing_record) for effect in own_effects() if is_dataclass(effect.crossing_record)
+    }
     properties = {"type": {"enum": ["header", "crossing", "snapshot"]}, **either}
     return {"title": "radar_service.Truth", "type": "object", "properties": properties, "required": ["type"]}
 

@@ -63,7 +63,7 @@ class Recording:
         )  # fmt: skip
         self.commands = tuple(map(command_from, self._own_commands()))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
-        names = {each["number"]: each["name"] for each in kept["names"]}
+        names = {source["number"]: source["name"] for source in kept["names"]}
         sources = SourceList(
             names, "" if kept["labels"] else NO_LABELS, "" if kept["powers"] else NO_POWERS, on_request=False
         )

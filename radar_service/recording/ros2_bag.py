@@ -60,7 +60,7 @@ class Cdr:
         self._content = bytearray()
 
     def add(self, form: str, *values: float) -> "Cdr":
-        """Adds numbers, each aligned to its size. form: their letters as of `struct`."""
+        """Adds numbers, each aligned to its size. form: a letter of the module `struct` for each."""
         for letter, value in zip(form, values, strict=True):
             self._content += b"\0" * (-len(self._content) % struct.calcsize(letter))
             self._content += struct.pack(f"<{letter}", value)
@@ -128,7 +128,7 @@ class Ros2Bag:
         """Begins an epoch, of which the bag has only the spokes."""
 
     def send(self, batch: SpokeBatch) -> None:
-        """Writes a sector, and before it the clock and own ship at its first ray, where her heading is known."""
+        """Writes a sector, and before it the clock and own ship at its first ray, where its heading is known."""
         start = round(batch.epoch.start_utc.timestamp() * NANOSECONDS)
         nanoseconds = start + round(float(batch.block.time[0]) * NANOSECONDS)
         log_time = nanoseconds / NANOSECONDS
@@ -164,7 +164,7 @@ def _pose(batch: SpokeBatch, nanoseconds: int) -> _Pose:
 
 
 def transforms(pose: _Pose, height: float) -> bytes:
-    """Returns the transforms from the map to own ship, and from her to the radar. height: of the antenna [m]."""
+    """Returns the transforms from the map to own ship, and from there to the radar. height: of the antenna [m]."""
     message = Cdr().add("I", 2)
     message.header(pose.nanoseconds, MAP).text(SHIP).add("ddddddd", *pose.place, *pose.rotation)
     message.header(pose.nanoseconds, SHIP).text(RADAR).add("ddddddd", 0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)

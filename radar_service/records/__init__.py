@@ -1,1 +1,1 @@
-"""What is handed over: spokes, truth, reports of sensors, labels and powers of cells, fidelity."""
+"""Records that rooms hand to each other: spokes, truth, reports of sensors, labels and powers of cells, fidelity."""

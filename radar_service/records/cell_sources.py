@@ -51,7 +51,9 @@ class SourceList:
         """Returns the part of a request that spokes can tell, and do not tell without it."""
         if not self.on_request:
             return SourceRequest()
-        powers = request.powers if request.powers == "all" else tuple(each for each in request.powers if each in self.names)
+        powers = (
+            request.powers if request.powers == "all" else tuple(number for number in request.powers if number in self.names)
+        )
         return SourceRequest(request.labels and not self.no_labels, () if self.no_powers else powers)
 
     def check(self, request: SourceRequest) -> None:

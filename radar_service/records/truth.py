@@ -52,7 +52,7 @@ class ShipStates:
     position, velocity: (K, 3) east, north, up [m, m/s].
     heading: (K,) [rad].
     turn_rate: (K,) of the heading to starboard [rad/s].
-    present: (K,) whether she is there; own ship always is.
+    present: (K,) whether it is there; own ship always is.
     """
 
     time: Floats

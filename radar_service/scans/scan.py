@@ -184,8 +184,8 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
 
 def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
     """Returns the scans of a dataset that `scans_to_xarray` or `scan_to_xarray` made, also after a file."""
-    each = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
-    return [_scan(each.isel(scan=k)) for k in range(each.sizes["scan"])]
+    scans = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
+    return [_scan(scans.isel(scan=k)) for k in range(scans.sizes["scan"])]
 
 
 def _scan(dataset: xarray.Dataset) -> Scan:

@@ -122,10 +122,6 @@ class FixedScatterers(ScatteringModel, ABC):
         above = (span > 0.0) & (high > low)
         return np.where(above, (low + high) / 2.0, position[:, 2]), np.where(above, high - low, 0.0)
 
-    def clear(self) -> None:
-        """Clears nothing: no cache depends on an instant."""
-        return
-
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
         """Positions (E, 3) [m] and normals (E, 3) on the map at time 0; those of bodies at rest hold at all times."""

@@ -165,10 +165,6 @@ class ScatteringModel(Protocol):
         """Echoes as the antenna (3,) on the map [m] observes them, by all paths that the environment has. `body` rises."""
         ...
 
-    def clear(self) -> None:
-        """Drops cached results, so that the next call can be timed."""
-        ...
-
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """A radar cross-section [m^2] that the body hardly ever exceeds: by it bodies are culled."""
@@ -182,7 +178,7 @@ class ScatteringModel(Protocol):
     @staticmethod
     def sampling_db(scatterers: int, multipath: bool) -> float:
         """Predicted error of the mean power of a surface with so many scatterers [dB]; 0 for models without."""
-        ...
+        return 0.0
 
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
@@ -192,7 +188,7 @@ class ScatteringModel(Protocol):
     @staticmethod
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
         """What the error of a body with a mesh grows by over a run."""
-        ...
+        return RunError()
 
     @staticmethod
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:
@@ -220,7 +216,7 @@ class AspectModel(ScatteringModel, Protocol):
     upright: ClassVar[float]
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b alone, as it is at the instant; arguments as in `echoes`."""
+        """Echoes of body b alone, as the antenna (3,) observes it at the instant."""
         ...
 
     def casters(

@@ -19,7 +19,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
+from radar_service.scattering.predictions import Conditions
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
@@ -163,9 +163,6 @@ class RaySampledSurfaces(ScatteringModel):
         order = np.argsort(body, kind="stable")
         return BodyEchoes.of_points(hits.position[own][order], amplitude[order], body[order])
 
-    def clear(self) -> None:
-        """Clears nothing: there is no cache."""
-
     @staticmethod
     @override
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -182,20 +179,10 @@ class RaySampledSurfaces(ScatteringModel):
             f"twenty misses a square metre beyond {missed:.0f} m); no ray leaves beyond 1.5 beamwidths above and below"
         )
 
-    @staticmethod
-    def sampling_db(scatterers: int, multipath: bool) -> float:
-        """None: there are no scatterers."""
-        return 0.0
-
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """Unknown: it depends on how many rays meet the body."""
         return None
-
-    @staticmethod
-    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
-        """Unknown, as at the start."""
-        return RunError()
 
 
 def _closer_hits(

@@ -56,7 +56,7 @@ class ScattererSet:
         return [cast(AspectModel, model) for model in self.models if model.by_aspect]
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""
+        """Echoes of all bodies, by rising body, as the antenna (3,) observes them at an instant."""
         parts = [(np.searchsorted(self.key, model.key), model.echoes(antenna, instant)) for model in self.models]
         joined = BodyEchoes.joined([part for _, part in parts])
         body = np.concatenate([np.zeros(0, dtype=np.int64), *(own[part.body] for own, part in parts)])
@@ -64,11 +64,6 @@ class ScattererSet:
             order = np.argsort(body, kind="stable")
             joined, body = joined.chosen(order), body[order]
         return replace(joined, body=body)
-
-    def clear(self) -> None:
-        """Drops cached results, so that the next call can be timed."""
-        for model in self.models:
-            model.clear()
 
 
 def build_scatterers(bodies: Sequence[Body], key: Sequence[int], context: ScatteringContext) -> ScattererSet:

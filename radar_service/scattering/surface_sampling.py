@@ -228,7 +228,7 @@ def _strata(
     points: _Points, direction: Floats, parts: int, halvings: int, pick: Indices, sea: float
 ) -> tuple[Indices, Floats, Floats, Floats]:
     """Of points (N,) with normals `direction` (N, 3), the one of number `pick` (S,) in each of as many strata, the area that it
-    stands for, and that area's middle height and vertical extent [m]; sea: as of `sample_surface`."""
+    stands for, and that area's middle height and vertical extent [m]; sea: its height in the body's frame [m]."""
     chosen, results = np.empty(len(pick), dtype=np.int64), np.empty((3, len(pick)))
     taken = points.position, direction, points.area, sea, pick
     KERNELS.strata(len(direction), parts, halvings, len(pick), *taken, chosen, *results)

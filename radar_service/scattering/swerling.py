@@ -53,7 +53,7 @@ class Fluctuation:
             weight[own] *= self._factors(bodies, number, azimuth[own[first]])[place]
 
     def _factors(self, bodies: Indices, number: Indices, azimuth: Floats) -> Singles:
-        """Amplitude factors (N, K) of bodies (N,) at azimuths (N,) [rad]; number: as of `apply`."""
+        """Amplitude factors (N, K) of bodies (N,) at azimuths (N,) [rad]; number: (K,) of the azimuths since the start."""
         fraction, fast = azimuth % (2.0 * np.pi) / (2.0 * np.pi), self._fast[bodies]
         draw = np.floor(number / self._azimuths - fraction[:, None] + 1.5).astype(np.int64)
         draw[fast] = number // DRAWS_PER_BLOCK

@@ -25,7 +25,7 @@ from radar_service.world.stream import NO_STREAM, Stream
 
 def radar_from_model(model: RadarModel) -> Radar:
     """Returns the radar in SI units: angles in radians, gains and losses as power ratios."""
-    *near, last = [_single_pulse(each) for each in model.of_each_pulse()]
+    *near, last = [_single_pulse(pulse) for pulse in model.of_each_pulse()]
     fields = [{name: getattr(radar, name) for name in NearPulse.__dataclass_fields__} for radar in near]
     return replace(last, near_pulses=tuple(NearPulse(**pulse) for pulse in fields))
 

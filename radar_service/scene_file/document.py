@@ -70,7 +70,7 @@ def radar_table(document: dict[str, Any], radar_id: str | None) -> dict[str, Any
     radars = document.setdefault("radar", {})
     if isinstance(radars, dict):
         return radars
-    table: dict[str, Any] = next(each for each in radars if radar_id in (None, each["id"]))
+    table: dict[str, Any] = next(radar for radar in radars if radar_id in (None, radar["id"]))
     return table
 
 

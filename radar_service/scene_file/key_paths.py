@@ -34,9 +34,9 @@ def _below(table: Any, step: str, location: str) -> list[Any]:
     if isinstance(table, list):
         if _is_row(table):
             return [_container(table[_position(table, step, location)], step, location)]
-        named = [each for each in table if step == EVERY or step in (each.get(name) for name in NAMES)]
+        named = [entry for entry in table if step == EVERY or step in (entry.get(name) for name in NAMES)]
         if not named:
-            there = ", ".join(str(each.get("name", each.get("id"))) for each in table)
+            there = ", ".join(str(entry.get("name", entry.get("id"))) for entry in table)
             raise SceneError(f"{location}: there is no {step!r}; there are {there}, or write {EVERY} for each")
         return named
     if table.get(step) is None:
@@ -52,7 +52,7 @@ def _container(value: Any, step: str, location: str) -> Any:
 
 def _is_row(table: Any) -> bool:
     """Whether a list is one of values, as a position; a list of tables is none."""
-    return isinstance(table, list) and bool(table) and not all(isinstance(each, dict) for each in table)
+    return isinstance(table, list) and bool(table) and not all(isinstance(entry, dict) for entry in table)
 
 
 def _position(row: list[Any], step: str, location: str) -> int:

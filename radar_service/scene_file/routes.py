@@ -73,7 +73,7 @@ def _motion_without_drift(section: MovingSection, start: Floats, location: str, 
     if section.turn_rate_deg_s or section.manoeuvre:
         course, rate = math.radians(section.course_deg or 0.0), math.radians(section.turn_rate_deg_s or 0.0)
         knot = Knot(0.0, start, course, section.speed_kn * KNOT, rate)
-        return motion_with_manoeuvres(knot, [record_of(Manoeuvre, each) for each in section.manoeuvre])
+        return motion_with_manoeuvres(knot, [record_of(Manoeuvre, manoeuvre) for manoeuvre in section.manoeuvre])
     return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
 
 

@@ -84,7 +84,7 @@ class SeawayBuilder:
         return (is_vessel or section.hull is not None) if floats is None else floats
 
     def moved(self, motion: Motion, section: MovingSection, form: HullForm, name: str) -> Motion:
-        """Returns the motion of a ship with the sway that the seaway gives her; name: of the ship, which draws her list."""
+        """Returns the motion of a ship with the sway of the seaway; name: of the ship, which keys its list."""
         rng = generator(self.seaway.seed, LEAN, name_key(name))
         drawn_list, drawn_trim = (rng.standard_normal(2) * [self.seaway.list_rms, self.seaway.trim_rms]).tolist()
         lean = (

@@ -1,1 +1,1 @@
-"""The service without its protocols: codecs of the feed, the fan-out to clients, radars and their groups, commands, controls."""
+"""The service without its protocols: codecs, fan-out to clients, radars and their groups, commands, controls."""

@@ -53,7 +53,7 @@ class LabelledEngine(Protocol):
     """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, N); arguments as of `tiles`."""
+        """Yields the tiles of a scan, each with its labels (K, N); requested: flags of azimuths (A,), None for all."""
         ...
 
 
@@ -92,7 +92,7 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
 
 def prepared_pulses(scene: Scene, last: Prepared, requested: str | Fidelity, seed: int) -> tuple[Prepared, ...]:
     """Returns a scene prepared for each pulse of its radar, by rising range; last: for the last one."""
-    near = [(each, chosen_fidelity(each, requested), seed, near_seed(seed, k)) for k, each in enumerate(pulse_scenes(scene))]
+    near = [(part, chosen_fidelity(part, requested), seed, near_seed(seed, k)) for k, part in enumerate(pulse_scenes(scene))]
     return (*(pipeline_set_up(*made_from).prepared for made_from in near), last)
 
 

@@ -44,7 +44,10 @@ class SourceTruth:
             pulses = self._prepared("radiometric")
             if self._radiometric is None:
                 self._radiometric = RadiometricTruth(pulses)
-            return tuple(replace(each, **vars(self._radiometric.at(index[each.body], each.spoke))) for each in crossings)
+            return tuple(
+                replace(crossing, **vars(self._radiometric.at(index[crossing.body], crossing.spoke)))
+                for crossing in crossings
+            )
 
     def _prepared(self, name: str) -> tuple[Prepared, ...]:
         """What to compute from, for each pulse. name: of the argument or method that needs it."""

@@ -84,6 +84,11 @@ class SpokeStream:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
         return self._readings(*self._radar.schedule(number))
 
+    def reported(self, number: Indices) -> Readings:
+        """Returns boresight and own ship of spokes of these numbers (K,) as they report them, by the errors of the first."""
+        laws, true = self.reporter.laws_at(int(number[0])), self.readings(number)
+        return true if laws is None else laws.reported(number, self._radar.schedule(number)[1], true, self.readings)
+
     def _readings(self, boresight: Floats, time: Floats) -> Readings:
         """The readings of spokes at boresights [rad] and times [s] (K,)."""
         own = self.steering.past.own_ship.pose(time)

@@ -212,7 +212,7 @@ class LabellingEngine(Engine):
         return Labeller(self.prepared)
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, bins); arguments as of `tiles`."""
+        """Yields the tiles of a scan, each with its labels (K, bins); requested: flags of azimuths (A,), None for all."""
         labeller = self._labeller
         for start in self.starts(requested):
             azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
@@ -228,5 +228,5 @@ class LabellingStitchedEngine(StitchedEngine):
         self._labelling = engines
 
     def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, bins); arguments as of `tiles`."""
+        """Yields the tiles of a scan, each with its labels (K, bins); requested: flags of azimuths (A,), None for all."""
         return self._stitched([engine.labelled_tiles for engine in self._labelling], scan, requested)

@@ -105,7 +105,7 @@ class SourcePowers:
             for number, begin, at, width in zip(w.number.tolist(), w.begin, w.at, w.width, strict=True):
                 if of == "all" or number in of:
                     alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
-        power |= {number: each for number, each in alone.items() if each.any()}
+        power |= {number: profile for number, profile in alone.items() if profile.any()}
         power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
         return TilePowers(power, background, record.transmitting)
 

@@ -55,12 +55,12 @@ class Estimate:
     def cpu_hours(self) -> float:
         """Processor time on this machine."""
         scans = self.layout.sizes["scan"]
-        return sum(each.runs * (each.set_up + scans * (each.scan + each.write)) for each in self.scenes) / HOUR
+        return sum(row.runs * (row.set_up + scans * (row.scan + row.write)) for row in self.scenes) / HOUR
 
     @property
     def stored(self) -> int:
         """Bytes of the store, compressed as one scan of each scene is."""
-        return sum(each.runs * self.layout.sizes["scan"] * each.stored for each in self.scenes)
+        return sum(row.runs * self.layout.sizes["scan"] * row.stored for row in self.scenes)
 
     def __str__(self) -> str:
         sizes, layout = self.layout.sizes, self.layout
@@ -70,9 +70,9 @@ class Estimate:
             f"{self.cpu_hours:.3g} CPU hours on this machine",
         ]
         lines += [
-            f"  {each.scene}: {each.runs} runs, {each.set_up:.3g} s to prepare, {each.scan:.3g} s a scan "
-            f"({each.realtime_factor:.3g} x real time), {each.write:.2g} s to write it"
-            for each in self.scenes
+            f"  {row.scene}: {row.runs} runs, {row.set_up:.3g} s to prepare, {row.scan:.3g} s a scan "
+            f"({row.realtime_factor:.3g} x real time), {row.write:.2g} s to write it"
+            for row in self.scenes
         ]
         return "\n".join(
             [

@@ -122,8 +122,8 @@ def inputs_from_bytes(description: bytes, files: Mapping[int, bytes]) -> Inputs:
     """Returns what `as_bytes` has made."""
     plain = json.loads(description)
     scenes = (
-        SceneSource(each["name"], each["content"], {name: files[k] for name, k in each["files"].items()})
-        for each in plain["scenes"]
+        SceneSource(source["name"], source["content"], {name: files[k] for name, k in source["files"].items()})
+        for source in plain["scenes"]
     )
     return Inputs(SweepSpec(**plain["spec"]), tuple(scenes))
 

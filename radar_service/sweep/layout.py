@@ -98,7 +98,7 @@ def layout_of(inputs: Inputs) -> StoreLayout:
         if "labels" in spec.keep
         else {}
     )
-    largest = max((int(number) for each in labels.values() for number in each), default=0)
+    largest = max((int(number) for numbers in labels.values() for number in numbers), default=0)
     arrays = variables(spec, largest, any(map(_has_errors, scenes.values())), same_range)
     sizes = {
         "run": len(inputs.runs), "scan": spec.scans, "azimuth": radars[0][1].azimuths, "range": to.bins, "body": len(names),

@@ -128,7 +128,9 @@ class SweepStore:
     def sizes(self) -> dict[str, int]:
         """The size of each dimension that these arrays have."""
         return {
-            dim: size for each in self.variables for dim, size in zip(each.dims, self._array(each.name).shape, strict=True)
+            dim: size
+            for variable in self.variables
+            for dim, size in zip(variable.dims, self._array(variable.name).shape, strict=True)
         }
 
     @property
@@ -192,11 +194,11 @@ def _fresh_group(address: str) -> Any:
 
 def _about(layout: StoreLayout) -> dict[str, Any]:
     """The attributes of a store."""
-    coordinates = [*layout.coordinates, *(each.name for each in layout.arrays if each.is_coordinate), DIGEST, FAILURE]
+    coordinates = [*layout.coordinates, *(array.name for array in layout.arrays if array.is_coordinate), DIGEST, FAILURE]
     return {
         "Conventions": "CF-1.11", "title": "sweep of simulated marine radars",
         "source": f"radar-service {version('radar-service')}", "coordinates": " ".join(coordinates),
-        "arrays": [each.name for each in layout.arrays],
+        "arrays": [array.name for array in layout.arrays],
     }  # fmt: skip
 
 

@@ -1,12 +1,11 @@
 """Runs a sweep: lays the store out, or finds what is finished in it, and has all other runs computed."""
 
 import contextlib
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from radar_service.batch.jobs import Executor, Job, JobLost, Outcome, outcomes
+from radar_service.batch.jobs import Executor, Job, JobLost, Outcome, Progress, outcomes
 from radar_service.batch.worker_processes import WorkerDied
 from radar_service.sweep.inputs import Inputs
 from radar_service.sweep.layout import StoreLayout
@@ -16,8 +15,6 @@ from radar_service.sweep.task import RunTask, run
 from radar_service.terminal.output_files import NO_ROOM, named_errors
 
 MAX_REASON = 500  # characters of why a run failed
-
-Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]
 
 
 @dataclass

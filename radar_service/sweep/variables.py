@@ -108,7 +108,7 @@ def variables(spec: SweepSpec, max_label: int, has_errors: bool, same_range: boo
 def bins_of(radar: Radar, spec: SweepSpec) -> Layout:
     """Returns how the cells of a radar become the bins of a store."""
     first = 0.0 if spec.fidelity == "documented" else 0.5 * radar.range_step  # where sample 0 stands
-    return layout(radar.bins, first, radar.range_step, spec.bins)
+    return layout(radar.bins, first, radar.range_step, spec.bins, pulses=radar.pulses_integrated)
 
 
 class ScanReader:
@@ -120,7 +120,7 @@ class ScanReader:
 
         Raises SweepError where the radar does not fit.
         """
-        self._simulator, self._arrays, self._sizes = simulator, {each.name: each for each in arrays}, sizes
+        self._simulator, self._arrays, self._sizes = simulator, {array.name: array for array in arrays}, sizes
         self._to, self._bodies = bins_of(simulator.scene.radar, spec), {name: k for k, name in enumerate(bodies)}
         for what, here in (("azimuth", simulator.scene.radar.azimuths), ("range", self._to.bins)):
             if here != sizes[what]:
@@ -145,7 +145,7 @@ class ScanReader:
                 f"plot_{name}": self._padded(f"plot_{name}", [getattr(plot, name) for plot in plots]) for name in _OF_PLOTS
             }
         return {
-            name: np.asarray(result[name], dtype=each.dtype) for name, each in self._arrays.items() if "scan" in each.dims
+            name: np.asarray(result[name], dtype=array.dtype) for name, array in self._arrays.items() if "scan" in array.dims
         }
 
     def of_run(self) -> Arrays:

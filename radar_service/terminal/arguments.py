@@ -54,7 +54,7 @@ def whole_number(text: str, minimum: int, maximum: int) -> int:
 def add_whole_number(
     to: "argparse._ActionsContainer", name: str, default: int | None, minimum: int, maximum: int, **more: Any
 ) -> None:
-    """Adds an option that takes a whole number within limits. more: as of `add_argument`."""
+    """Adds an option that takes a whole number within limits. more: keywords of `add_argument`."""
     to.add_argument(name, default=default, type=partial(whole_number, minimum=minimum, maximum=maximum), **more)
 
 

@@ -94,7 +94,8 @@ class OcclusionScene:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
         max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only bodies
-        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: as of `beyond_horizon`.
+        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: height up to which fields
+        reach beyond the horizon [m].
         """
         return self._seen(points, None, antenna, time, max_range, movers, among, over_horizon)
 
@@ -105,15 +106,13 @@ class OcclusionScene:
         antenna: Floats,
         time: float,
         max_range: float,
-        movers: bool = True,
-        among: Collection[int] | None = None,
     ) -> Flags:
         """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
 
         Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
         its place, and on to the point.
         """
-        return self._seen(points, reflection, antenna, time, max_range, movers, among)
+        return self._seen(points, reflection, antenna, time, max_range)
 
     def _seen(
         self,
@@ -122,8 +121,8 @@ class OcclusionScene:
         antenna: Floats,
         time: float,
         max_range: float,
-        movers: bool,
-        among: Collection[int] | None,
+        movers: bool = True,
+        among: Collection[int] | None = None,
         over_horizon: float = 0.0,
     ) -> Flags:
         """Tests visibility for `visible` and, where there are reflection points (E, 3), for `visible_by_sea`."""
@@ -152,7 +151,7 @@ class OcclusionScene:
         return visible
 
     def occludes_itself(self, body: Indices, time: float, movers: bool = True) -> Flags:
-        """Which of bodies (B,) their own parts occlude at `time` [s]; movers: as of `visible`."""
+        """Which of bodies (B,) their own parts occlude at `time` [s]; movers: whether moving ones do."""
         return np.asarray((self._occludes & self.present(time))[body] & (movers | self._resting[body]))
 
     def other_occluders(

@@ -85,8 +85,8 @@ class MovingOccluders:
     ) -> Flags:
         """Which points (E, 3) on surfaces of bodies any of them occludes, their own among these.
 
-        key: (E,) indices of the points' bodies in the scene; triangles: as `own` of `Occluder.self_occluded`; reflection: as of
-        `OcclusionScene.visible_by_sea`, None for the direct ray; other arguments as of `occluded`.
+        key: (E,) indices of the points' bodies in the scene; distance: (E,) along the ground [m]; triangles: first and last
+        (exclusive) one (E,) that never occlude each point; reflection: (E, 3) points of the sea [m], None for the direct ray.
         """
         occluded, posed = np.zeros(len(position), dtype=np.bool_), self._posed(antenna, time)
         number = self._number[key]
@@ -110,7 +110,7 @@ class MovingOccluders:
     ) -> Iterator[tuple[Indices, Indices]]:
         """Pairs (P,) of the number of a body present at `time` [s] and a point that it may occlude, some at a time.
 
-        straight: whether lines of sight are straight, or go by the sea; other arguments as of `occluded`.
+        distance: along the ground (E,) [m]; straight: whether lines of sight are straight, or go by the sea.
         """
         if not len(self.keys):
             return

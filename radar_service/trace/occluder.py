@@ -97,7 +97,10 @@ def begun_nearby(origin: Floats, line: Floats, toward: Floats, radius: Floats | 
 
 
 def passes_by(line: Floats, toward: Floats, radius: Floats | float) -> Flags:
-    """Which lines of sight (E, 3) pass within a body's bounding sphere before they end; arguments as of `begun_nearby`."""
+    """Which lines of sight (E, 3) pass within a body's bounding sphere before they end.
+
+    toward: (3,) or (E, 3) from the origins to middles of spheres of `radius` [m].
+    """
     length2 = np.einsum("ij,ij->i", line, line)
     along = np.clip(_progress(line, toward) / np.maximum(length2, 1e-12), 0.0, 1.0)
     miss = toward - line * along[:, None]
@@ -121,9 +124,9 @@ def reach_of(line: Floats, skipped: Floats) -> Floats:
 
 
 def hit_before(scene: TriangleScene, origin: Floats, begin: Floats, line: Floats, own: tuple[Indices, Indices]) -> Flags:
-    """Which lines of sight (E, 3) meet a triangle of their own body before they end; own: as of `Occluder.self_occluded`.
+    """Which lines of sight (E, 3) meet a triangle of their own body before they end.
 
-    origin: (3,), or one each (E, 3); begin: (E, 3) where rays begin instead.
+    origin: (3,) or (E, 3); begin: (E, 3) where rays begin instead; own: first and last (exclusive) triangle (E,) left out.
     """
     hit = scene.first_hit(begin, line)
     occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))

@@ -89,7 +89,7 @@ class PosedOccluders:
 
     def self_occluded(self, body: Indices, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
         """Which points (P, 3), each of one of these bodies (P,), other parts of that occlude from `origin` (3,), or from one each
-        (P, 3), on the map [m]; own: as of `Occluder.self_occluded`."""
+        (P, 3), on the map [m]; own: first and last (exclusive) triangle (P,) that never occlude each."""
         lines = self.lines_of_sight(body, origin, points, passing=False)
         occluded = np.zeros(len(body), dtype=np.bool_)
         for occluder, which in self.kinds.groups(body):
@@ -106,7 +106,7 @@ class PosedOccluders:
         which, skipped = np.empty(count, dtype=np.int64), np.empty(count)
         first, begin, line = np.empty((3, count, 3))
         sizes = count, 1 if origin.ndim == 1 else count, len(self.kinds.kind), len(lean), passing
-        ends = (np.asarray(each, dtype=np.float64).reshape(-1, 3) for each in (origin, points))
+        ends = (np.asarray(position, dtype=np.float64).reshape(-1, 3) for position in (origin, points))
         taken = map(np.ascontiguousarray, (body, *ends, *bodies, *spheres))
         results = which, first, begin, line, skipped
         kept = KERNELS.lines_of_sight(*sizes, self.earth_radius, *taken, *results)

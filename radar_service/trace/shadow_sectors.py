@@ -56,8 +56,8 @@ def on_the_way(plan: Floats, body: int, antenna: Floats, moved: Floats) -> Flags
 def top_slopes(centre: Floats, radius: Floats, top: Floats, antenna: Floats, earth_radius: float) -> Floats:
     """Slopes (N,) over horizontal that no line of sight from the antenna (3,) exceeds which meets one of N bodies.
 
-    centre, radius: as of `shadow_sectors`; top: highest points of the bodies (N,), on the map [m]. A line of sight keeps its
-    slope z / d, where z = up - d^2 / (2 ae), all the way.
+    centre, radius: of bounding spheres (N, 3) and (N,) [m]; top: highest points of the bodies (N,), on the map [m]. A line of
+    sight keeps its slope z / d, where z = up - d^2 / (2 ae), all the way.
     """
     distance, radius = np.hypot(centre[:, 0] - antenna[0], centre[:, 1] - antenna[1]), radius * 1.01 + 1.0
     near, rise = distance - radius, top + ROUNDING + radius**2 / earth_radius - antenna[2]

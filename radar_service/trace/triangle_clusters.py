@@ -18,7 +18,7 @@ Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the
 class TriangleClusters:
     """The triangles of a mesh, in its own frame. Neighbours in the list of triangles should be neighbours in space.
 
-    is_ground: as of `materials.is_ground`. kept: what others find among them, by their question.
+    is_ground: whether the body is land that is not built. kept: triangles that others have chosen, by their question.
     """
 
     def __init__(self, mesh: Mesh, is_ground: bool = False) -> None:

@@ -41,8 +41,8 @@ class CrossingTruth:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
         self._motions = [body.motion for body in bodies]
-        truths = {each.name: each.stage().truth(self._scene, truth.line_of_sight) for each in effects_in(self._scene)}
-        self._effects = {name: each for name, each in truths.items() if each is not None}
+        truths = {effect.name: effect.stage().truth(self._scene, truth.line_of_sight) for effect in effects_in(self._scene)}
+        self._effects = {name: part for name, part in truths.items() if part is not None}
         self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
@@ -79,19 +79,19 @@ class CrossingTruth:
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
         own_ship = self._own_ship(np.array([instant]))[0]
-        contents = {name: each.at_end(instant) for name, each in self._effects.items()}
+        contents = {name: part.at_end(instant) for name, part in self._effects.items()}
         effects = {name: content for name, content in contents.items() if content is not None}
         return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies, effects=effects)
 
     def _of_effects(self, body: int, time: float, boresight: float) -> dict[str, Any]:
         """What effects tell of a body, by its index, at `time` [s] for a boresight [rad], by their names."""
-        records = {name: each.at_crossing(body, time, boresight) for name, each in self._effects.items()}
+        records = {name: part.at_crossing(body, time, boresight) for name, part in self._effects.items()}
         return {name: record for name, record in records.items() if record is not None}
 
     def _false_echoes(self, body: int, kinematics: Mapping[str, Any], heading: float) -> tuple[FalseEcho, ...] | None:
         """The false echoes of a body within range; None in a scene that has none. heading: of own ship [rad]."""
         where = body, kinematics["range"], kinematics["bearing"], heading
-        parts = [echoes for each in self._effects.values() if (echoes := each.false_echoes(*where)) is not None]
+        parts = [echoes for part in self._effects.values() if (echoes := part.false_echoes(*where)) is not None]
         if not parts or is_land(self._scene.bodies[body]):
             return () if parts else None
         return tuple(echo for echoes in parts for echo in echoes if echo.range <= self._scene.radar.range_max)

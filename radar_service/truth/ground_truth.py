@@ -102,8 +102,8 @@ class GroundTruth:
     ) -> Indices:
         """How many tests, in the order of REASONS, each point (W, 3) on the map passes.
 
-        antenna: (3,) or (W, 3); when: () or (W,) [s]; reach: as of `beyond_horizon`; seen: which of some points, by their
-        indices, nothing occludes.
+        antenna: (3,) or (W, 3); when: () or (W,) [s]; reach: height up to which fields reach beyond the horizon [m];
+        seen: which of some points, by their indices, nothing occludes.
         """
         polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max

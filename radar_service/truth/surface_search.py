@@ -60,7 +60,8 @@ class SurfaceSearch:
         self.outermost = [np.zeros((1, 3)) if body.mesh is None else outermost(body.mesh) for body in scene.bodies]
 
     def candidates(self, body: int, antenna: Floats, time: float, reach: float) -> Iterator[Candidates]:
-        """Points of a body with a mesh for the antenna (3,) at `time` [s]; reach: as of `beyond_horizon`."""
+        """Points of a body with a mesh for the antenna (3,) at `time` [s]; reach: height up to which fields reach beyond
+        the horizon [m]."""
         faces = self._points(body, time)
         seen = partial(self._line_of_sight.visible, antenna=antenna, time=time, max_range=np.inf, over_horizon=reach)
         for points in (_chosen(faces, np.arange(0, FACE_POINTS, FIRST)), faces):

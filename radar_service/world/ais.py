@@ -24,10 +24,10 @@ class AisShip:
     """A transponder.
 
     body: name of the body that has it, None for own ship that is no body.
-    mmsi, imo: her numbers; imo 0: none.
+    mmsi, imo: its numbers; imo 0: none.
     kind: ship, aid to navigation, or search and rescue transponder that is active.
     antenna: of its position sensor on the deck, starboard and forward of the origin of the body's frame [m].
-    to_bow, to_stern, to_port, to_starboard: distances from that antenna to her sides [m]; 0: not known.
+    to_bow, to_stern, to_port, to_starboard: distances from that antenna to its sides [m]; 0: not known.
     draught: [m]. ship_type: two digits, 0: not known; aid_type: of an aid, 0 to 31, 0: not known.
     silent: periods in which it is off, from and to [s]. heading_error: of what it reports [rad].
     """

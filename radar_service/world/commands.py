@@ -80,7 +80,7 @@ class Steerable:
     limits: of the commands, by the name of what is steerable; None is own ship.
     names: of all bodies.
     radar: whose spokes the commands act from.
-    own_ship: name of the body that own ship is; None where she is none.
+    own_ship: name of the body that own ship is; None where it is none.
     """
 
     limits: Mapping[str | None, SteeringLimits]
@@ -257,7 +257,7 @@ def _turn_rate(key: str, value: Any, limits: SteeringLimits) -> float:
 def _position(key: str, value: Any, limits: SteeringLimits) -> tuple[float, float]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise CommandError(f"{key}: {str(value)[:100]} is not a position; give [east, north] in metres")
-    east, north = (_number(f"{key}[{i}]", each, -MAX_COORDINATE, MAX_COORDINATE) for i, each in enumerate(value))
+    east, north = (_number(f"{key}[{i}]", coordinate, -MAX_COORDINATE, MAX_COORDINATE) for i, coordinate in enumerate(value))
     return east, north
 
 

@@ -29,7 +29,7 @@ class HullForm:
     waterplane: area of the waterplane over length x breadth.
     roll_period: natural period of roll [s].
     roll_damping: over critical damping.
-    middle: starboard and forward [m] of the ship's frame, about which she moves.
+    middle: starboard and forward [m] of the ship's frame, about which it moves.
     """
 
     length: float
@@ -62,7 +62,7 @@ def response(form: HullForm, frequency: Floats, along: Floats, aside: Floats, en
     """Returns the response of a hull to waves.
 
     frequency: (N,) of the waves in the water [rad/s]. along, aside: (..., N) components of their wavenumber forward and to
-    starboard [rad/m]. encounter: (..., N) frequency at which the hull meets them [rad/s], below 0 where she overtakes them.
+    starboard [rad/m]. encounter: (..., N) frequency at which the hull meets them [rad/s], below 0 where it overtakes them.
     """
     k, draught = frequency**2 / GRAVITY, form.draught
     breadth = form.block * form.breadth  # of the box: of the same displacement

@@ -35,7 +35,7 @@ Span = tuple[float, float]
 
 @dataclass
 class _Drawing:
-    """Parts of one ship. length, beam: of her deck [m]; deck, roof: heights above the waterline [m]; rng: draws.
+    """Parts of one ship. length, beam: of its deck [m]; deck, roof: heights above the waterline [m]; rng: draws.
 
     Places are shares of half the beam (x) and of half the length (y), and heights [m].
     """
@@ -225,7 +225,8 @@ def _pilot(ship: _Drawing) -> None:
 
 
 class _HullType(NamedTuple):
-    """Proportions. deck: its height over that of the roof; draught: over the beam; rake, sheer: as of `_Drawing.shell`."""
+    """Proportions. deck: its height over that of the roof; draught: over the beam; rake, sheer: of stem and deck, over the
+    height of the deck."""
 
     stations: Stations
     deck: float

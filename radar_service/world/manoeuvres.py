@@ -54,8 +54,8 @@ def motion_with_manoeuvres(start: Knot, manoeuvres: Sequence[Manoeuvre]) -> Moti
     way; a new speed does not.
     """
     knots = [start]
-    for each in manoeuvres:
-        knots = _with_manoeuvre(knots, each)
+    for manoeuvre in manoeuvres:
+        knots = _with_manoeuvre(knots, manoeuvre)
     for k in range(1, len(knots)):
         knots[k] = knots[k]._replace(position=knots[k - 1].later(knots[k].time).position)
     arcs = np.array([[knot.course, knot.speed, knot.turn_rate] for knot in knots])

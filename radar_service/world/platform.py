@@ -67,7 +67,7 @@ class Installation:
     environment: of the scene, with the attenuation at the radar's frequency.
     errors: on purpose, of the radar and of its platform; None without any.
     has_sensors: whether the platform has gyro, log and position sensor: a fixed site has none.
-    ais: the transponders around it, and that of its platform: own ship that is no body is in the world of her own radars alone.
+    ais: the transponders around it, and that of its platform: own ship that is no body is in the world of its own radars alone.
     gnss_offset: of the platform's antenna of satellite navigation, starboard and forward of its position [m].
     """
 

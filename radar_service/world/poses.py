@@ -102,7 +102,7 @@ class PoseArrays(NamedTuple):
         return placed
 
     def frames_from_map(self, k: int, points: Floats, body: Indices, earth_radius: float) -> Floats:
-        """Map points (E, 3), point e in the frame of body[e] at instant k, curved as of `BodyPose.frame_from_map` [m]."""
+        """Map points (E, 3), point e in the frame of body[e] at instant k, curved about its origin [m]."""
         local = points - self.position[k].take(body, axis=0)
         east, north, up = local.T
         if np.isfinite(earth_radius):
@@ -251,5 +251,5 @@ def merged_mesh(bodies: Sequence[Body]) -> Mesh | None:
     if len(posed) < 2:  # a large one is not copied
         return Mesh(posed[0][0], posed[0][1].faces) if posed else None
     vertices, meshes = zip(*posed, strict=True)
-    first = np.cumsum([0, *(len(each) for each in vertices[:-1])])
+    first = np.cumsum([0, *(len(points) for points in vertices[:-1])])
     return Mesh(np.concatenate(vertices), np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]))

@@ -139,7 +139,7 @@ class SteeredPresence(Presence):
     @classmethod
     def under(cls, presence: Presence) -> Self:
         """Returns a presence that begins as `presence`, and that no command has changed yet."""
-        return cls(*(getattr(presence, each.name) for each in fields(Presence)))
+        return cls(*(getattr(presence, field.name) for field in fields(Presence)))
 
     @property
     def constant(self) -> bool:
@@ -174,7 +174,7 @@ class SteeredPresence(Presence):
 
     @cached_property
     def _track(self) -> _Track:
-        return _Track(Presence(*(getattr(self, each.name) for each in fields(Presence))))
+        return _Track(Presence(*(getattr(self, field.name) for field in fields(Presence))))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,7 +56,7 @@ class Scene:
     radar_id: of this radar, "0" where the file has a single one without an id.
     radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
     ais: its transponders, which change no spoke.
-    gnss_offset: of own ship's antenna of satellite navigation, starboard and forward of her position [m].
+    gnss_offset: of own ship's antenna of satellite navigation, starboard and forward of its position [m].
     revision: of the motions and presences that commands change; own_revision: of own ship's.
     """
 

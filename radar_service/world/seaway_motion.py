@@ -1,9 +1,9 @@
-"""The sway of a ship in a seaway: the sum of her responses to its waves, exact at any time.
+"""The sway of a ship in a seaway: the sum of its responses to the waves, exact at any time.
 
-The phase of each wave is that at her actual position, so all ships have one sea, and the encounter frequency is exact through
-turns and changes of speed. Her responses are those of a steady course: at each instant of her heading, and of the velocity to
-which she still responds, which follows hers with the time constant EASING. So sway is continuous where speed jumps; where a
-heading jumps, sway jumps too. What she would still remember of an earlier course through her inertia is neglected.
+The phase of each wave is that at the ship's position, so all ships have one sea, and the encounter frequency is exact through
+turns and changes of speed. Responses are those of a steady course at the heading of the instant, and at an eased velocity,
+which follows the true one with the time constant EASING. So sway is continuous where speed jumps; where a heading jumps, sway
+jumps too.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from radar_service.world.sway import REST, Path, SwayState, UprightMotion, lean_
 
 EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
 LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
-HEADINGS, SPEEDS = 48, 6  # of a ship that turns or changes speed, for her bounds
+HEADINGS, SPEEDS = 48, 6  # of a ship that turns or changes speed, for the bounds
 MARGIN = 1.2  # of bounds over what these headings and speeds have: those between have up to 1.17 of it, with 2 % of damping
 COURSES = 4  # whose amplitudes are kept: those of threads that are apart
 STEP = 1e-6  # s over which responses are differentiated: they change in seconds, so that it errs by 1e-6 of their change
@@ -39,10 +39,10 @@ class Bounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Easing:
-    """By how much the velocity to which a ship responds differs from hers: so much at each knot, and less and less after it.
+    """Eased velocity, to which a ship responds, minus its own velocity: given at each knot, and decaying after it.
 
     time: (M,) of the knots [s]. excess: (M, 2) east and north there [m/s]. period: of a closed track [s], or None.
-    before: (2,) of a ship that rests before the first knot: she responds as just after it; None: the excess there.
+    before: (2,) of a ship that rests before the first knot, as just after it; None: the excess there.
     """
 
     time: Floats = field(default_factory=lambda: np.zeros(1))
@@ -109,12 +109,12 @@ def _followed(first: Floats, decay: Floats, jump: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class SeawayMotion:
-    """The sway of one ship in a seaway. She has no yaw.
+    """The sway of one ship in a seaway, without yaw.
 
-    waves: of the sea, which all ships have. form: of her hull.
-    bounds: of her sway on all courses that she may take.
+    waves: of the sea, which all ships have. form: of the hull.
+    bounds: of the sway on all courses that the ship may take.
     lean: list (to starboard) and trim (by the stern) that are added to roll and pitch [rad].
-    easing: of her velocity. stream: of the water, east and north [m/s].
+    easing: of its velocity. stream: of the water, east and north [m/s].
     """
 
     waves: Waves
@@ -196,21 +196,21 @@ class SeawayMotion:
         return rates
 
     def on_course(self, heading: Floats, velocity: Floats) -> Complexes | None:
-        """Returns her amplitudes (1, 3, N) at all times on one heading (1,) [rad] at one velocity (3,) over ground [m/s]; None
-        where she still responds to another one."""
+        """Returns amplitudes (1, 3, N) at all times on one heading (1,) [rad] at one velocity (3,) over ground [m/s]; None while
+        the eased velocity is another one."""
         return None if self.easing.excess.any() else self._amplitudes(heading, velocity[None, :2] - self.stream)
 
     def excess(self, time: float) -> tuple[float, float]:
-        """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
+        """Returns the eased velocity minus the true one, east and north [m/s], at `time` [s]."""
         east, north = self.easing.at(np.array([time]))[0].tolist()
         return east, north
 
     def eased(self, excess: tuple[float, float], since: float) -> Self:
-        """Returns the law along another path, on which she has this `excess` at a time [s]."""
+        """Returns the law along another path, with this `excess` [m/s] at time `since` [s]."""
         return replace(self, easing=Easing(np.array([since]), np.array([excess])))
 
     def _felt(self, upright: UprightMotion, time: Floats) -> Floats:
-        """Velocity (K, 2) through the water to which she responds [m/s]."""
+        """Eased velocity (K, 2) through the water [m/s]."""
         velocity = upright.velocity[:, :2] - self.stream
         return velocity if self.easing.vanishes(time) else velocity + self.easing.at(time)
 
@@ -223,7 +223,7 @@ class SeawayMotion:
 
     @cached_property
     def _kept(self) -> ResultCache[tuple[float, ...], Complexes]:
-        """Amplitudes on the courses that she has steered last: a straight one has one row of them."""
+        """Amplitudes on the latest courses: a straight one has one row of them."""
         return ResultCache(COURSES)
 
     def _rate_amplitudes(self, upright: UprightMotion, time: Floats, amplitude: Complexes) -> Complexes:
@@ -266,9 +266,9 @@ def _real_sums(amplitude: Complexes, cosine: Floats, sine: Floats) -> Floats:
 
 def amplitudes(waves: Waves, form: HullForm, heading: Floats, velocity: Floats) -> Complexes:
     """Returns complex amplitudes (K, 3, N) of roll, pitch [rad] and heave [m] by each wave, which has phase 0 at the origin of
-    the ship's frame, about which she moves.
+    the ship's frame, about which it moves.
 
-    heading: (K,) [rad]. velocity: (K, 2) through the water, east and north [m/s]; beyond her largest speed, that counts.
+    heading: (K,) [rad]. velocity: (K, 2) through the water, east and north [m/s]; at most the largest speed of `form`.
     """
     east, north = waves.wavenumber.T
     cosine, sine = np.cos(heading)[:, None], np.sin(heading)[:, None]

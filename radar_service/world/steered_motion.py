@@ -40,8 +40,8 @@ class MotionSegment(NamedTuple):
     turn_rate: of the arc, positive to starboard [rad/s]; 0 for a straight segment.
     turn_time: length of the arc [s]; inf for one without end.
     drift: heading minus course [rad]: minus course through the water, where there is a stream.
-    stood: how far she lies off the course [rad] while she stands: the crab angle with which she stopped.
-    excess: east and north [m/s] by which the velocity to which she still responds in a seaway differs from hers at the start.
+    stood: heading off the course of a ship that stands [rad]: the crab angle with which it stopped.
+    excess: eased velocity, to which the ship responds in a seaway, minus its own at the start, east and north [m/s].
     """
 
     start: float
@@ -77,7 +77,7 @@ class MotionSegment(NamedTuple):
         return self._along(self.course, 0.0, 1.0)
 
     def after(self, before: "MotionSegment") -> "MotionSegment":
-        """Returns the segment as it follows `before` from its start: she still responds to the velocity that she had."""
+        """Returns the segment as it follows `before` from its start: the eased velocity is still that of `before`."""
         lost = before.velocity - self.velocity
         return self._replace(excess=(before.excess[0] + float(lost[0]), before.excess[1] + float(lost[1])))
 
@@ -92,7 +92,8 @@ class MotionSegment(NamedTuple):
         return float(crab_angle(self.velocity, stream))
 
     def motion(self, sway: SwayLaw | None, stream: Stream = NO_STREAM) -> Motion:
-        """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: as of `in_stream`."""
+        """Returns the motion along the segment, which continues backward over LOOK_BACK. stream: of the water,
+        east and north [m/s]."""
         before = self.course - self.turn_rate * LOOK_BACK
         knots = [(self.start - LOOK_BACK, before, self.turn_rate), (self.start, self.course, self.turn_rate)]
         position = [self.position - self._along(before, self.turn_rate, LOOK_BACK), self.position]
@@ -152,7 +153,7 @@ class SteeredMotion(CommandedMotion):
     from before the segment, and its methods look at times around each spoke. `past` follows the segment of each time.
 
     limits: of the commands.
-    water: the stream, east and north [m/s], for which the heading allows once she is under command.
+    water: the stream, east and north [m/s], for which the heading allows under command.
     """
 
     limits: SteeringLimits = field(kw_only=True)
@@ -241,7 +242,7 @@ class SteeredMotion(CommandedMotion):
         """Returns the motions that were commanded at some times (K,) [s], each with the flags (K,) of its times."""
         start, motions = self._track.past
         segment = np.searchsorted(start, time, side="right")
-        return [(segment == each, motions[each]) for each in np.unique(segment).tolist()]
+        return [(segment == number, motions[number]) for number in np.unique(segment).tolist()]
 
     @cached_property
     def _track(self) -> _Track:
@@ -267,7 +268,7 @@ class PastMotion(CommandedMotion):
         back = np.argsort(np.array(order, dtype=np.int64))
         position, velocity, heading = (np.concatenate(column)[back] for column in list(zip(*parts, strict=True))[:3])
         optional = ([column for column in columns if column is not None] for columns in list(zip(*parts, strict=True))[3:])
-        return Pose(position, velocity, heading, *(np.concatenate(each)[back] if each else None for each in optional))
+        return Pose(position, velocity, heading, *(np.concatenate(parts)[back] if parts else None for parts in optional))
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
@@ -296,4 +297,4 @@ class PastMotion(CommandedMotion):
 
 
 def _fields(motion: Motion) -> dict[str, Any]:
-    return {each.name: getattr(motion, each.name) for each in fields(Motion)}
+    return {field.name: getattr(motion, field.name) for field in fields(Motion)}

@@ -120,16 +120,17 @@ class Steering:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
         checked = [
             replace(
-                self.steerable.command(each.spoke, self.steerable.name_of(each.body), each.values, each.time), by=each.by
+                self.steerable.command(command.spoke, self.steerable.name_of(command.body), command.values, command.time),
+                by=command.by,
             )
-            for each in commands
+            for command in commands
         ]
         with self._lock:
             check_count(len(checked))
             self._commands = sorted(checked, key=_time)
             self._taken, self._followed, self._changed = 0, 0, set(self._motions)
-            for each in self._steered():
-                each.forget()
+            for motion in self._steered():
+                motion.forget()
             self._change_past()
 
     def follow(self, commands: Sequence[Command]) -> None:
@@ -146,8 +147,8 @@ class Steering:
             self._take(count)
             changed, self._changed, self._followed = self._changed, set(), count
             if changed:
-                for each in self._steered():
-                    each.follow()
+                for motion in self._steered():
+                    motion.follow()
                 self.scene.revision.change()
             if self.scene.platform.body in changed:
                 self.scene.own_revision.change()
@@ -159,8 +160,8 @@ class Steering:
         if count < self._taken:
             self._taken = 0
             self._changed |= set(self._motions)
-            for each in self._steered():
-                each.forget()
+            for motion in self._steered():
+                motion.forget()
         for command in self._commands[self._taken : count]:
             motion = self._motions[command.body]
             self._changed.add(command.body)

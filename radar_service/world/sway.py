@@ -1,4 +1,4 @@
-"""How a ship moves in a seaway: roll, pitch, yaw and heave, by sines of her own or by a law that follows the waves."""
+"""How a ship moves in a seaway: roll, pitch, yaw and heave, by sines of its own or by a law that follows the waves."""
 
 import math
 from dataclasses import dataclass, field
@@ -59,7 +59,7 @@ class Path(Protocol):
 
 
 class SwayLaw(Protocol):
-    """What moves a ship about her course. Maxima hold at all times; `likely` ones are left by one swing in a million."""
+    """Roll, pitch, yaw and heave about a course. Maxima hold at all times; one swing in a million exceeds `likely` ones."""
 
     @property
     def max_values(self) -> Floats:
@@ -105,10 +105,10 @@ class SwayLaw(Protocol):
         swing reaches."""
 
     def excess(self, time: float) -> tuple[float, float]:
-        """Returns east and north [m/s] by which the velocity to which she still responds differs from hers at `time` [s]."""
+        """Returns the eased velocity minus the true one, east and north [m/s], at `time` [s]."""
 
     def eased(self, excess: tuple[float, float], since: float) -> Self:
-        """Returns the law along another path, on which she has this `excess` at a time [s]."""
+        """Returns the law along another path, with this `excess` [m/s] at time `since` [s]."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ class Sway:
         return np.asarray(np.hypot(self.state(time, path).rates, REST * self.max_rates))
 
     def excess(self, time: float) -> tuple[float, float]:
-        """Returns 0: sines of her own do not depend on her velocity."""
+        """Returns 0: sines do not depend on the velocity."""
         return 0.0, 0.0
 
     def eased(self, excess: tuple[float, float], since: float) -> Self:

@@ -288,11 +288,10 @@ TABLES: dict[str, Callable[[], str]] = {
     "transponder": lambda: section("TransponderModel"),
     "ais": lambda: section("AisModel"),
     "errors": lambda: section("ErrorsModel"),
-    "errors-radar": lambda: section("RadarErrorsModel"),
-    "errors-platform": lambda: section("PlatformErrorsModel"),
+    **{f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel") for name in ("gyro", "antenna", "feed")},
     **{
-        f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel")
-        for name in ("gyro", "log", "position", "antenna", "feed")
+        f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel", beyond="GyroErrorsModel")
+        for name in ("log", "position")
     },
     "materials": materials,
     "sets": sets,

@@ -190,8 +190,10 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "OpenCPN": ("opencpn", "Xvfb", "xdotool", "import"),
         "mayara's page": ("chromium",),
         "ASTERIX 240": ("unshare", "ip", "tshark"),
+        "ASTERIX 048": ("unshare", "ip", "tshark"),
         "radar_pi": ("unshare", "ip", "g++", "wx-config"),
         "halo_radar": ("unshare", "ip", "g++"),
+        "mayara_pi": ("unshare", "ip", "g++"),
         "rosbags": (),
     }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
@@ -200,8 +202,10 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "OpenCPN": lambda: drawn(folder),
         "mayara's page": lambda: signalk_page.judged(folder, Path(gui)) if gui else "not asked, without MAYARA_GUI",
         "ASTERIX 240": lambda: dialects.asterix(folder),
+        "ASTERIX 048": lambda: dialects.asterix_plots(folder),
         "radar_pi": lambda: dialects.radar_pi(folder),
         "halo_radar": lambda: dialects.halo_radar(folder),
+        "mayara_pi": lambda: dialects.mayara_pi(folder),
         "rosbags": lambda: dialects.ros2_bag(folder),
     }
     for name, judge in judges.items() if not names else [(name, judges[name]) for name in names]:

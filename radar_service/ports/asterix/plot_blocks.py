@@ -56,7 +56,11 @@ class PlotSink:
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins with the first scan."""
         known = radar.epoch.info.radar
-        self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, MarineThreshold(known), tell=_tell))
+        threshold = MarineThreshold(known)
+        threshold.of(
+            np.ones((known.azimuths, 64), dtype=np.float32)
+        )  # makes its tables, a second that no spoke waits for yet
+        self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, threshold, tell=_tell))
 
     def send(self, batch: SpokeBatch) -> None:
         """Sends the plots of the scans that end."""

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from typing import Any
 
 from fastapi import APIRouter, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from radar_service.numerics.constants import KNOT
 from radar_service.ports.rest.answers import (
@@ -22,6 +24,7 @@ from radar_service.ports.rest.schemas import Body
 from radar_service.ports.roles import needs
 from radar_service.service.radio.station import Station
 from radar_service.stages.fields import Flag, Number
+from radar_service.world.commands import Command
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
 CHANGE = {**READ, **UNREADABLE, **BUSY}
@@ -50,21 +53,13 @@ class CommandChange(Body):
     at_once: Flag | None = Field(None, description="the course jumps to course_deg, and turn_rate_deg_s goes on from there")
 
 
-class CommandState(BaseModel):
-    """A command as it is carried out. body: null for own ship; spoke: the first one that shows it; time: of that spoke [s];
-    by: what sent it: rest, poses or nmea."""
+_fields: dict[str, Any] = {each.name: (each.type, ... if each.default is MISSING else None) for each in fields(Command)}
+_CommandFields: Any = create_model("_CommandFields", body=_fields.pop("body"), **_fields)
 
-    body: str | None
-    spoke: int
-    time: float
-    course_deg: float | None = None
-    speed_kn: float | None = None
-    turn_rate_deg_s: float | None = None
-    heading_deg: float | None = None
-    position_m: tuple[float, float] | None = None
-    present: bool | None = None
-    at_once: bool | None = None
-    by: str | None = None
+
+class CommandState(_CommandFields):  # its fields are those of Command
+    """A command as it is carried out: to own ship where body is null, from its first spoke on, at the time of that spoke [s], by
+    rest, poses or nmea."""
 
 
 class SteerableState(BaseModel):

@@ -81,9 +81,6 @@ class PhysicalOptics(AspectModel):
         turns by much less than a wavelength over this."""
         return self._optical[b].limits.coherence(distance - self.bodies[b].radius)
 
-    def clear(self) -> None:
-        """Clears nothing: no cache depends on an instant."""
-
     def _in_wedge(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the wedge of an instant."""
         if instant.wedge is None:
@@ -182,11 +179,6 @@ class PhysicalOptics(AspectModel):
         how = f"up to {bounces} bounces, as parts face each other" if bounces > 1 else "one surface, as none faces another"
         cost = f"{pieces} pieces, some {1e3 * aspect_seconds(pieces, bounces):.2g} ms an aspect"
         return f"physical optics, {how}; {cost}, {computed}"
-
-    @staticmethod
-    def sampling_db(scatterers: int, multipath: bool) -> float:
-        """None: there are no scatterers."""
-        return 0.0
 
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:

@@ -8,7 +8,7 @@ from radar_service.scene_file.model.body import BodyModel, MeshBodyModel
 from radar_service.world.body import Mesh
 from radar_service.world.materials import VESSEL_MATERIALS
 
-ACROSS = 1.5  # times as wide as long: no ship is, so her bow points along x in the file
+ACROSS = 1.5  # times as wide as long: no ship is, so its bow points along x in the file
 SIDEWAYS_DEG = 45.0  # of drift, from which on somebody has turned the mesh already
 DEEPEST = 0.5  # share of a ship's height that is under water
 

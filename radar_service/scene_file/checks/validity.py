@@ -26,9 +26,9 @@ MAX_POWER = 1e34  # W: transforms in single precision overflow at 3.4e38
 
 def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     """Yields a warning for each setting with which echoes may be inaccurate."""
-    for each in radar.of_each_pulse:
-        yield from _folding(each)
-        yield from _doppler(world, each, platform)
+    for pulse in radar.of_each_pulse:
+        yield from _folding(pulse)
+        yield from _doppler(world, pulse, platform)
     yield from _static_extent(world.bodies)
 
 

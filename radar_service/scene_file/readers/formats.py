@@ -33,7 +33,7 @@ def formats_of(ending: str, location: str = "", group: str = "readers") -> tuple
         part = plug_ins.load(group, ending)
         formats = part if isinstance(part, tuple) else (part,)
         with plug_ins.guarded(plug_ins.entry(group, ending)):
-            assert all(isinstance(each, Format) for each in formats), "it is no Format"
+            assert all(isinstance(kind, Format) for kind in formats), "it is no Format"
     except plug_ins.PlugInError as error:
         raise SceneError(f"{location}: {error}") from None
     return formats
@@ -43,13 +43,15 @@ def examples(group: str) -> Iterator[tuple[str, bytes]]:
     """Yields names and contents of small files, of each format of a group whose reader works."""
     for ending in plug_ins.names(group):
         with suppress(Exception):  # of a stranger's reader: files of the others are read
-            yield from [(f"example.{ending}", each) for kind in formats_of(ending, group=group) for each in kind.examples()]
+            yield from [
+                (f"example.{ending}", example) for kind in formats_of(ending, group=group) for example in kind.examples()
+            ]
 
 
 def own_formats() -> list[Format[Any]]:
     """Returns the formats of this package, in the order in which content is compared with them: the least particular one last."""
     endings = [ending for ending in plug_ins.names("readers") if plug_ins.is_own(plug_ins.entry("readers", ending))]
-    return sorted((each for ending in endings for each in formats_of(ending)), key=lambda each: each.is_plain_text)
+    return sorted((kind for ending in endings for kind in formats_of(ending)), key=lambda kind: kind.is_plain_text)
 
 
 def format_of(content: bytes, name: str, location: str) -> Format[Any]:
@@ -59,7 +61,7 @@ def format_of(content: bytes, name: str, location: str) -> Format[Any]:
     """
     path = PurePosixPath(name)
     ending = path.suffix.lower()
-    known = [f".{each}" for each in plug_ins.names("readers")]
+    known = [f".{ending}" for ending in plug_ins.names("readers")]
     if ending in OTHER_ENDINGS and ending not in known:
         file, converted = (shlex.quote(f"{path.stem[:80]}{suffix}") for suffix in (path.suffix, ".obj"))
         reason = OTHER_ENDINGS[ending].format(file, converted)
@@ -87,8 +89,8 @@ def detected_format(content: bytes, formats: tuple[Format[Any], ...] = ()) -> Fo
         if content.startswith(magic):
             return other
     own = own_formats()
-    others = [each for each in formats if each not in own]
-    return next((each for each in (*others, *own) if each.detect(content)), None) or _words(content)
+    others = [kind for kind in formats if kind not in own]
+    return next((kind for kind in (*others, *own) if kind.detect(content)), None) or _words(content)
 
 
 def _words(content: bytes) -> str:

@@ -23,8 +23,6 @@ from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
 from radar_service.world.geo import Origin, map_from_geographic
 
-Corners = tuple[tuple[float, float], tuple[float, float]]
-
 SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
 SKIRT_FOOT = -1.0  # m, height of the lower end of skirts: below the sea, so that nothing shows between them and it
 MAX_GEODESIC_SAMPLES = 129  # per side; between them the positions are interpolated

@@ -166,7 +166,7 @@ def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
     """Returns the samples of a raster file; the ending of `name` gives the format. Raises SceneError at `location`."""
     ending, known = PurePosixPath(name).suffix.lower()[1:], plug_ins.names("rasters")
     if ending not in known:
-        endings = ", ".join(f".{each}" for each in known)
+        endings = ", ".join(f".{ending}" for ending in known)
         raise SceneError(f"{location}: the file name does not end in {endings}; convert it to one of them")
     (kind,) = formats_of(ending, location, "rasters")
     with refusals(kind.name, location):

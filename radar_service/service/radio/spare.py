@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from radar_service.processes.channel import Channel, forked
 
 RUN = "run"  # the order to a spare
-Ends = tuple[Channel, Channel]  # control, data
 Announce = Callable[[int | None], Channel]  # sends the number of a spare; returns the channel that its ends follow on
 
 

@@ -26,8 +26,8 @@ class MultiplePaths:
     """Echoes of ships near by that own ship throws back to them: at n times the range, each weaker than the one before.
 
     A wave that a ship of cross-section s at R has sent back meets own ship, of s', and returns once more: its field falls by
-    root(s s') / (4 pi R^2) each time (the radar equation twice). The ship's own field, all her echoes added, is that of the
-    azimuth; it counts as one echo at her centre of power, and own ship as a point below the antenna.
+    root(s s') / (4 pi R^2) each time (the radar equation twice). The ship's own field, all its echoes added, is that of the
+    azimuth; it counts as one echo at its centre of power, and own ship as a point below the antenna.
     """
 
     def __init__(self, radar: Radar, multiple: MultipleEchoes, beam: Beam, ships: Flags, source: int) -> None:
@@ -56,7 +56,7 @@ class MultiplePaths:
         power = np.abs(echoes.amplitude) ** 2 + np.float64(np.finfo(np.float32).tiny)
         total = _sums(power, ship)
         middle = _sums(power * distance, ship) / total
-        # Of the root of her cross-section, with its phase:
+        # Of the root of the ship's cross-section, with its phase:
         field = _sums(echoes.amplitude, ship) / received_amplitude(self._radar, middle)
         field *= np.sqrt(self._multiple.own_rcs) / (4.0 * np.pi * np.maximum(middle, self._radar.range_min) ** 2)
         return field[ship], middle[ship]
@@ -76,7 +76,7 @@ class MultipleTruth(EffectTruth):
         self._scene, self._multiple = scene, _of(scene)
 
     def false_echoes(self, body: int, distance: float, bearing: float, heading: float) -> list[FalseEcho]:
-        """The second, third, ... traces of a ship near by, with their levels where her cross-section is declared."""
+        """The second, third, ... traces of a ship near by, with their levels where its cross-section is declared."""
         multiple, ship = self._multiple, self._scene.bodies[body]
         if distance > multiple.max_range:
             return []

@@ -80,7 +80,7 @@ def time_interleaved(
                     task()
                     taken.append(max(time.process_time() - begin, 1e-9))  # the clock may be coarser than the task
                 done()
-    return [tuple(each) for each in times]
+    return [tuple(row) for row in times]
 
 
 def _fair_share(needs: Sequence[float], budget: float) -> float:

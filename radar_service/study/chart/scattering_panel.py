@@ -118,7 +118,7 @@ def turntable_scene(
 ) -> Scene:
     """Returns the scene with steel targets about the antenna in place of its bodies, over a flat earth, without a vertical beam.
 
-    turns: (S, T) [rad], held at the spokes (S,). scattering: as of `turntables`.
+    turns: (S, T) [rad], held at the spokes (S,). scattering: a model of scene files, None for the declared cross-section.
     """
     over_sea = any(target.over_sea for target in targets)
     height = ANTENNA_HEIGHT if over_sea else scene.radar.height

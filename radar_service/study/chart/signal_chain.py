@@ -234,7 +234,7 @@ def chirp_sums(radar: Radar) -> list[Method]:
         methods.append(method(INTEGER_DELAY, extent, chirps(radar, reach, pattern, chirp_sum)))
         methods.append(method("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))
         methods.append(method("exact-delay chirps", extent, exact_chirps(radar, reach, pattern)))
-    return sorted(methods, key=lambda each: each.family)
+    return sorted(methods, key=lambda method: method.family)
 
 
 def chirps(radar: Radar, extent: float, beam: Beam, add: Sum) -> Run:

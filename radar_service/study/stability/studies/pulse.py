@@ -194,39 +194,19 @@ def spurious_db() -> dict[str, float]:
 
 def overflow(fine: int = 1) -> Finding:
     """Drives the power of one strong echo: power after the engine's float32 transforms."""
-    error, powers = _power_error(), 10.0 ** np.arange(0.0, 41.0, 2.0 / fine)
-    return Finding(
-        name="overflow",
-        method="transforms and power in float32",
-        setup="one strong echo through the engine's transforms",
-        parameter=Axis("received power [W]", log=True),
-        values=plain(powers),
-        measured=Axis("relative error of the power [1]", log=True),
-        curves=(curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),),
-        limit=0.01,
-        limit_reason="one per cent",
-        boundary=bisect(lambda power: error(power) > 0.01, 1.0, 1e40),
+    return _of_power(
+        "overflow", "one strong echo", 10.0 ** np.arange(0.0, 41.0, 2.0 / fine), 1e40,
         expected=Expected(3.4028e38, 1e-3, "the largest number of IEEE 754 single precision"),
         response="refusal",
         instead="a refusal of scenes with echoes above 1e34 W",
         details="The service refuses a scene whose echoes could exceed 1e34 W.",
-    )
+    )  # fmt: skip
 
 
 def underflow(fine: int = 1) -> Finding:
     """Drives the power of one weak echo: power after the engine's float32 transforms."""
-    error, powers = _power_error(), 10.0 ** np.arange(0.0, -49.0, -2.0 / fine)
-    return Finding(
-        name="underflow",
-        method="transforms and power in float32",
-        setup="one weak echo through the engine's transforms",
-        parameter=Axis("received power [W]", log=True),
-        values=plain(powers),
-        measured=Axis("relative error of the power [1]", log=True),
-        curves=(curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),),
-        limit=0.01,
-        limit_reason="one per cent",
-        boundary=bisect(lambda power: error(power) > 0.01, 1.0, 1e-48),
+    return _of_power(
+        "underflow", "one weak echo", 10.0 ** np.arange(0.0, -49.0, -2.0 / fine), 1e-48,
         expected=Expected(
             7e-44, 0.8, "half of the smallest number, 1.4e-45, is one per cent of 7e-44; each sum rounds anew"
         ),
@@ -234,6 +214,24 @@ def underflow(fine: int = 1) -> Finding:
         instead="zero power below 1e-43 W; the field is kept",
         details="Below 1e-43 W the power falls to 0, 28 decades below the noise of a receiver. The field, whose square is the "
         "power, does not.",
+    )  # fmt: skip
+
+
+def _of_power(name: str, echo: str, powers: Floats, last: float, **fields: Any) -> Finding:
+    """The error of the power of an echo of `powers` (N,) [W], and where it exceeds one per cent between 1 W and `last`."""
+    error = _power_error()
+    return Finding(
+        name=name,
+        method="transforms and power in float32",
+        setup=f"{echo} through the engine's transforms",
+        parameter=Axis("received power [W]", log=True),
+        values=plain(powers),
+        measured=Axis("relative error of the power [1]", log=True),
+        curves=(curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),),
+        limit=0.01,
+        limit_reason="one per cent",
+        boundary=bisect(lambda power: error(power) > 0.01, 1.0, last),
+        **fields,
     )
 
 

@@ -1,5 +1,7 @@
 """Sampling: rays that miss a target, and coherent sums over too few points of a facet."""
 
+from typing import Any
+
 import numpy as np
 
 from radar_service.numerics.frames import direction
@@ -24,51 +26,49 @@ TILT = np.deg2rad(10.0)  # from the normal of the plate to the antenna
 def missed_targets(fine: int = 1) -> Finding:
     """Drives the range of a plate of 1 m^2, square on: share of azimuths whose documented rays all miss it."""
     ranges = decades(20.0, 5000.0, 3)
-    measured = [_missed_share(r, 1.0, 200 * fine, k) for k, r in enumerate(ranges)]
-    law = missed_by_law(ranges, np.ones(len(ranges)))
-    return Finding(
-        name="uniform rays over range",
-        method="2000 uniform rays for each azimuth",
+    return _missed(
+        "range", Axis("range [m]", log=True), ranges, (ranges, np.ones(len(ranges))), 200 * fine, 0,
         setup="rays in 3 x 3 beamwidths of 3.9 x 25 degrees at a plate of 1 m x 1 m",
-        parameter=Axis("range [m]", log=True),
-        values=plain(ranges),
-        measured=Axis("share of azimuths without a hit [1]"),
-        curves=(curve("measured", measured), curve("binomial law", law)),
-        limit=0.05,
-        limit_reason="one azimuth in twenty has no echo",
-        boundary=crossing(ranges, law, 0.05, log=True),
         expected=Expected(
             46.4, 0.05, "(1 - p)^2000 = 0.05: p = 1.5e-3, R^2 = 1 / (p x 0.2042 x 1.3090): 49.9 m; interpolation -7 %"
         ),
-        response="another method",
-        instead="scatterers on the surface (`balanced`)",
         details="Only `documented` and the ray samplers use rays; their plan states the range from which they miss a square "
         "metre. `balanced` puts scatterers on the surface and misses no target.",
-    )
+    )  # fmt: skip
 
 
 def missed_sizes(fine: int = 1) -> Finding:
     """Drives the size of square plates at 1 km: share of azimuths whose documented rays all miss it."""
     sides = decades(0.1, 100.0, 3)[::-1]
-    measured = [_missed_share(DISTANCE, side, 200 * fine, 100 + k) for k, side in enumerate(sides)]
-    law = missed_by_law(np.full(len(sides), DISTANCE), sides)
-    return Finding(
-        name="uniform rays over size",
-        method="2000 uniform rays for each azimuth",
+    return _missed(
+        "size", Axis("side of the plate [m]", log=True), sides, (np.full(len(sides), DISTANCE), sides), 200 * fine, 100,
         setup="the same rays at square plates of different size, 1 km away",
-        parameter=Axis("side of the plate [m]", log=True),
-        values=plain(sides),
+        expected=Expected(
+            20.0, 0.05, "(1 - p)^2000 = 0.05 at 1 km: side = 1000 m x sqrt(p x 0.2673 sr); interpolation as over range"
+        ),
+        details="2000 rays for each azimuth are enough for a ship's side of 20 m at 1 km.",
+    )  # fmt: skip
+
+
+def _missed(
+    over: str, axis: Axis, values: Floats, plates: tuple[Floats, Floats], azimuths: int, first_key: int, **fields: Any
+) -> Finding:
+    """The share of azimuths whose rays all miss a plate. plates: their distances and sides, each of the shape of values [m]."""
+    measured = [_missed_share(*plate, azimuths, first_key + k) for k, plate in enumerate(zip(*plates, strict=True))]
+    law = missed_by_law(*plates)
+    return Finding(
+        name=f"uniform rays over {over}",
+        method="2000 uniform rays for each azimuth",
+        parameter=axis,
+        values=plain(values),
         measured=Axis("share of azimuths without a hit [1]"),
         curves=(curve("measured", measured), curve("binomial law", law)),
         limit=0.05,
         limit_reason="one azimuth in twenty has no echo",
-        boundary=crossing(sides, law, 0.05, log=True),
-        expected=Expected(
-            20.0, 0.05, "(1 - p)^2000 = 0.05 at 1 km: side = 1000 m x sqrt(p x 0.2673 sr); interpolation as over range"
-        ),
+        boundary=crossing(values, law, 0.05, log=True),
         response="another method",
         instead="scatterers on the surface (`balanced`)",
-        details="2000 rays for each azimuth are enough for a ship's side of 20 m at 1 km.",
+        **fields,
     )
 
 

@@ -74,7 +74,7 @@ def _unheeded(scene: Scene) -> Scene:
     """The scene with a boat whose rates the choice of nodes does not see."""
     motion = scene.bodies[0].motion
     assert isinstance(motion.sway, SeawayMotion)
-    sway = UnheededMotion(**{each.name: getattr(motion.sway, each.name) for each in fields(SeawayMotion)})
+    sway = UnheededMotion(**{field.name: getattr(motion.sway, field.name) for field in fields(SeawayMotion)})
     return _with_motion(scene, replace(motion, sway=sway))
 
 

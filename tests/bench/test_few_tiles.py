@@ -1,0 +1,58 @@
+"""Plots from few tiles have the bytes of those of whole scans, and scenes whose tiles hold more than noise take the whole way."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+
+from radar_service.bench import few_tiles
+from radar_service.bench import run as run_module
+from radar_service.bench.run import observed, simulator_of, threshold_of
+from radar_service.bench.scenario import Scenario, load_scenario
+from tests.bench.test_bench import FILE
+
+MOVES = """
+[scene.own_ship]
+speed_kn = 10
+course_deg = 20
+[scene.errors]
+profile = "imo-2004"
+[[scene.body]]
+name = "u"
+shape = "point"
+position_m = [-30, -700, 5]
+rcs_dbsm = 0
+speed_kn = 40
+swerling = 1
+[plots]
+pfa = 3e-5
+"""
+
+
+def scenario(tmp_path: Path, text: str) -> Scenario:
+    path = tmp_path / "small.toml"
+    path.write_text(text)
+    return load_scenario(str(path))
+
+
+@pytest.mark.same_bytes
+@pytest.mark.parametrize("more", [MOVES, "\n"])
+def test_the_bytes_are_those_of_whole_scans(more: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With noise over the threshold, and a body that comes near."""
+    made = scenario(tmp_path, FILE.format(scans=6) + more)
+    calls = list[int]()
+    profiles = few_tiles.profiles
+    monkeypatch.setattr(few_tiles, "profiles", lambda prepared, azimuths: (calls.append(1), profiles(prepared, azimuths))[1])
+    few = [asdict(result) for result in observed(made, 5)]
+    assert 0 < len(calls) < 6 * 256 // simulator_of(made, 5).pulses[0].tile
+    monkeypatch.setattr(run_module, "has_few", lambda *_: False)
+    assert few == [asdict(result) for result in observed(made, 5)] and any(result["given"]["plots"] for result in few)
+
+
+@pytest.mark.parametrize(
+    "change", [("noise = true", "noise = true\nsea_state = 2"), ("noise = true", "noise = false"), ("= 20\n", "= 0\n")]
+)
+def test_other_scenes_take_the_whole_way(change: tuple[str, str], tmp_path: Path) -> None:
+    made = scenario(tmp_path, FILE.format(scans=2).replace(*change))
+    simulator = simulator_of(made, 0)
+    assert not few_tiles.has_few(simulator, threshold_of(made.plots, simulator.scene))
