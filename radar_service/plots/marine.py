@@ -48,7 +48,7 @@ LOCAL, LOCAL_SECTORS = (
     32.0,
     64,
 )  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
-BESIDE_BEAMS = 2  # half-power beams to each side
+BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
 
@@ -107,7 +107,7 @@ class MarineThreshold:
         """The mean (A, N) of the reference cells on both sides; near an end, of those that there are.
 
         In and beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and
-        the greatest of the beams beside: an edge along the beam is shorter in range than the guard.
+        the greatest of the beams beside.
         """
         count = flat.shape[1]
         guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
