@@ -199,9 +199,9 @@ class PlotExtractor:
 
 
 class LivePlots:
-    """The plots of spokes as they come, those of a scan at its end. After half a scan without spokes the extractor begins anew.
+    """The plots of spokes as they come, at the end of each scan. After half a scan without spokes it begins anew.
 
-    lost: spokes left out, as their numbers do not rise, or the heading was lost, without which bearings are not known.
+    lost: spokes left out: their numbers do not rise, or the heading was lost.
     """
 
     def __init__(self, azimuths: int, make: Callable[[], PlotExtractor]) -> None:

@@ -1,4 +1,4 @@
-"""Tells by mDNS where the service is, as mayara_pi and others look for a Signal K server."""
+"""Tells by mDNS where the service is, for mayara_pi and others."""
 
 import contextlib
 import logging
@@ -17,7 +17,7 @@ TEXT = {"txtvers": "1", "roles": "master, main", "swname": "radar-service", "sel
 
 
 class Announcement:
-    """An announcement of a port on the interface on which the service listens. A network that fails is logged."""
+    """An announcement of a port on the interface of an address. A network that fails is logged."""
 
     def __init__(self, host: str, port: int) -> None:
         """host: of the service, in IPv4 or its name. Raises UsageError and MissingExtra."""
