@@ -72,6 +72,12 @@ GENERAL = tuple(
         "false_noise_h": {"maximum": 1.0}, "false_sea_h": {"maximum": 24.0}, "false_rain_h": {"maximum": 24.0},
         "false_land_h": {"maximum": 240.0}, "answer_turns": {"maximum": 1.0}, "growth_mb": {"maximum": 2.0},
     }.items()
+) + tuple(
+    Limit(metric=metric, source=f"MSC.192(79) {clause}, where the tracker says it", where_judged=True, maximum=maximum)
+    for metric, maximum, clause in (
+        ("said_cpa_nm", 0.3, "table 3"), ("said_tcpa_min", 0.5, "table 3"), ("alarm_late_scans", 2.0, "5.29.1"),
+        ("false_alarms", 0.0, "5.29.1"), ("lost_errors", 0.0, "5.29.4"), ("full_errors", 0.0, "5.25.2.2"),
+    )
 )  # fmt: skip
 
 
