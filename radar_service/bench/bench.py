@@ -18,9 +18,10 @@ from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import bench_digest, plots_digest, program_version, source_digest
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
-from radar_service.bench.scores.verdicts import verdict
+from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
 from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
+from radar_service.bench.trackers.process_tracker import end_waiting
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
 from radar_service.numerics.arithmetic import arithmetic
@@ -39,37 +40,53 @@ Runs = Mapping[str, Sequence[Mapping[str, Any]]]  # as plain data, by name of th
 def bench(
     scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path, executor: Executor | None = None,
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, smoke: bool = False,
-    blind: bool = False, salt: str | None = None,
+    blind: bool = False, salt: str | None = None, looks: tuple[int, ...] = (),
 ) -> tuple[dict[str, Any], Runs]:  # fmt: skip
     """Runs scenarios with seeds 0 to `seeds` - 1, or as many salted ones where the runs are blind; returns the report and all
     runs. Those whose file is in `folder` are not made again, but for failed ones.
 
     scenarios: of different names; executor, progress: as `batch.jobs.run`; plots: the folder that keeps plots and truth for all
     trackers, `bench-plots` beside the other one by default; smoke: whether gross misses alone fail; salt: of an earlier report,
-    for its seeds. Raises JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
+    for its seeds; looks: numbers of runs after which a scenario ends that has failed, or whose limits are all decided. Raises
+    JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
     """
     hidden = blind_for(plots_folder(folder, plots), folder, salt) if blind else None
-    runs = runs_of(single_run, scenarios, seeds, tracker, folder, executor, progress, plots, hidden)
-    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden), runs
+    runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
+    waiting, done = list(scenarios), 0
+    for look in [*(look for look in looks if look < seeds), seeds]:
+        fresh = runs_of(single_run, waiting, look, tracker, folder, executor, progress, plots, hidden, done)
+        for name, some in fresh.items():
+            runs[name] += some
+        waiting, done = [each for each in waiting if not _ends(each, runs[each.name], looks)], look
+    return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden, looks), runs
+
+
+def _ends(scenario: Scenario, runs: Sequence[Mapping[str, Any]], looks: tuple[int, ...]) -> bool:
+    """Whether a scenario needs no more runs."""
+    words = {each.word for each in _verdicts(scenario, runs, False, looks) if each.decides}
+    return "fail" in words or (bool(words) and "undecided" not in words)
 
 
 def runs_of(
     run: Callable[..., dict[str, Any]], scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path,
-    executor: Executor | None, progress: Progress, plots: Path | None, blind: Blind | None = None,
+    executor: Executor | None, progress: Progress, plots: Path | None, blind: Blind | None = None, first: int = 0,
 ) -> Runs:  # fmt: skip
-    """Returns the runs of scenarios by name. run: makes one, as `single_run`; blind: how runs are kept from the tracker, which
-    then come in any order; others, and what it raises, as in `bench`."""
-    jobs = jobs_of(scenarios, seeds, tracker, plots_folder(folder, plots), blind)
+    """Returns the runs of scenarios by name, from number `first` on. run: makes one, as `single_run`; blind: how runs are kept
+    from the tracker, which then come in any order; others, and what it raises, as in `bench`."""
+    jobs = jobs_of(scenarios, range(first, seeds), tracker, plots_folder(folder, plots), blind)
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
-        if count:
+        if count and not first:
             check_start(tracker, scenarios[0], blind)
         return _watched(progress(outcomes, count))
 
-    answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+    try:
+        answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+    finally:
+        end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
-    return {scenario.name: [next(results) for _ in range(seeds)] for scenario in scenarios}
+    return {scenario.name: [next(results) for _ in range(first, seeds)] for scenario in scenarios}
 
 
 def plots_folder(folder: Path, plots: Path | None) -> Path:
@@ -77,7 +94,9 @@ def plots_folder(folder: Path, plots: Path | None) -> Path:
     return (plots or folder.parent / "bench-plots").absolute()
 
 
-def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path, blind: Blind | None = None) -> list[Job]:
+def jobs_of(
+    scenarios: Sequence[Scenario], numbers: range, tracker: str, plots: Path, blind: Blind | None = None
+) -> list[Job]:
     """Returns the runs that are to be made or read. Names of blind ones, which files have, tell no seed."""
     same, word, sealed = same_for_all(tracker), "run" if blind else "seed", sealed_of(tracker, blind)
     return [
@@ -87,7 +106,7 @@ def jobs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, plots: Path
             same | {"digest": scenario.digest, "seed": seed},
         )
         for scenario in scenarios
-        for number in range(seeds)
+        for number in numbers
     ]
 
 
@@ -105,11 +124,22 @@ def check_start(tracker: str, scenario: Scenario, blind: Blind | None) -> None:
 
 
 class KeptRuns(ResultFolder):
-    """A ResultFolder that keeps no failed run: another try may end otherwise."""
+    """A ResultFolder that keeps no failed run: another try may end otherwise. Of those that miss no limit of a scenario, the
+    first alone keeps its scans."""
+
+    def __init__(self, folder: Path) -> None:
+        """folder: as of a ResultFolder. Raises OSError."""
+        super().__init__(folder)
+        self._passed: set[str] = set()
 
     @override
     def write(self, job: Job, result: Any) -> Any:
-        return json.loads(json.dumps(result)) if result["failure"] else super().write(job, result)
+        if result["failure"]:
+            return json.loads(json.dumps(result))
+        if not job.arguments[0].missed(result["metrics"]):
+            result = {**result, "scans": result["scans"] if result["scenario"] not in self._passed else []}
+            self._passed.add(result["scenario"])
+        return super().write(job, result)
 
 
 def _watched(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
@@ -128,18 +158,19 @@ def _watched(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
 
 
 def report(
-    loaded: Mapping[str, Scenario], runs: Runs, tracker: str, smoke: bool = False, blind: Blind | None = None
-) -> dict[str, Any]:
-    """Returns the report of runs by scenario, as plain data. blind: how they were kept from the tracker. Raises TrackerError
-    where no run has started."""
+    loaded: Mapping[str, Scenario], runs: Runs, tracker: str, smoke: bool = False, blind: Blind | None = None,
+    looks: tuple[int, ...] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """Returns the report of runs by scenario, as plain data. blind: how they were kept from the tracker; looks: after which
+    runs may have ended. Raises TrackerError where no run has started."""
     failures = [run["failure"] for some in runs.values() for run in some]
     if failures and all(failure and failure["scan"] is None for failure in failures):
         raise TrackerError(failures[0]["message"])
     return {
-        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
+        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke, "looks": boundaries(looks),
         "sheet": _sheet(loaded, runs, tracker, blind),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
-        "scenarios": [_summary(loaded[name], some, smoke) for name, some in runs.items()],
+        "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
     }  # fmt: skip
 
 
@@ -160,10 +191,9 @@ def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blin
     }
 
 
-def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool) -> dict[str, Any]:
+def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool, looks: tuple[int, ...]) -> dict[str, Any]:
     names = list(dict.fromkeys(name for run in runs for name in run["metrics"]))
     values = {name: [run["metrics"].get(name) for run in runs] for name in names}
-    limits = [(limit, judged) for limit in scenario.limits if (judged := _judged(limit, runs))]
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
         "seeds": [run["seed"] for run in runs], "remark": _remark(scenario, runs),
@@ -172,8 +202,14 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool)
         "metrics": {name: _mean(some) for name, some in values.items()},
         "standard_error": {name: _standard_error(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
-        "verdicts": [verdict(limit, judged, smoke).as_dict() for limit, judged in limits],
+        "verdicts": [each.as_dict() for each in _verdicts(scenario, runs, smoke, looks)],
     }  # fmt: skip
+
+
+def _verdicts(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool, looks: tuple[int, ...]) -> list[Verdict]:
+    """The verdicts on all limits that runs judge."""
+    limits = [(limit, judged) for limit in scenario.limits if (judged := _judged(limit, runs))]
+    return [verdict(limit, judged, smoke, looks) for limit, judged in limits]
 
 
 def nothing_is_owed(runs: Sequence[Mapping[str, Any]]) -> bool:

@@ -108,16 +108,18 @@ def same_for_all(tracker: str) -> dict[str, Any]:
 def _tracked(observed: Iterable[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
     """The scans that a tracker answered, and how it failed; None where it did not."""
     results: list[ScanResult] = []
+    line_tracker = tracker if isinstance(tracker, LineTracker) else None
     try:
         results.extend(answered(observed, tracker))
-    except TrackerError as error:
-        if isinstance(tracker, LineTracker):
-            tracker.close()
-            return results, _failed(error, len(results), tracker.status, tracker.last_line)
-        return results, _failed(error, len(results))
-    finally:
-        if isinstance(tracker, LineTracker):
-            tracker.close()
+    except BaseException as error:
+        if line_tracker:
+            line_tracker.close()
+        if not isinstance(error, TrackerError):
+            raise
+        last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
+        return results, _failed(error, len(results), *last)
+    if line_tracker:
+        line_tracker.finish()
     return results, None
 
 

@@ -22,7 +22,7 @@ from radar_service.bench.scenario import (
     scenarios,
     with_profile,
 )
-from radar_service.bench.scores.verdicts import MISSES, RUNS, SMOKE_RUNS
+from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.record import RADAR, record_scans
@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
     add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
+    parser.add_argument("--fixed", action="store_true", help="make all runs before the verdicts, in place of looks")
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail")
     parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
     parser.add_argument("--salt", metavar="SALT", help="of an earlier report: its seeds")
@@ -89,7 +90,8 @@ def _bench(options: argparse.Namespace) -> int:
     loaded = load_scenarios(options.scenarios)
     if options.profile:
         loaded = [with_profile(scenario, options.profile) for scenario in loaded]
-    print(_plan(options.seeds, options.smoke))
+    looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
+    print(_plan(options.seeds, options.smoke, looks))
     with executor_of(options) as executor:
         report, runs = bench(
             loaded,
@@ -102,6 +104,7 @@ def _bench(options: argparse.Namespace) -> int:
             smoke=options.smoke,
             blind=bool(options.salt) or not (options.open or is_built_in(options.tracker)),
             salt=options.salt,
+            looks=looks,
         )
     write_report(report, {scenario.name: drawn_run(scenario, runs[scenario.name]) for scenario in loaded}, options.out)
     if options.junit:
@@ -129,10 +132,16 @@ def _record(scenario: Scenario, failed: Sequence[Mapping[str, Any]], numbers: Ma
         print(f"scans {scans.start} to {scans.stop - 1}: radar-service replay {path}")
 
 
-def _plan(seeds: int, smoke: bool) -> str:
+def _plan(seeds: int, smoke: bool, looks: tuple[int, ...]) -> str:
     """What the runs can show, said before the first one."""
     if smoke:
         return f"{seeds} seeds of each scenario: gross misses fail"
+    if looks:
+        steps = "; ".join(f"{runs}: {most if most >= 0 else '-'}/{least}" for runs, most, least in boundaries(looks))
+        chances = ", ".join(f"{share:.1%} {chance_to_pass(looks, share):.4f}" for share in (0.01, 0.02, 0.025, SHARE))
+        return (
+            f"looks after so many runs, with misses to pass/to fail: {steps}\nchance to pass by share of misses: {chances}"
+        )
     can = "pass or fail" if seeds >= RUNS else f"fail, but {RUNS} are needed to pass"
     return f"{seeds} seeds of each scenario can {can}; {MISSES} misses of {RUNS} are allowed"
 

@@ -21,7 +21,8 @@ from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.scans.scan import Scan
+from radar_service.records.spokes import SpokeBlock
+from radar_service.scans.scan import Scan, scan_of
 from radar_service.trace.land_mask import LandMask
 from radar_service.world.materials import is_land
 from radar_service.world.scene import Scene
@@ -187,3 +188,35 @@ class PlotExtractor:
             cells, part = cells[near], part[near]
         order = np.argsort(part, kind="stable")
         return cells[order], part[order]
+
+
+class LivePlots:
+    """The plots of spokes as they come, those of a scan at its end. After half a scan without spokes the extractor begins anew.
+
+    lost: spokes left out, as their numbers do not rise, or the heading was lost, without which bearings are not known.
+    """
+
+    def __init__(self, azimuths: int, make: Callable[[], PlotExtractor]) -> None:
+        """azimuths: of a scan."""
+        self.lost, self._azimuths, self._make, self._extractor = 0, azimuths, make, make()
+        self._parts, self._last = list[SpokeBlock](), -1
+
+    def add(self, block: SpokeBlock) -> list[Plot]:
+        """Returns the plots of the scans that end with a block, by time."""
+        if block.first <= self._last:
+            self.lost += len(block)
+            return []
+        if block.first - self._last > self._azimuths // 2:
+            self._parts, self._extractor = [], self._make()
+        self._last = block.first + len(block) - 1
+        if (unknown := np.isnan(block.heading)).any():
+            self.lost += int(unknown.sum())
+            block = replace(block, power=np.where(unknown[:, None], np.float32(np.nan), block.power))
+        ended = self._ended() if self._parts and self._parts[0].scan != block.scan else []
+        self._parts.append(block)
+        return ended + (self._ended() if block.index + len(block) == self._azimuths else [])
+
+    def _ended(self) -> list[Plot]:
+        scan, self._parts = scan_of(self._parts, self._azimuths), []
+        with np.errstate(invalid="ignore"):  # cells without any power
+            return list(self._extractor.add(scan).plots)

@@ -153,8 +153,8 @@ class PortHost:
         loop, transmitter = asyncio.get_running_loop(), station.transmitter
         last, due, called = math.inf, -math.inf, -math.inf  # simulated times, and a time of the loop
         while True:
-            now, time = loop.time(), transmitter.simulated
-            stands = transmitter.pacer.idle or transmitter.fault is not None
+            now, time = loop.time(), transmitter.state.simulated
+            stands = transmitter.pacer.idle or transmitter.state.fault is not None
             goes_on = due <= time or time < last  # the time of another scene begins anew
             if goes_on or (stands and now - called >= period):
                 self.threads[port].put(partial(port.tick, station.identity, time), key=("tick", station.identity))

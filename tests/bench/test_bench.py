@@ -12,6 +12,7 @@ from radar_service.bench import kept_plots
 from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench
 from radar_service.bench.scenario import PlotSettings, Scenario, load_scenario
+from radar_service.bench.scores import verdicts
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import ProcessTracker
 from tests.bench.trackers.test_process_tracker import ECHO, program
@@ -220,3 +221,19 @@ def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
     assert bench([small(tmp_path, 4)], 2, program(tmp_path, ECHO), tmp_path / "two")[0]["version"]
     assert sorted(path.name for path in (tmp_path / "bench-plots").iterdir()) == ["small-0.json.gz", "small-1.json.gz"]
+
+
+def test_a_scenario_ends_at_a_look_and_runs_that_pass_keep_no_scans(
+    tmp_path: Path, made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With limits that two runs decide: all of the scenario that passes miss nothing, all of the other one everything."""
+    monkeypatch.setattr(verdicts, "boundaries", lambda looks: ((2, 0, 1), (4, 1, 2)))
+    scenario = small(tmp_path, 2).model_copy(update={"not_judged": ("*",)})
+    (limit,) = scenario.limit
+    passes = scenario.model_copy(
+        update={"limit": (limit.model_copy(update={"metric": "answer_turns", "minimum": None, "maximum": 1e9}),)}
+    )
+    fails = scenario.model_copy(update={"name": "fails", "limit": (limit.model_copy(update={"metric": "none"}),)})
+    report, runs = bench([passes, fails], 4, program(tmp_path, ECHO), tmp_path / "out", looks=(2, 4))
+    assert [(len(its["seeds"]), its["verdicts"][0]["word"]) for its in report["scenarios"]] == [(2, "pass"), (2, "fail")]
+    assert len(made) == 4 and [len(run["scans"]) for some in runs.values() for run in some] == [2, 0, 2, 2]

@@ -80,4 +80,4 @@ def test_runs_come_in_any_order_and_are_reported_in_theirs(tmp_path: Path) -> No
     hidden = blind_for(tmp_path / "bench-plots", tmp_path / "out")
     report, _ = bench([scenario], 6, program(tmp_path, NOTES), tmp_path / "out", blind=True)
     assert report["scenarios"][0]["seeds"] == [hidden.seed("small", run) for run in range(6)]
-    assert "seed" not in jobs_of([scenario], 1, "cat", tmp_path, hidden)[0].name
+    assert "seed" not in jobs_of([scenario], range(1), "cat", tmp_path, hidden)[0].name

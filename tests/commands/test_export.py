@@ -8,7 +8,8 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.display.video import Controls
-from radar_service.ports.asterix.asterix_port import AsterixSink
+from radar_service.ports.asterix.asterix_port import VideoSink
+from radar_service.ports.asterix.plot_blocks import PlotSink
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
 from radar_service.ports.garmin_xhd.datagrams import XHD
@@ -65,14 +66,17 @@ def test_captures_hold_what_ports_send(
     """With controls that look at the spoke before."""
     settings = Settings(video=Controls(gain=60.0, gain_auto=False, interference_rejection=True))
     monkeypatch.setattr(replay_station, "recorded_settings", lambda *_: settings)
-    files = {name: tmp_path / f"{name}.pcap" for name in ("asterix", "garmin-xhd", "navico-halo")}
+    files = {name: tmp_path / f"{name}.pcap" for name in ("asterix", "asterix-plots", "garmin-xhd", "navico-halo")}
     options: list[Any] = [word for name, file in files.items() for word in (f"--{name}", str(file))]
     assert main(["export", str(run), *options, "--asterix-bits", "16", "--asterix-sac", "5"]) == 0
     assert f"{2 * AZIMUTHS} spokes of radar 0" in capsys.readouterr().out
     video = Kept()
-    sent_live(run, AsterixSink(UdpPort([video]), Form(5, 16), 1))
+    sent_live(run, VideoSink(UdpPort([video]), 1, Form(5, 16)))
     got = list(datagrams(files["asterix"], 8600))
     assert [content for _, content in got if len(content) > 300] == [each for each in video.pieces if len(each) > 300]
+    plots = Kept()
+    sent_live(run, PlotSink(UdpPort([plots]), 1, 5))
+    assert plots.pieces and [content for _, content in datagrams(files["asterix-plots"], 8600)] == plots.pieces
     start = read(run).start_utc
     assert start is not None
     time, first = next((time, videos([content])[0]) for time, content in got[5:] if videos([content]))
@@ -99,7 +103,10 @@ def test_what_cannot_be_exported_is_said_in_a_sentence(
         ([str(cut), "--asterix", same], "cut.mcap: it ends before the first spoke of radar 0"),
         ([str(run), "--asterix", same, "--garmin-xhd", same], "--asterix and --garmin-xhd name one file"),
         ([str(run), "--asterix", str(full), "--overwrite"], "full.pcap: No space left"),
-        ([str(run)], "nothing to write; give --asterix FILE.pcap or --garmin-xhd FILE.pcap or --navico-halo FILE.pcap"),
+        (
+            [str(run)],
+            "nothing to write; give --asterix FILE.pcap or --asterix-plots FILE.pcap or",
+        ),
         (["none.mcap", "--asterix", str(tmp_path / "a.pcap")], "there is no such file"),
         ([str(run), "--asterix", str(tmp_path / "a.pcap"), "--radar", "stern"], 'the recording has no "stern"'),
         ([str(run), "--asterix", str(run.with_suffix(".pcap"))], "exists already"),

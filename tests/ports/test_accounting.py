@@ -289,7 +289,7 @@ def test_the_end_of_a_radar_comes_after_all_its_spokes() -> None:
 
     async def act(server: Server, accounts: list[Account]) -> None:
         await run(server)
-        await until(lambda: only.transmitter.fault is not None and all(client.closed for client in only.hub.clients))
+        await until(lambda: only.transmitter.state.fault is not None and all(client.closed for client in only.hub.clients))
 
     for account in play(only, act, reads_late=True):
         assert account.next == {only.hub.epoch: only.hub.next} and account.received == only.hub.next == SPOKES
@@ -332,7 +332,7 @@ def test_a_radar_that_tells_no_truth_loses_no_spoke_and_goes_on(dies_at: int | N
 
     for account in play(only, act):
         assert account.next == {only.hub.epoch: ends[0]}
-    assert only.transmitter.supervisor.restarts == (dies_at is not None)
+    assert only.transmitter.state.restarts == (dies_at is not None)
 
 
 def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
@@ -351,7 +351,7 @@ def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
         assert account.next == {only.hub.epoch: ends[0]}
     told = accounts[TRUTHFUL[0]].truths
     assert told[:2] == [(0.0, 1), (pytest.approx(engine.scene.radar.rotation_period / 8), told[1][1])] and told[1][1] > 20
-    assert only.transmitter.supervisor.restarts == 0 and [time for time, _ in told] == sorted(time for time, _ in told)
+    assert only.transmitter.state.restarts == 0 and [time for time, _ in told] == sorted(time for time, _ in told)
 
 
 def test_a_batch_that_a_sink_fails_to_take_is_announced() -> None:

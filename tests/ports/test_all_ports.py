@@ -10,7 +10,8 @@ import pytest
 
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.app import create_app
-from radar_service.ports.asterix.asterix_port import AsterixPort
+from radar_service.ports.asterix.asterix_port import AsterixPort, VideoSink
+from radar_service.ports.asterix.plot_blocks import PlotSink
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.navico_halo.datagrams import HALO
@@ -58,7 +59,8 @@ def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, sender
         NmeaPort([senders[0]]),
         AisPort([senders[1]]),
         SignalKPort(),
-        AsterixPort([video], Form()),
+        AsterixPort("asterix", [video], lambda port, sic: VideoSink(port, sic, Form())),
+        AsterixPort("asterix-plots", [video], lambda port, sic: PlotSink(port, sic, 0)),
         shown.port,
         halo.port,
     )
@@ -84,7 +86,7 @@ def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, sender
                     assert lines[0][:1] in b"$!" and all(b"*" in line for line in lines[:-1])
                 health = (await server.http.get("/api/health")).json()
                 assert health["status"] in ("ok", "behind") and health["radars"][0]["restarts"] == 0
-        assert [thread.faults for thread in host.threads.values()] == [0] * 8
+        assert [thread.faults for thread in host.threads.values()] == [0] * 9
         assert {each.number for frame in halo.spokes.pieces for each in read_frame(frame)} == set(range(2048))
         assert {read_spoke(each).number for each in shown.spokes.pieces} == set(range(1440)) and video.lost == 0
         video.close()

@@ -313,10 +313,10 @@ def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
         feed = await server.feed("?encoding=u8-log")
         begun = list(await covered(feed, 5))
         for pace in ({"factor": factor}, {"factor": 1000}):
-            before = only.transmitter.sent
+            before = only.transmitter.state.sent
             answer = await server.http.patch("/api/radars/0/controls", json={"pace": pace})
             assert answer.status_code == 200
-            while only.transmitter.sent == before:  # the first spoke goes at once, and the second is waited for
+            while only.transmitter.state.sent == before:  # the first spoke goes at once, and the second is waited for
                 await asyncio.sleep(0.001)
         spans = begun + list(await covered(feed, begun[-1][2] + 2 * AZIMUTHS))
         assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))

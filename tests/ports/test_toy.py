@@ -147,7 +147,7 @@ def test_a_port_that_raises_blocks_or_floods_harms_nobody(
             range(40 * AZIMUTHS)
         )
         assert (await server.http.get("/api/health")).json()["status"] == "ok"
-        assert server.stations[0].transmitter.supervisor.restarts == 0
+        assert server.stations[0].transmitter.state.restarts == 0
 
     with caplog.at_level(logging.ERROR, "radar_service"):
         host = play((kind(nowhere.port), Healthy(ear.port)), test, FLAT_OUT, wait_for=1)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.ports.app import create_app
@@ -20,13 +20,13 @@ from radar_service.radar.sets import radar_sets
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
-from radar_service.service.radio.transmitter_state import TRANSITIONS, State
+from radar_service.service.radio.radio_state import Event, State
 from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
 UNITS = {  # by the longest ending of a key
-    "_percent": "%", "_per_s": "1/s",
+    "_percent": "%", "_per_s": "1/s", "_deg_s": "degrees/s", "_dbm": "dBm",
     "_mm_h": "mm/h", "_db_per_km": "dB/km", "_hz": "Hz", "_dbsm": "dBsm", "_dbi": "dBi", "_db": "dB", "_deg": "degrees",
     "_kn": "knots", "_m": "m", "_s": "s", "_w": "W", "rpm": "rev/min",
 }  # fmt: skip
@@ -70,11 +70,11 @@ def _array(schema: Schema) -> str:
 
 
 def _number(schema: Schema) -> str:
-    kind = "whole number" if schema["type"] == "integer" else "number"
+    kind = "whole" if schema["type"] == "integer" else ""
     low, high = schema.get("minimum", schema.get("exclusiveMinimum")), schema.get("maximum")
     if low is None or high is None:
-        return kind
-    return f"{kind}, {'above ' if 'exclusiveMinimum' in schema else ''}{plain(low)} to {plain(high)}"
+        return kind or "number"
+    return f"{kind and f'{kind}, '}{'above ' if 'exclusiveMinimum' in schema else ''}{plain(low)} to {plain(high)}"
 
 
 def plain(value: float) -> str:
@@ -97,14 +97,15 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
 
 
 def section(name: str, beyond: str = "", keys: Collection[str] = ()) -> str:
-    """The keys of one table of the scene file, but for those that the table `beyond` has too; only `keys` if there are any."""
+    """The keys of one table of the scene file, but for those that the table `beyond` has alike; only `keys` if there are any."""
     whole = scene_model().model_json_schema()
     model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
     required = model.get("required", [])
+    known = whole["$defs"][beyond]["properties"] if beyond else {}
     rows = [
         (f"`{key}`", unit(key), allowed(schema), default(key, schema, required), schema.get("description", ""))
         for key, schema in model["properties"].items()
-        if (not beyond or key not in whole["$defs"][beyond]["properties"]) and (not keys or key in keys)
+        if known.get(key) != schema and (not keys or key in keys)
     ]
     return table(("key", "unit", "allowed", "default", "remarks"), rows)
 
@@ -169,17 +170,14 @@ def transmitter_states() -> str:
     return table(("state", "the transmitter"), [(f"`{state.name}`", state.value) for state in State])
 
 
-def transitions() -> str:
-    """What leads from one state of a transmitter to the next."""
-    rows = [
-        (f"`{state.name}`", f"`{event.name}`: {event.value}", f"`{after.state.name}`", after.meaning)
-        for (state, event), after in TRANSITIONS.items()
-    ]
-    return table(("from", "event", "to", "which means"), rows)
+def radio_events() -> str:
+    """What tells a radar's state of the world."""
+    events = get_args(Event)
+    return table(("event", "which means"), [(f"`{each.__name__}`", each.__doc__.split("\n\n")[0]) for each in events])
 
 
 def rooms() -> str:
-    """The rooms of the package, upward, and what each says that it holds."""
+    """The rooms of the package, upward, and what the first sentence of each, up to a semicolon, says that it holds."""
     package = DOCS.parent / "radar_service"
     rules = tomllib.loads((DOCS.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
     names = rules[0]["layers"][::-1]
@@ -188,7 +186,12 @@ def rooms() -> str:
     for name in names:
         file = package / f"{name}.py" if (package / f"{name}.py").exists() else package / name / "__init__.py"
         text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-        rows.append((f"`{name}.py`" if file.parent == package else f"`{name}/`", text.split("\n\n")[0].replace("\n", " ")))
+        rows.append(
+            (
+                f"`{name}.py`" if file.parent == package else f"`{name}/`",
+                re.split(r"[.;](?= |$)", text.replace("\n", " "))[0],
+            )
+        )
     return table(("folder or file", "holds"), rows)
 
 
@@ -265,12 +268,12 @@ TABLES: dict[str, Callable[[], str]] = {
     "radar": lambda: section("RadarModel"),
     "named-radar": lambda: section("NamedRadarModel", beyond="RadarModel"),
     "platform": lambda: section("PlatformModel"),
-    "pulse": lambda: section("PulseModel"),
+    "pulse": lambda: section("PulseModel", beyond="RadarModel"),
     "structure": lambda: section("StructureModel"),
     "multiple-echoes": lambda: section("MultipleEchoesModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
-    "body": lambda: section("ShapeBodyModel", keys=BodyModel.model_fields),
+    "body": lambda: section("ShapeBodyModel", beyond="OwnShipModel", keys=BodyModel.model_fields),
     **{f"body-{kind}": partial(section, model.__name__, keys=OWN_KEYS[kind]) for kind, model in KINDS.items()},
     "waypoint": lambda: section("WaypointModel"),
     "manoeuvre": lambda: section("ManoeuvreModel"),
@@ -279,7 +282,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "plating": lambda: section("PlatingModel"),
     "fading": lambda: section("FadingModel"),
     "racon": lambda: section("RaconModel"),
-    "sart": lambda: section("SartModel"),
+    "sart": lambda: section("SartModel", beyond="RaconModel"),
     "interference": lambda: section("InterferenceModel"),
     "rain-cell": lambda: section("RainCellModel"),
     "transponder": lambda: section("TransponderModel"),
@@ -299,8 +302,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "interfaces": interfaces,
     "rooms": rooms,
     "transmitter-states": transmitter_states,
-    "transitions": transitions,
     **{f"promises-{name}": partial(promises, name) for name in sections()},
+    "radio-events": radio_events,
 }
 
 

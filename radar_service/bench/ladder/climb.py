@@ -46,7 +46,7 @@ def climb(
     shared, kept = plots_folder(folder, plots), KeptRuns(folder / "runs")
     with TemporaryDirectory() as short:
         for tracker in its_name:
-            if any(kept.read(job) is None for job in jobs_of(rungs, seeds, tracker, shared, hidden)):
+            if any(kept.read(job) is None for job in jobs_of(rungs, range(seeds), tracker, shared, hidden)):
                 _try(tracker, rungs[0], Path(short), hidden)
     runs: dict[str, Runs] = {}
     for tracker, name in its_name.items():

@@ -18,14 +18,20 @@ from radar_service.plots.plot import Plot
 READY = "ready"
 
 
-def serve(tracker: Tracker, lines: Iterable[str], answers: TextIO) -> None:
-    """Answers each scan of some lines; tells a tracker that has `begin_run` the data sheet of the header."""
+def serve(maker: Callable[[], Tracker], lines: Iterable[str], answers: TextIO) -> None:
+    """Answers each scan of some lines, by one tracker for each header; tells one that has `begin_run` the data sheet."""
+    tracker = maker()
+    first: Tracker | None = tracker
+    print(READY, file=answers, flush=True)
     for message in map(json.loads, lines):
+        if message["type"] == "header":
+            tracker, first = first or maker(), None
         if "radar" in message:
             begin_run(tracker, DataSheet(**message["radar"]))
         if message["type"] == "scan":
             tracks = [asdict(track) for track in tracker.update(scan_of(message))]
-            print(json.dumps({"type": "tracks", "scan": message["scan"], "tracks": tracks}), file=answers, flush=True)
+            answer = {"type": "tracks", "scan": message["scan"], "again": True, "tracks": tracks}
+            print(json.dumps(answer), file=answers, flush=True)
 
 
 def scan_of(message: Mapping[str, Any]) -> TrackerInput:
@@ -60,9 +66,7 @@ def main(name: str) -> None:
     sys.path.append(os.getcwd())
     with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-        tracker = callable_of(name)()
-        print(READY, file=answers, flush=True)
-        serve(tracker, sys.stdin, answers)
+        serve(callable_of(name), sys.stdin, answers)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ class LineTracker(ABC):
 
     It gets one line with `type` "header", then one with `type` "scan" for each scan (TrackerInput.as_dict). To each scan it
     answers with one line: {"type": "tracks", "scan": its number, "tracks": [{"track", "time", "east", "north",
-    "velocity_east", "velocity_north", and what else of a TrackState it says}]}.
+    "velocity_east", "velocity_north", and what else of a TrackState it says}]}. A program whose first answer has "again": true,
+    too, takes another header after the last scan.
     """
 
     def __init__(self, name: str, timeout: float) -> None:
@@ -40,6 +41,7 @@ class LineTracker(ABC):
         self.end = "has ended"  # what has become of it, where it takes or gives no more
         self._sending: Thread | None = None
         self._fault: Exception | None = None
+        self.again = False  # whether the first answer asks for further headers
 
     def begin(self, header: Mapping[str, Any]) -> None:
         """Sends the header; ends the tracker where it does not take it. Raises TrackerError."""
@@ -52,7 +54,11 @@ class LineTracker(ABC):
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         """Returns the tracks after a scan, as Tracker.update. Raises TrackerError."""
         self.send(scan.as_dict())
-        return tracks_from_line(self.answer(scan.scan), scan.scan)
+        line = self.answer(scan.scan)
+        tracks = tracks_from_line(line, scan.scan)
+        if scan.scan == 0:
+            self.again = json.loads(line).get("again") is True
+        return tracks
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Sends one line, from a thread of its own: a tracker that reads nothing would block this one for ever. Raises
@@ -88,6 +94,10 @@ class LineTracker(ABC):
     @abstractmethod
     def close(self) -> None:
         """Ends the tracker, or the connection to it."""
+
+    def finish(self) -> None:
+        """Ends a run that went well."""
+        self.close()
 
     @property
     def status(self) -> int | None:

@@ -7,8 +7,9 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from contextlib import suppress
+from multiprocessing.util import Finalize
 from pathlib import Path
 from queue import Empty, Queue
 from tempfile import TemporaryDirectory
@@ -26,6 +27,7 @@ MAX_TEXT = 1000  # characters of a line of its standard error that are kept
 LAST_WORDS = 20.0  # s from the end of its answers to its own: on a busy machine it takes a while to write why
 SEALED = Path(__file__).with_name("sealed_child.py")
 CHILD = "radar_service.bench.trackers.callable_child"  # the program that a callable runs in
+_WAITING: dict[Hashable, "ProcessTracker"] = {}  # programs that wait for another header
 
 
 class ProcessTracker(LineTracker):
@@ -38,6 +40,7 @@ class ProcessTracker(LineTracker):
         """command: as a shell splits it, but without a shell; timeout: for each answer [s]; sealed: folders that the program
         cannot read, which then has a working folder of its own; None for an open run. Raises TrackerError."""
         super().__init__(command, timeout)
+        self.key: Hashable = None  # of what it was started as, where it may wait
         self._folder: TemporaryDirectory[str] | None = None
         try:
             self._process = self._started(self._words(command), sealed)
@@ -50,6 +53,29 @@ class ProcessTracker(LineTracker):
         self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
         self._noting.start()
         self.begin(header)
+
+    @classmethod
+    def ready(cls, command: str, header: Mapping[str, Any], sealed: Sequence[str] | None, digest: str) -> "ProcessTracker":
+        """Returns a program that waits for another header, or a new one. digest: of the program. Raises TrackerError."""
+        key = cls, command, digest, os.getcwd(), sealed and tuple(sealed)
+        tracker = _WAITING.pop(key, None)
+        if tracker and tracker.status is None:
+            tracker.begin_again(header)
+            return tracker
+        tracker = cls(command, header, sealed=sealed)
+        tracker.key = key
+        return tracker
+
+    def begin_again(self, header: Mapping[str, Any]) -> None:
+        """Begins another run. Raises TrackerError."""
+        self._last_line = ""
+        LineTracker.begin(self, header)
+
+    def finish(self) -> None:
+        if self.again and self.key and self.key not in _WAITING:
+            _WAITING[self.key] = self
+        else:
+            self.close()
 
     def _words(self, command: str) -> Sequence[str]:
         """The program and its arguments."""
@@ -169,6 +195,15 @@ def _family(process: int) -> list[int]:
             for task in Path(f"/proc/{each}/task").iterdir():
                 family += map(int, (task / "children").read_text().split())
     return family
+
+
+def end_waiting() -> None:
+    """Ends the programs that wait for another header."""
+    while _WAITING:
+        _WAITING.popitem()[1].close()
+
+
+Finalize(None, end_waiting, exitpriority=0)  # in worker processes too
 
 
 class CallableTracker(ProcessTracker):

@@ -25,7 +25,8 @@ def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | No
     "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
     header: what a server or command gets first, with `radar`, the data sheet, by which a reference is tuned.
     sealed: folders that a program cannot read; None for an open run.
-    Commands and callables of others run in processes of their own. Raises TrackerError, PlugInError, and MissingExtra.
+    Commands and callables of others run in processes of their own, which go on with the next run where they ask for it.
+    Raises TrackerError, PlugInError, and MissingExtra.
     """
     if is_built_in(name):
         return cast(Tracker, plug_ins.load("trackers", name)(DataSheet(**header["radar"])))
@@ -34,10 +35,10 @@ def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | No
     if name in plug_ins.names("trackers"):
         entry = plug_ins.entry("trackers", name)
         try:
-            return CallableTracker(entry.value, header, sealed=sealed)
+            return CallableTracker.ready(entry.value, header, sealed, program_digest(name))
         except TrackerError as error:
             raise type(error)(str(plug_ins.broken(entry, error))) from None
-    return (CallableTracker if _is_callable(name) else ProcessTracker)(name, header, sealed=sealed)
+    return (CallableTracker if _is_callable(name) else ProcessTracker).ready(name, header, sealed, program_digest(name))
 
 
 def program_digest(name: str) -> str:

@@ -1,67 +1,96 @@
-"""ASTERIX category 240: radar video by UDP, as surveillance systems read it."""
+"""ASTERIX by UDP, as surveillance systems read it: radar video (category 240) and plots (category 048)."""
 
 import argparse
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import add_whole_number
 
 if TYPE_CHECKING:
-    from radar_service.ports.asterix.video_blocks import Form
     from radar_service.ports.port import Port
     from radar_service.ports.udp.capture import Capture
+    from radar_service.ports.udp.udp_port import UdpPort
     from radar_service.service.spokes import SpokeSink
 
-replays = True
+
+class AsterixPackage(ABC):
+    """What a category has for `serve`, `replay` and `export`, as `PortPackage`."""
+
+    name: str
+    what: str  # is sent
+    replays = True
+
+    def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
+        """Adds its options."""
+        help = f"send {self.what} there; IF as with --nmea-udp"
+        groups["where"].add_argument(f"--{self.name}", type=address, metavar="HOST:PORT[%IF]", help=help)
+
+    def opened(self, options: argparse.Namespace) -> "Port | None":
+        """Returns the port, with its socket open; None without its option. Raises UsageError."""
+        option, where = f"--{self.name}", getattr(options, self.name.replace("-", "_"))
+        if where is None:
+            return None
+        check_reach(option, where, options.asterix_allow, options.insecure, listens=False, allow="--asterix-allow")
+        from radar_service.ports.asterix.asterix_port import AsterixPort
+        from radar_service.ports.udp.capture import capture_of
+        from radar_service.ports.udp.sender import UdpSender
+
+        return AsterixPort(self.name, [UdpSender(option, where, joined=0, capture=capture_of(options))], self.sink(options))
+
+    def exported(self, number: int, capture: "Capture", options: argparse.Namespace) -> "SpokeSink":
+        """Returns a sink that writes a recorded radar into a capture. number: of the radar in its recording, from 0."""
+        from radar_service.ports.udp.capture import CaptureSender
+        from radar_service.ports.udp.udp_port import UdpPort
+
+        sender = CaptureSender(capture, ("192.0.2.1", 8600), ("239.192.43.78", 8600))
+        return self.sink(options)(UdpPort([sender]), number % 255 + 1)
+
+    @abstractmethod
+    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
+        """Returns what makes a sink, of the port and the SIC of a radar."""
 
 
-def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
-    """Adds the options of ASTERIX."""
-    where = groups["where"]
-    where.add_argument(
-        "--asterix", type=address, metavar="HOST:PORT[%IF]",
-        help="send the video of all radars there as ASTERIX category 240; IF as with --nmea-udp",
-    )  # fmt: skip
-    add_export_arguments(where)
-    groups["who may"].add_argument(
-        "--asterix-allow", nargs="+", default=[], type=numeric, metavar="ADDRESS", help="other machines it may go to"
-    )
+class Video(AsterixPackage):
+    """Category 240, with the options that both have."""
+
+    name, what = "asterix", "the video of all radars as ASTERIX category 240"
+
+    def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
+        """Adds its options."""
+        super().add_arguments(groups)
+        self.add_export_arguments(groups["where"])
+        groups["who may"].add_argument(
+            "--asterix-allow", nargs="+", default=[], type=numeric, metavar="ADDRESS", help="other machines they may go to"
+        )
+
+    def add_export_arguments(self, where: "argparse._ActionsContainer") -> None:
+        """Adds the options that captures of recordings have, too."""
+        where.add_argument("--asterix-bits", type=int, choices=(8, 16), default=8, help="of a cell of it (default 8)")
+        size = "bytes of a datagram of it; longer spokes are split (default 1400, 65507: one datagram a spoke)"
+        add_whole_number(where, "--asterix-datagram", 1400, 256, 65507, metavar="N", help=size)
+        add_whole_number(where, "--asterix-sac", 0, 0, 255, metavar="N", help="system area code of ASTERIX (default 0)")
+
+    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
+        """Returns what makes a sink of video."""
+        from radar_service.ports.asterix.asterix_port import VideoSink
+        from radar_service.ports.asterix.video_blocks import Form
+
+        form = Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
+        return lambda port, sic: VideoSink(port, sic, form)
 
 
-def add_export_arguments(where: "argparse._ActionsContainer") -> None:
-    """Adds the options that captures of recordings have, too."""
-    where.add_argument("--asterix-bits", type=int, choices=(8, 16), default=8, help="of a cell of it (default 8)")
-    size = "bytes of a datagram of it; longer spokes are split (default 1400, 65507: one datagram a spoke)"
-    add_whole_number(where, "--asterix-datagram", 1400, 256, 65507, metavar="N", help=size)
-    add_whole_number(where, "--asterix-sac", 0, 0, 255, metavar="N", help="its system area code (default 0)")
+class Plots(AsterixPackage):
+    """Category 048."""
+
+    name, what = "asterix-plots", "plots of all radars as ASTERIX category 048"
+
+    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
+        """Returns what makes a sink of plots."""
+        from radar_service.ports.asterix.plot_blocks import PlotSink
+
+        return lambda port, sic: PlotSink(port, sic, options.asterix_sac)
 
 
-def opened(options: argparse.Namespace) -> "Port | None":
-    """Returns the port of ASTERIX, with its socket open; None without --asterix. Raises UsageError."""
-    if options.asterix is None:
-        return None
-    check_reach(
-        "--asterix", options.asterix, options.asterix_allow, options.insecure, listens=False, allow="--asterix-allow"
-    )
-    from radar_service.ports.asterix.asterix_port import AsterixPort
-    from radar_service.ports.udp.capture import capture_of
-    from radar_service.ports.udp.sender import UdpSender
-
-    return AsterixPort([UdpSender("--asterix", options.asterix, joined=0, capture=capture_of(options))], _form(options))
-
-
-def exported(number: int, capture: "Capture", options: argparse.Namespace) -> "SpokeSink":
-    """Returns a sink that writes a recorded radar into a capture. number: of the radar in its recording, from 0."""
-    from radar_service.ports.asterix.asterix_port import AsterixSink
-    from radar_service.ports.udp.capture import CaptureSender
-    from radar_service.ports.udp.udp_port import UdpPort
-
-    sender = CaptureSender(capture, ("192.0.2.1", 8600), ("239.192.43.78", 8600))
-    return AsterixSink(UdpPort([sender]), _form(options), number % 255 + 1)
-
-
-def _form(options: argparse.Namespace) -> "Form":
-    from radar_service.ports.asterix.video_blocks import Form
-
-    return Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
+VIDEO, PLOTS = Video(), Plots()

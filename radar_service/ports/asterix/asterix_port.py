@@ -1,6 +1,6 @@
-"""The port of ASTERIX: the video of all radars of a service, each with a system identification code (SIC) of its own."""
+"""The ports of ASTERIX: the radars of a service, each with a system identification code (SIC) of its own."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from typing_extensions import override
 
@@ -10,25 +10,23 @@ from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 
 class AsterixPort(UdpPort):
-    """Sends spokes as they come, and a video summary with the first spoke of an epoch and of each scan."""
+    """Sends what a sink makes of each radar."""
 
-    name = "asterix"
-
-    def __init__(self, senders: Sequence[Sender], form: Form) -> None:
+    def __init__(self, name: str, senders: Sequence[Sender], sink: Callable[[UdpPort, int], SpokeSink]) -> None:
+        """sink: makes one, of the port and the SIC of a radar."""
         super().__init__(senders)
-        self._form = form
+        self.name, self._sink = name, sink  # type: ignore[misc]
         self._sics: dict[str, int] = {}  # by the id of a radar
 
     @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        sic = self._sics.setdefault(radar, len(self._sics) % 255 + 1)
-        return (AsterixSink(self, self._form, sic),)
+        return (self._sink(self, self._sics.setdefault(radar, len(self._sics) % 255 + 1)),)
 
 
-class AsterixSink:
-    """The spokes of one radar."""
+class VideoSink:
+    """The spokes of one radar as they come, and a video summary with the first one of an epoch and of each scan."""
 
-    def __init__(self, port: UdpPort, form: Form, sic: int) -> None:
+    def __init__(self, port: UdpPort, sic: int, form: Form) -> None:
         self._port, self._form, self._sic = port, form, sic
         self._radar: RadarInfo | None = None
 

@@ -8,6 +8,7 @@ import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,8 @@ def summary(radar: RadarInfo, form: Form, sic: int) -> bytes:
     """Returns the block that says what the video of a radar is, in ASCII."""
     name = radar.epoch.info.scene.name.encode("ascii", "replace").decode()[:40]
     text = f"{name}, radar {radar.identity[:20]}. Azimuth from true north, mid spoke. Cell k from k to k+1 durations. {form.law}"
-    return _block(struct.pack(">BBBBB", SUMMARY_ITEMS, form.sac, sic, SUMMARY, len(text)) + text.encode("ascii", "replace"))
+    head = struct.pack(">BBBBB", SUMMARY_ITEMS, form.sac, sic, SUMMARY, len(text))
+    return block_of(CATEGORY, head + text.encode("ascii", "replace"))
 
 
 def video(batch: SpokeBatch, form: Form, sic: int) -> Iterator[list[bytes]]:
@@ -69,7 +71,7 @@ def video(batch: SpokeBatch, form: Form, sic: int) -> Iterator[list[bytes]]:
     azimuth, half = CIRCLE * (block.azimuth + north) / (2.0 * math.pi), 0.5 * CIRCLE / known.radar.azimuths
     near = round((to.first - 0.5 * to.step) / to.step)  # cells before the first one
     duration = round(2.0 * to.step / LIGHT * 1e15)  # fs
-    for k, time in enumerate(_times(batch)):
+    for k, time in enumerate(block.time.tolist()):
         blocks = list[bytes]()
         for part, start in enumerate(() if math.isnan(block.heading[k]) else starts):
             head = struct.pack(
@@ -77,7 +79,7 @@ def video(batch: SpokeBatch, form: Form, sic: int) -> Iterator[list[bytes]]:
                 round(azimuth[k] - half) % CIRCLE, round(azimuth[k] + half) % CIRCLE, near + start, duration,
                 0, RESOLUTION[form.bits],
             )  # fmt: skip
-            blocks.append(_video_block(head, rows[k, start : start + form.cells], time))
+            blocks.append(_video_block(head, rows[k, start : start + form.cells], time_of_day(batch.epoch.start_utc, time)))
         yield blocks
 
 
@@ -91,22 +93,22 @@ def _cells(batch: SpokeBatch, form: Form) -> NDArray[np.generic]:
     return units
 
 
-def _times(batch: SpokeBatch) -> list[int]:
-    """The UTC of each spoke in units of the time of day."""
-    start = batch.epoch.start_utc
+def time_of_day(start: datetime, time: float) -> bytes:
+    """Returns an instant in units of the time of day. start: UTC at time 0; time: simulated [s]."""
     midnight = start.replace(hour=0, minute=0, second=0, microsecond=0)
-    return [round(128.0 * ((start - midnight).total_seconds() + time)) % DAY for time in batch.block.time.tolist()]
+    return (round(128.0 * ((start - midnight).total_seconds() + time)) % DAY).to_bytes(3, "big")
 
 
-def _video_block(head: bytes, cells: NDArray[np.generic], time: int) -> bytes:
+def _video_block(head: bytes, cells: NDArray[np.generic], time: bytes) -> bytes:
     """Returns a block of some cells in the smallest of the items that takes them. head: the items before; time: of day."""
     octets = cells.tobytes()
     bit, unit, _ = next(item for item in OCTETS if len(octets) <= item[1] * item[2])
     repeats = -(-len(octets) // unit)
     count = struct.pack(">HBHB", len(octets), cells.size >> 16, cells.size & 0xFFFF, repeats)
     items = bytes((VIDEO_ITEMS, MORE_ITEMS | bit)) + head + count
-    return _block(items + octets.ljust(repeats * unit, b"\0") + time.to_bytes(3, "big"))
+    return block_of(CATEGORY, items + octets.ljust(repeats * unit, b"\0") + time)
 
 
-def _block(record: bytes) -> bytes:
-    return struct.pack(">BH", CATEGORY, 3 + len(record)) + record
+def block_of(category: int, records: bytes) -> bytes:
+    """Returns a block of records."""
+    return struct.pack(">BH", category, 3 + len(records)) + records

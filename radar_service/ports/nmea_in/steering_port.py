@@ -113,7 +113,7 @@ class NmeaSteering:
         if order.position is not None and scene.origin is not None:
             self._values["position_m"] = tuple(map_from_geographic(*order.position, scene.origin).tolist())
         if order.position is not None or "position_m" not in self._values:
-            self._at = self.station.transmitter.simulated
+            self._at = self.station.transmitter.state.simulated
         self._values |= order.motion
 
     def _on_map(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -132,7 +132,7 @@ class NmeaSteering:
         source = self.station.epoch.spoke_source
         if self._clock() - self._placed > FRESH and isinstance(source, TellsShips):
             with contextlib.suppress(SpokeSourceFault):  # its process is being replaced: the last one will do
-                (states,) = source.ship_states([self.station.transmitter.simulated], [None])
+                (states,) = source.ship_states([self.station.transmitter.state.simulated], [None])
                 east, north, _ = states.position[0].tolist()
                 self._place, self._placed = (east, north), self._clock()
         return self._place

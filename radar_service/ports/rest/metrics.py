@@ -26,7 +26,7 @@ def _trees(station: Station) -> int:
 
 
 COUNTERS: dict[str, tuple[str, Read]] = {
-    "radar_azimuths": ("Spokes sent since the start", lambda s: s.transmitter.sent),
+    "radar_azimuths": ("Spokes sent since the start", lambda s: s.transmitter.state.sent),
     "radar_spokes_lost": ("Spokes that slow clients lost, all together", lambda s: s.hub.totals().lost),
     "radar_gaps": ("Gaps announced to slow clients", lambda s: s.hub.totals().gaps),
     "radar_bytes": ("Bytes handed to sockets", lambda s: s.hub.totals().bytes),
@@ -35,7 +35,7 @@ COUNTERS: dict[str, tuple[str, Read]] = {
         lambda s: s.transmitter.pacer.schedule.slips,
     ),
     "radar_restarts": (
-        "Times that the engine failed and was started again", lambda s: s.transmitter.supervisor.restarts,
+        "Times that the engine failed and was started again", lambda s: s.transmitter.state.restarts,
     ),
 }  # fmt: skip
 GAUGES: dict[str, tuple[str, Read]] = {

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from radar_service.service.jobs import JobQueue
+from radar_service.service.radio.radio_state import State
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.transmitter_state import State
 
 LAG_PERIOD = 0.25  # s between two looks at the event loop
 LAG_SAMPLES = 60  # the worst of the last 15 s is given: a reader of metrics comes every 15 s
@@ -56,7 +56,9 @@ class Vitals:
 
     async def problems(self, stations: Iterable[Station]) -> list[str]:
         """Returns what keeps the service from working, a line each."""
-        lines = [f"radar {s.identity}: its worker has died" for s in stations if not (s.transmitter.fault or _has_worker(s))]
+        lines = [
+            f"radar {s.identity}: its worker has died" for s in stations if not (s.transmitter.state.fault or _has_worker(s))
+        ]
         if not await self._pool_works():
             lines.append(f"threads: none was free for {POOL_SECONDS:g} s")
         if any(job.state == "running" and job.as_dict()["seconds"] > JOB_SECONDS for job in self._jobs.jobs):

@@ -45,7 +45,7 @@ class Streams:
     def timestamp(self) -> str:
         """Returns the time of the world of the first radar, as text."""
         station = next(iter(self._service.stations.values()))
-        utc = station.start_utc + timedelta(seconds=station.transmitter.simulated)
+        utc = station.start_utc + timedelta(seconds=station.transmitter.state.simulated)
         return utc.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
     def routes(self) -> APIRouter:

@@ -33,7 +33,7 @@ class TransponderModel(Section):
     )
     beam_m: Annotated[float, Field(strict=True, ge=0, le=126)] | None = Field(None, description="default: that of the body")
     antenna_m: tuple[Deck, Deck] = Field(
-        (0.0, 0.0), description="where its position is: starboard and forward of the middle of her length and beam"
+        (0.0, 0.0), description="where its position is: starboard and forward of the middle of its length and beam"
     )
     off_s: tuple[tuple[Instant, Instant], ...] = Field(
         (), max_length=MAX_PERIODS, description="periods without reports, from and to"

@@ -160,10 +160,10 @@ class BodyModel(NamedSection):
     scattering: ScatteringName | None = Field(None, description="default by material")
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
-    mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="she has an AIS transponder; see `ais`")
-    ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
+    mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="it has an AIS transponder; see `ais`")
+    ais: TransponderModel | None = Field(None, description="what its transponder says; needs `mmsi`")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(
-        None, description="that AIS reports; default: how deep her mesh reaches"
+        None, description="that AIS reports; default: how deep its mesh reaches"
     )
     plating: PlatingModel | None = Field(
         None, description="how its walls are dented; default: flat, and a table {} for hull types other than `plain`"

@@ -41,7 +41,7 @@ class TurningSection(Section):
         (), max_length=MAX_MANOEUVRES, description="changes of course and speed, by rising time"
     )
     drift_deg: Annotated[float, Field(strict=True, ge=-180, le=180)] = Field(
-        0.0, description="course over ground minus heading: above 0 she sets to starboard"
+        0.0, description="course over ground minus heading: above 0 it sets to starboard"
     )
 
 

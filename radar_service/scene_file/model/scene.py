@@ -37,9 +37,9 @@ class OwnShipModel(MovingSection):
         None, min_length=1, max_length=200, description="name of the body that is own ship: its motion, and what others see"
     )
     position_m: EastNorth = (0.0, 0.0)
-    errors: PlatformErrorsModel | None = Field(None, description="of her sensors, on purpose")
+    errors: PlatformErrorsModel | None = Field(None, description="of its sensors, on purpose")
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999, description="of own ship that is no body")
-    ais: TransponderModel | None = Field(None, description="what her transponder says; needs `mmsi`")
+    ais: TransponderModel | None = Field(None, description="what its transponder says; needs `mmsi`")
     draught_m: Annotated[float, Field(strict=True, ge=0, le=100)] | None = Field(None, description="that AIS reports")
     gnss_offset_m: tuple[Offset, Offset] = Field(
         (0.0, 0.0), description="of the antenna whose position NMEA 0183 tells: starboard and forward of position_m"

@@ -31,10 +31,10 @@ class HullModel(Section):
     """What a seaway needs to know of a hull."""
 
     floats: Flag | None = Field(None, description="whether a seaway moves it; default: vessels, and bodies with this table")
-    length_m: Size | None = Field(None, description="in the water; default: of her mesh")
-    beam_m: Size | None = Field(None, description="default: of her mesh")
+    length_m: Size | None = Field(None, description="in the water; default: of its mesh")
+    beam_m: Size | None = Field(None, description="default: of its mesh")
     draught_m: Annotated[float, Field(strict=True, gt=0, le=100)] | None = Field(
-        None, description="default: `draught_m` of the body, how deep her mesh reaches, or 0.4 of her beam"
+        None, description="default: `draught_m` of the body, how deep its mesh reaches, or 0.4 of its beam"
     )
     block: Coefficient = Field(0.7, description="displaced volume over length x beam x draught")
     waterplane: Coefficient | None = Field(None, description="its area over length x beam; default: a third of 1 + 2 block")

@@ -163,7 +163,7 @@ class Steered(NamedTuple):
 
 
 class CommandedRadar(Protocol):
-    """A radar as the command worker has it: a `CommandedTransmitter`. All but `commands` is read with the clock's lock held."""
+    """A radar as the command worker has it: a `Transmitter`. All but `commands` is read with the clock's lock held."""
 
     @property
     def commands(self) -> CommandQueue:
@@ -182,7 +182,7 @@ class CommandedRadar(Protocol):
         """What commands act on; None while another scene is about to begin."""
 
     def commanded(self) -> None:
-        """The transmitter calls it after commands."""
+        """Counts the commands that came, and lets the radar go on."""
 
 
 class CommandWorker:

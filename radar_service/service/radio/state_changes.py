@@ -45,7 +45,7 @@ class StateChange:
 def ended(station: Station) -> StateChange:
     """Returns the last change of a radar that another scene has ended."""
     values = {"state": "ended", "fault": station.end, "factor_reached": None}
-    return StateChange(station.identity, "status", values, station.transmitter.simulated)
+    return StateChange(station.identity, "status", values, station.transmitter.state.simulated)
 
 
 class StateWatch:
@@ -68,7 +68,9 @@ class StateWatch:
             news["commands"] = commands
         self._seen = now
         station = self._station
-        return [StateChange(station.identity, kind, values, station.transmitter.simulated) for kind, values in news.items()]
+        return [
+            StateChange(station.identity, kind, values, station.transmitter.state.simulated) for kind, values in news.items()
+        ]
 
     def _now(self) -> dict[Kind, Mapping[str, Any]]:
         station, known = self._station, self._station.epoch.info
@@ -84,7 +86,7 @@ class StateWatch:
         now, transmitter = state(self._station), self._station.transmitter
         reached = transmitter.pacer.reached() if now == "behind" else None
         factor = None if reached is None else round(round(reached / STEP) * STEP, 2)
-        return {"state": now, "fault": transmitter.fault, "factor_reached": factor}
+        return {"state": now, "fault": transmitter.state.fault, "factor_reached": factor}
 
     def _commanded(self) -> Mapping[str, Any]:
         """What was commanded since the last look."""

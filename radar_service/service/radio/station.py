@@ -25,9 +25,9 @@ from radar_service.service.radio.last_scan import CorrelationStage, LastScan
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.radar_group import RadarGroup
+from radar_service.service.radio.radio_state import RESTARTS
 from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Transmitter
 from radar_service.service.radio.truth_stream import Follower, TruthStream
-from radar_service.service.radio.worker_supervisor import RESTARTS
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
@@ -67,7 +67,7 @@ class Station:
         group: RadarGroup | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
         start_utc: datetime | None = None, worker: SpokeWorker | None = None,
     ) -> None:  # fmt: skip
-        """restarts: of failed spoke sources, see RestartLimiter; sinks: take the spokes too, beside the feed; group: that
+        """restarts: of failed spoke sources, within RESTART_WINDOW; sinks: take the spokes too, beside the feed; group: that
         it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
         recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second;
         worker: of the spoke source, where that has computed its first spokes."""
@@ -138,8 +138,8 @@ class Station:
             raise FeedRefused("truth: this server does not send it; it must be started with --truth")
         if self.stopping:
             raise FeedRefused(STOPPING)
-        if self.transmitter.fault:
-            raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
+        if self.transmitter.state.fault:
+            raise FeedRefused(f"the radar has stopped: {self.transmitter.state.fault}; give it another scene")
         self.hub.join(client, since)
         if client.view.sources:
             self.transmitter.pacer.interrupt()  # what waits to be sent does not tell its sources
@@ -223,7 +223,7 @@ class Station:
         supervisor, leads = self.transmitter.supervisor, 1.0
         while self._is_last(request):
             running = supervisor.pending_spoke_source
-            if supervisor.has_pending and not running.scene_request.goes_on:
+            if supervisor.pending and not running.scene_request.goes_on:
                 await asyncio.sleep(LOOK)
                 continue
             if (scene_request := changed_request(self.settings, running, requested)) is None:
@@ -245,7 +245,7 @@ class Station:
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises SpokeSourceFault."""
-        time = self.transmitter.simulated if at is None else at
+        time = self.transmitter.state.simulated if at is None else at
         return await asyncio.get_running_loop().run_in_executor(self._truths, self.epoch.spoke_source.truth, time)
 
     def controls(self) -> dict[str, Any]:
@@ -257,7 +257,7 @@ class Station:
     def radar_info(self, epoch: Epoch) -> RadarInfo:
         """Returns the description of this radar in an epoch."""
         controls = self.controls()
-        return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
+        return RadarInfo(self.identity, self.name, epoch, self.transmitter.state.simulated, controls, self.allow_truth)
 
     def _log_restart(self, reason: str) -> None:
         log_event("engine restarted", logging.WARNING, radar=self.identity, reason=reason)

@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 from radar_service.service.radio.pacing import KEEPING_UP
+from radar_service.service.radio.radio_state import State
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.transmitter_state import State
 
 STATES = ("running", "behind", "paused", "standby", "waiting", "restarting", "failed")
 
@@ -13,7 +13,7 @@ STATES = ("running", "behind", "paused", "standby", "waiting", "restarting", "fa
 def state(station: Station) -> str:
     """Returns one of STATES."""
     transmitter, pace = station.transmitter, station.settings.pace
-    if transmitter.fault:
+    if transmitter.state.fault:
         return "failed"
     if transmitter.state.now is State.RESTARTING:
         return "restarting"
@@ -31,8 +31,8 @@ def is_ready(station: Station) -> bool:
     """Returns whether clients are taken and spokes come, or would come but for a pause or standby."""
     transmitter, settings = station.transmitter, station.settings
     silent_by_choice = transmitter.pacer.held or settings.pace.state == "pause" or not settings.transmit
-    works = not (station.stopping or transmitter.fault or transmitter.state.now is State.RESTARTING)
-    return works and (silent_by_choice or transmitter.sent > 0)
+    works = not (station.stopping or transmitter.state.fault or transmitter.state.now is State.RESTARTING)
+    return works and (silent_by_choice or transmitter.state.sent > 0)
 
 
 def health(station: Station) -> dict[str, Any]:
@@ -42,16 +42,16 @@ def health(station: Station) -> dict[str, Any]:
     return {
         "id": station.identity,
         "state": state(station),
-        "fault": transmitter.fault,
+        "fault": transmitter.state.fault,
         "pace": station.settings.pace.as_dict(),
         "factor_reached": transmitter.pacer.reached(),
-        "restarts": transmitter.supervisor.restarts,
+        "restarts": transmitter.state.restarts,
         "lag_s": schedule.lag,
         "slips": schedule.slips,
-        "simulated_s": transmitter.simulated,
+        "simulated_s": transmitter.state.simulated,
         "epoch": hub.epoch,
         "next": hub.next,
-        "spokes_sent": transmitter.sent,
+        "spokes_sent": transmitter.state.sent,
         "spokes_lost": hub.totals().lost,
         "clients": len(hub.clients),
         "views": len(hub.views),

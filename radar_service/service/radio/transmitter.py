@@ -1,37 +1,18 @@
-"""The thread that sends: takes blocks from the spoke source's worker, waits until they are due, hands them to the sinks.
-
-What leads from one of its states to the next is in `transmitter_state`; each state has a method here, which returns the event.
-
-When a change acts:
-- gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
-- range: a new epoch at once; with a set that is sold it acts as rpm does. Another scene: a new epoch when the running scan ends;
-  at once while paused or failed, and where the group has several radars, which all begin it together.
-- commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
-- labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
-- rpm: a new epoch when the scan of a spoke source begins that is prepared meanwhile; the running scan ends there.
-- the spoke source fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
-  happens too often the radar fails and the sinks are closed; the next scene restarts it. A spoke source that is ready takes over.
-"""
+"""The thread that sends: it carries out what `RadioState` decides. It takes blocks, waits until their spokes are due, and hands
+them to the sinks."""
 
 import math
 import threading
 from collections.abc import Callable, Sequence
 from datetime import datetime
-from functools import partial
 
-import numpy as np
-
-from radar_service.numerics.types import Singles
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.records.spokes import SpokeBlock
-from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.commanded_transmitter import CommandedTransmitter
+from radar_service.service.radio import radio_state as radio
+from radar_service.service.radio.command_worker import CommandQueue, CommandWorker, Steered
 from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.pacer import Pacer
-from radar_service.service.radio.pacing import batch_spokes
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
-from radar_service.service.radio.transmitter_state import Event, State, TransmitterState
-from radar_service.service.radio.worker_supervisor import RESTARTS, RestartLimiter, WorkerSupervisor
+from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name, whole_second
@@ -50,18 +31,17 @@ class SceneChanged(Exception):
 class Transmitter:
     """Sends the spokes of one radar to its sinks. Changes of pace go to `pacer`, other scenes to `switch_to`, from any thread.
 
-    The transmitter's thread alone writes epoch, state, sent and simulated; others only read them.
+    A CommandedRadar.
 
-    epoch: the running one.
+    epoch: the running one, which its thread alone writes.
     state: what it does.
-    sent: spokes since the start; simulated: time of the next spoke [s].
     commands: those that wait for the command worker.
     supervisor: the running spoke source and its replacements.
     """
 
     def __init__(
         self, source: SceneSpokeSource | SpokeWorker, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_spoke_source: MakeSpokeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
+        make_spoke_source: MakeSpokeSource, *, restarts: int = radio.RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
         start_utc: datetime | None = None,
@@ -77,35 +57,26 @@ class Transmitter:
         self._command_worker = command_worker or CommandWorker(GroupClock())
         self._group_clock = self._command_worker.clock
         self.pacer = Pacer(settings, clock, self._group_clock, held)
-        self.supervisor = WorkerSupervisor(
-            source, make_spoke_source, RestartLimiter(restarts, clock), self._group_clock.changed
-        )
+        self.supervisor = WorkerSupervisor(source, make_spoke_source, self._group_clock.changed)
         self.epoch = self._epoch(new_epoch_name(), settings.range)
-        self.state = TransmitterState()
-        self.sent, self.simulated = 0, 0.0
-        self._commanded = CommandedTransmitter(self.state, self.pacer, self.supervisor, clock)
-        self.commands = self._commanded.commands
-        self._sinks = SinkGroup(sinks)
+        self.state = radio.RadioState(self.epoch.info.radar, settings.range, restarts)
+        self.commands = CommandQueue(self._group_clock.let_command)
+        self._sinks, self._clock = SinkGroup(sinks), clock
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
-        self._block: SpokeBlock | None = None  # what is still to be sent of the one that was taken last
-        self._spokes_done = 0  # of the running spoke source's scene, sent or not, from t = 0
-        self._number = 0  # of the next spoke in this epoch
-        self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
-        self._command_worker.join(self._commanded)
+        self._command_worker.join(self)
 
     def start(self) -> None:
         """Opens the first epoch on every sink and starts both threads."""
         self._open(self.epoch)
         self.supervisor.start()
         self._command_worker.start()
-        self.state.on(Event.START)
         self._thread.start()
 
     def leave(self) -> None:
         """Leaves the group, and sends nothing more; `stop` comes next."""
         self._group_clock.leave(self.pacer)
-        self._command_worker.leave(self._commanded)
+        self._command_worker.leave(self)
         self.pacer.stop()
 
     def stop(self, timeout: float, reason: str = STOPPING) -> None:
@@ -119,16 +90,34 @@ class Transmitter:
         self.supervisor.stop(timeout)
 
     @property
-    def fault(self) -> str | None:
-        """Why the transmitter has failed; None while it has not."""
-        return self.state.fault
+    def is_commanded(self) -> bool:
+        """Whether it has not failed, and does not stop."""
+        return self.state.fault is None and not self.pacer.stopping
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether commands may come: enough was sent since the last ones, or nothing can be sent now."""
+        return self.state.takes_commands(self._clock(), self.pacer.waiting)
+
+    @property
+    def steered(self) -> Steered | None:
+        """What commands act on; None while another scene is about to begin."""
+        if not self.pacer.is_outdated:
+            return Steered(self.supervisor.worker, self.state.unsent, self.state.newest)
+        pending = self.supervisor.pending
+        return None if pending is None else Steered(pending, 0, -math.inf)
+
+    def commanded(self) -> None:
+        """Counts the commands that came, and lets the pacer go on."""
+        self._tell(radio.Commanded(self._clock()))
+        self.pacer.waiting = False
 
     def going_on(self, leads: float, spoke_source: SceneSpokeSource) -> tuple[int, Sequence[Command]]:
-        """Returns the first scan of a spoke source that goes on with the running scene and computes its first spokes within
-        `leads` times LEAD, and the commands so far. Raises SceneChanged where another scene runs or is about to."""
+        """Returns the first scan of a spoke source that goes on with the running scene and is ready within `leads` times LEAD,
+        and the commands so far. Raises SceneChanged where another scene runs or is about to."""
         with self._group_clock.changed:  # while no spoke source takes over
             self._check_scene(spoke_source)
-            idle = self.pacer.idle or self.fault is not None
+            idle = self.pacer.idle or self.state.fault is not None
             time = self._unsent_time + (0.0 if idle else leads * LEAD * self.pacer.speed)
             scene = spoke_source.info.scene
             commands = [scene.steerable.seen(each, each.body) for each in self.supervisor.worker.commands]
@@ -147,7 +136,7 @@ class Transmitter:
     @property
     def _unsent_time(self) -> float:
         """Time of the first spoke that was not given to the sinks [s]; with the clock's lock held."""
-        return self.supervisor.worker.spoke_source.info.radar.time_of_spokes(float(self._commanded.unsent))
+        return self.supervisor.worker.spoke_source.info.radar.time_of_spokes(float(self.state.unsent))
 
     def _check_scene(self, spoke_source: SceneSpokeSource) -> None:
         if self.pacer.is_outdated or not self.supervisor.keep_scene_of(spoke_source.scene_request):
@@ -160,131 +149,100 @@ class Transmitter:
         return name
 
     def _run(self) -> None:
-        act = {
-            State.SENDING: self._while_sending,
-            State.RESTARTING: self._while_restarting,
-            State.FAILED: self._while_failed,
-        }
-        while self.state.now is not State.STOPPED:
+        instructions: Sequence[radio.Instruction] = ()
+        while self.state.now is not radio.State.STOPPED:
             try:
-                event = act[self.state.now]()
+                if instructions:
+                    instructions = (*self._carry_out(instructions[0]), *instructions[1:])
+                else:
+                    instructions = self._look()
             except Exception as error:  # of any kind: the clients must be notified
-                if not self.state.allows(Event.FAILURE):
-                    raise
                 reason = str(error) if isinstance(error, SpokeSourceFault) else f"{type(error).__name__}: {error}"
-                event = Event.STOP if self.pacer.stopping else self.state.fail(reason)
-            self.state.on(event)
+                instructions = self._tell(radio.Failed(reason, self._clock()))
 
-    def _while_sending(self) -> Event:
-        """Takes blocks and sends them, part by part."""
-        self._group_clock.let_command()  # a fault may have ended
-        while not self.pacer.stopping:
-            if event := self._obey_run_control():
-                return event
-            if self._block is None:
-                self._block = self.supervisor.worker.take(BLOCK_TIMEOUT)
-            elif self._send_part(self._block) and self.supervisor.due == math.inf and self._take_over():
-                return Event.TAKEN_OVER
-        return Event.STOP
+    def _tell(self, event: radio.Event) -> Sequence[radio.Instruction]:
+        """Tells the state an event; lets the command worker look again where it may go on."""
+        with self._group_clock.changed:
+            instructions = self.state.handle(event)
+            if isinstance(event, radio.Due | radio.Failed | radio.Restarted | radio.TakenOver):
+                self._group_clock.let_command()
+        return instructions
 
-    def _while_restarting(self) -> Event:
-        """Continues with the next scan and another spoke source of the same scene, or with one that is ready."""
-        azimuths, self._block = self.epoch.info.radar.azimuths, None
-        scan = self._spokes_done // azimuths + 1  # the present scan would make the next spoke source fail too
-        self._commanded.go_on_from(scan * azimuths)
-        cause = self.supervisor.restart(self.state.reason, scan, self._on_restart)
-        if cause is None:
-            return Event.TAKEN_OVER if self._take_over() else Event.GIVEN_UP
-        missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
+    def _look(self) -> Sequence[radio.Instruction]:
+        with self._group_clock.changed:
+            pacer, due, pending = self.pacer, self.supervisor.due, self.supervisor.pending is not None
+            at_once = pending and (pacer.is_outdated or pacer.idle)
+            run = pacer.run_control()
+            look = radio.Looked(self._clock(), run, pacer.stopping, pending, at_once, due, self._unknown)
+            return self._tell(look)
+
+    @property
+    def _unknown(self) -> float:
+        block = self.state.block
+        return self.supervisor.worker.commands.first_unknown(block.commands) if block else math.inf
+
+    def _carry_out(self, instruction: radio.Instruction) -> Sequence[radio.Instruction]:
+        """Carries out an instruction; returns what follows from it."""
+        match instruction:
+            case radio.Take():
+                self._tell(radio.Taken(self.supervisor.worker.take(BLOCK_TIMEOUT)))
+            case radio.Send():
+                self._send(instruction)
+            case radio.Open():
+                self._open(self._epoch(new_epoch_name(), instruction.range))
+            case radio.TakeOver():
+                self._take_over(instruction)
+            case radio.Restart():
+                return self._restart(instruction)
+            case radio.Skip():
+                self._sinks.skip(self.epoch.name, *instruction)
+            case radio.GiveUp():
+                self._give_up(instruction.reason)
+            case radio.Wait():
+                self.pacer.wait_for(lambda: self.supervisor.pending is not None)
+        return ()
+
+    def _send(self, send: radio.Send) -> None:
+        """Sends spokes when due, unless their labels and powers are requested first: then they come again."""
+        part, worker = send.part, self.supervisor.worker
+        request = worker.spoke_source.info.sources.to_request(self._sources())
+        if request != worker.requested and worker.request_sources(request, part.first):
+            self._tell(radio.Taken(None))
+        elif self.pacer.wait_until_due(part.time, send.run, self._is_due):
+            settings = send.run.settings
+            if settings.transmit:
+                self._sinks.send(SpokeBatch(self.epoch, send.number, part, settings.video, send.before))
+            self.pacer.sent(float(part.time[-1]))
+            self._tell(radio.Sent())
+
+    def _is_due(self) -> bool:
+        return bool(self._tell(radio.Due(self._clock(), self.supervisor.due, self._unknown)))
+
+    def _take_over(self, order: radio.TakeOver) -> None:
+        if self.state.fault:
+            self.commands.close(None)
+        name = self.supervisor.take_over(self._begin)
+        self._open(self._epoch(name, order.range))
+
+    def _begin(self, worker: SpokeWorker) -> None:
+        """Takes up the time and spokes of the new spoke source. The clock's lock is held."""
+        self.pacer.begin(worker.begins)
+        source = worker.spoke_source
+        self._tell(radio.TakenOver(source.info.radar, worker.first, source.scene_request.goes_on))
+
+    def _restart(self, order: radio.Restart) -> Sequence[radio.Instruction]:
+        self._on_restart(order.reason)
+        self.supervisor.restart(order.scan)
         self.epoch = self._epoch(self.epoch.name, self.epoch.range)
         self.pacer.restart_schedule()
-        if missed:
-            self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
-        self._number, self._spokes_done = self._number + missed, scan * azimuths
-        return Event.RESTARTED
+        return self._tell(radio.Restarted(self.pacer.settings.transmit))
 
-    def _while_failed(self) -> Event:
-        """Ends the feed and waits for a spoke source."""
-        reason = self.state.reason
+    def _give_up(self, reason: str) -> None:
         self.pacer.fail()
         self.commands.close(f"the radar has stopped: {reason}; give it another scene")
         self.supervisor.worker.stop()
         self._sinks.close(reason)
         self._on_failure(reason)
-        while not self.pacer.stopping:
-            self.pacer.wait_for(lambda: self.supervisor.has_pending)
-            if self._take_over():
-                self.commands.close(None)
-                return Event.TAKEN_OVER
-        return Event.STOP
-
-    def _obey_run_control(self) -> Event | None:
-        """Applies what does not wait for the end of the scan; returns what ends the present block, None where it goes on."""
-        is_due = self._block is not None and self._block.time[0] >= self.supervisor.due
-        if is_due or (self.supervisor.has_pending and (self.pacer.is_outdated or self.pacer.idle)):
-            return Event.TAKEN_OVER if self._take_over() else None
-        if self.pacer.settings.range != self.epoch.range:
-            self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
-        return None
-
-    def _send_part(self, block: SpokeBlock) -> bool:
-        """Sends the first spokes of a block when they are due; returns whether they were the last ones of a scan."""
-        self._block = rest = self.supervisor.worker.known_part(block)
-        if rest is None:
-            return False  # it comes again, as commanded
-        run_control = self.pacer.run_control()
-        size = batch_spokes(run_control.settings.pace.factor, self.epoch.info.radar.spoke_period)
-        before = int(np.searchsorted(rest.time, self.supervisor.due))  # a spoke source that waits has the others
-        part = rest.part(0, run_control.spokes(rest.time, min(size, max(1, before))))
-        if self._request_sources(part):
-            self._block = None
-            return False
-        self._commanded.pace.computed()
-        claim = partial(self._commanded.claim, part.first, len(part), part.commands)
-        if not self.pacer.wait_until_due(part.time, run_control, claim):
-            return False
-        self._send(part, run_control.settings)
-        self._commanded.pace.given()
-        self._block = rest.part(len(part), len(rest)) if len(part) < len(rest) else None
-        return part.index + len(part) == self.epoch.info.radar.azimuths
-
-    def _request_sources(self, part: SpokeBlock) -> bool:
-        """Requests the labels and powers that sinks need; returns whether these spokes come again with it."""
-        worker = self.supervisor.worker
-        request = worker.spoke_source.info.sources.to_request(self._sources())
-        if request == worker.requested:
-            return False
-        return worker.request_sources(request, part.first)
-
-    def _send(self, part: SpokeBlock, settings: Settings) -> None:
-        if settings.transmit:
-            batch = SpokeBatch(self.epoch, self._number, part, settings.video, self._before(part))
-            self._number, self._spokes_done = self._number + len(part), part.first + len(part)  # where a sink fails, too
-            self._sinks.send(batch)
-            self.sent += len(part)
-        self._spokes_done = part.first + len(part)
-        self._last = self._spokes_done - 1, part.power[-1].copy()
-        self.pacer.sent(float(part.time[-1]))
-        self.simulated = float(part.time[-1]) + self.epoch.info.radar.spoke_period
-
-    def _before(self, part: SpokeBlock) -> Singles | None:
-        """The power of the spoke before a part; None where it is the first one or follows a gap."""
-        return self._last[1] if self._last and self._last[0] == part.first - 1 else None
-
-    def _take_over(self) -> bool:
-        """Lets the pending spoke source take over, where there is one; returns whether it has."""
-        taken = self.supervisor.take_over(self._begin)
-        if taken is None:
-            return False
-        self._open(self._epoch(taken, self.pacer.settings.range))
-        return True
-
-    def _begin(self, worker: SpokeWorker) -> None:
-        """Takes up the time and the spokes of a spoke source that has taken over. The clock's lock is held."""
-        self._last = self._block = None
-        self.pacer.begin(worker.begins)
-        self.simulated, self._spokes_done = worker.begins, worker.first
-        self._commanded.go_on_from(worker.first, worker.spoke_source.scene_request.goes_on)
 
     def _epoch(self, name: str, range_max: float | None) -> Epoch:
         """An epoch of the running spoke source, with a display range [m]."""
@@ -293,5 +251,5 @@ class Transmitter:
         return Epoch(name, worker.spoke_source, range_max, worker.commands, scene_request, self._start_utc)
 
     def _open(self, epoch: Epoch) -> None:
-        self.epoch, self._number = epoch, 0
+        self.epoch = epoch
         self._sinks.open_epoch(self._describe(epoch))

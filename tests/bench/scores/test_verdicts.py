@@ -1,10 +1,21 @@
 """Verdicts on limits, against the numbers of Clopper and Pearson."""
 
+import numpy as np
 import pytest
 from scipy.stats import binom
 
 from radar_service.bench.scenario import Limit
-from radar_service.bench.scores.verdicts import MISSES, RUNS, SHARE, failure_bounds, is_gross, verdict
+from radar_service.bench.scores.verdicts import (
+    LOOKS,
+    MISSES,
+    RUNS,
+    SHARE,
+    boundaries,
+    chance_to_pass,
+    failure_bounds,
+    is_gross,
+    verdict,
+)
 
 AT_MOST = Limit(metric="m", maximum=10.0, source="this test")
 AT_LEAST = Limit(metric="m", minimum=0.9, source="this test")
@@ -24,6 +35,29 @@ def test_a_thousand_runs_decide_and_fewer_can_only_fail(failures: int, runs: int
 def test_the_number_of_misses_is_the_largest_that_shows_95_percent() -> None:
     """With a share of 5 %, 38 misses or fewer of 1000 come in less than 5 % of benches, 39 in more."""
     assert binom.cdf(MISSES, RUNS, SHARE) <= 0.05 < binom.cdf(MISSES + 1, RUNS, SHARE)
+
+
+def test_looks_pass_and_fail_as_often_as_they_say() -> None:
+    """Exact chances against 4,000 drawn benches a share; a verdict stands whatever comes later."""
+    assert (
+        chance_to_pass(LOOKS, SHARE) <= 0.05 and chance_to_pass(LOOKS, 0.02) > 0.999 and chance_to_pass(LOOKS, 0.025) > 0.989
+    )
+    assert boundaries((RUNS,)) == ((RUNS, MISSES, MISSES + 1),)
+    rng = np.random.default_rng(1)
+    for share in (0.025, 0.03, SHARE):
+        misses = (rng.random((4000, RUNS), dtype=np.float32) < share).cumsum(axis=1)
+        runs, most, least = np.array(boundaries(LOOKS)).T
+        counts = misses[:, runs - 1]
+        first = np.argmax((counts <= most) | (counts >= least), axis=1)
+        passed = np.take_along_axis(counts <= most, first[:, None], 1).mean()
+        assert passed == pytest.approx(chance_to_pass(LOOKS, share), abs=0.02)
+    words = [
+        verdict(AT_MOST, [9.0] * 150 + [11.0] * 30, looks=LOOKS),
+        verdict(AT_MOST, [11.0] * 6 + [9.0] * 200, looks=LOOKS),
+    ]
+    assert [each.word for each in words] == ["pass", "fail"] and verdict(
+        AT_MOST, [9.0] * 149, looks=LOOKS
+    ).word == "undecided"
 
 
 def test_a_tracker_that_misses_in_two_percent_passes() -> None:

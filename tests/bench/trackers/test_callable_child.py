@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.bench.trackers.json_lines import TrackerError, TrackerHangs
-from radar_service.bench.trackers.process_tracker import CallableTracker
+from radar_service.bench.trackers.process_tracker import CallableTracker, end_waiting
 from radar_service.bench.trackers.tracker import DataSheet
 from tests.bench.trackers.test_stone_soup import given, plot
 
@@ -65,6 +65,18 @@ def test_what_makes_no_tracker_is_one_sentence(
     with pytest.raises(TrackerError, match=message):
         CallableTracker(name, {})
     assert ("Traceback" in capfd.readouterr().err) == (name == "lame:T")
+
+
+def test_a_callable_makes_a_tracker_for_each_run_in_one_process(folder: Path) -> None:
+    code = TRACKER.replace(
+        "    def update", "    runs = 0\n\n    def __init__(self):\n        Mine.runs += 1\n\n    def update"
+    )
+    (folder / "mine.py").write_text(code.replace("str(os.getpid())", "str(self.runs)"))
+    for run in ("1", "2", "3"):
+        tracker = CallableTracker.ready("mine:Mine", {}, None, "")
+        assert [state.track for state in tracker.update(given(0, (plot(1.0, 100.0, 200.0),)))] == [run]
+        tracker.finish()
+    end_waiting()
 
 
 def test_a_callable_that_waits_for_ever_hangs(folder: Path) -> None:

@@ -9,7 +9,7 @@ from radar_service.bench.run import answered
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.trackers import process_tracker
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.process_tracker import ProcessTracker
+from radar_service.bench.trackers.process_tracker import ProcessTracker, end_waiting
 from tests.bench.trackers.test_stone_soup import given, plot
 
 ECHO = """
@@ -23,6 +23,18 @@ for line in sys.stdin:
         for k, p in enumerate(scan["plots"])
     ]
     print(json.dumps({"type": "tracks", "scan": scan["scan"], "tracks": tracks}), flush=True)
+"""
+
+
+AGAIN = """
+import json, os, sys
+for line in sys.stdin:
+    message = json.loads(line)
+    if message["type"] == "header":
+        run = message["run"]
+    else:
+        state = {"track": f"{os.getpid()} {run}", "time": 0, "east": 0, "north": 0, "velocity_east": 0, "velocity_north": 0}
+        print(json.dumps({"type": "tracks", "scan": message["scan"], "again": True, "tracks": [state]}), flush=True)
 """
 
 
@@ -158,3 +170,19 @@ def test_an_answer_that_is_no_utf_8_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(TrackerError, match="not understood"):
         tracker.update(given(0, ()))
     tracker.close()
+
+
+def test_a_program_that_asks_for_it_gets_further_headers_and_others_start_anew(tmp_path: Path) -> None:
+    command, names = program(tmp_path, AGAIN), list[list[str]]()
+    for run, digest in enumerate("aaab"):
+        tracker = ProcessTracker.ready(command, {"run": run}, None, digest)
+        names.append(tracker.update(given(0, ()))[0].track.split())
+        tracker.finish()
+    ends = tracker.status
+    end_waiting()
+    assert [name[1] for name in names] == ["0", "1", "2", "3"] and ends is None and tracker.status is not None
+    assert names[0][0] == names[1][0] == names[2][0] != names[3][0]
+    tracker = ProcessTracker.ready(program(tmp_path, AGAIN.replace("True", "False")), {"run": 0}, None, "")
+    tracker.update(given(0, ()))
+    tracker.finish()
+    assert tracker.status is not None

@@ -1,4 +1,4 @@
-"""A reader of category 240, written from the specification alone."""
+"""A reader of categories 240 and 048, written from the specifications alone."""
 
 import struct
 from typing import Any, NamedTuple
@@ -19,12 +19,24 @@ class Video(NamedTuple):
     time: float
 
 
-def blocks(datagram: bytes) -> list[bytes]:
-    """The records of the blocks of a datagram."""
+class Report(NamedTuple):
+    """A target report. type: of its detection; range [m], bearing in turns; run: its length in turns; amplitude [dBm]."""
+
+    source: tuple[int, int]
+    time: float
+    type: str
+    range: float
+    bearing: float
+    run: float
+    amplitude: int
+
+
+def blocks(datagram: bytes, of: int = 240) -> list[bytes]:
+    """The records of the blocks of a datagram, which are of one category."""
     found = []
     while datagram:
         category, length = struct.unpack_from(">BH", datagram)
-        assert category == 240 and 3 < length <= len(datagram)
+        assert category == of and 3 < length <= len(datagram)
         found.append(datagram[3:length])
         datagram = datagram[length:]
     return found
@@ -64,3 +76,19 @@ def record(content: bytes) -> str | Video:
 def videos(datagrams: list[bytes]) -> list[Video]:
     """The video of some datagrams."""
     return [got for each in datagrams for content in blocks(each) if isinstance(got := record(content), Video)]
+
+
+def reports(datagrams: list[bytes]) -> list[Report]:
+    """The target reports of some datagrams; each has the items that ours have."""
+    result = []
+    for content in (content for each in datagrams for content in blocks(each, 48)):
+        assert content and len(content) % 14 == 0
+        for present, sac, sic, time, descriptor, rho, theta, parts, run, amplitude in struct.iter_unpack(
+            ">BBB3sBHHBBb", content
+        ):
+            assert (present, parts) == (0b11110010, 0b00011000)
+            kind = f"{['none', 'primary'][descriptor >> 5]}{' simulated' * (descriptor >> 4 & 1)}"
+            assert descriptor & 0b1111 == 0
+            second, turns = int.from_bytes(time, "big") / 128.0, (theta / 65536, run / 8192)
+            result.append(Report((sac, sic), second, kind, rho * 1852.0 / 256.0, *turns, amplitude))
+    return result

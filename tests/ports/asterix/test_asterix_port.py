@@ -6,8 +6,8 @@ import socket
 import pytest
 
 from radar_service.commands.command_line import parser
-from radar_service.ports import asterix
-from radar_service.ports.asterix.asterix_port import AsterixPort
+from radar_service.ports.asterix import PLOTS, VIDEO
+from radar_service.ports.asterix.asterix_port import AsterixPort, VideoSink
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.sender import UdpSender
@@ -25,7 +25,8 @@ def test_a_reader_gets_all_spokes_and_a_summary_each_scan() -> None:
     ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     ear.bind((HERE, 0))
     ear.settimeout(30)
-    port = AsterixPort([UdpSender("--asterix", Address(*ear.getsockname()), joined=0)], Form(1))
+    sender = UdpSender("--asterix", Address(*ear.getsockname()), joined=0)
+    port = AsterixPort("asterix", [sender], lambda port, sic: VideoSink(port, sic, Form(1)))
     got: list[str | Video] = []
 
     async def listen(server: Server) -> None:
@@ -42,14 +43,12 @@ def test_a_reader_gets_all_spokes_and_a_summary_each_scan() -> None:
 
 
 def test_beyond_this_machine_it_needs_a_permission() -> None:
-    for words, reason in (("--asterix 10.0.0.2:8600", "--asterix-allow 10.0.0.2, or --insecure"), ("", "")):
-        options = parser("serve").parse_args(["serve", *words.split()])
-        if reason:
-            with pytest.raises(UsageError, match=reason):
-                asterix.opened(options)
-        else:
-            assert asterix.opened(options) is None
-    allowed = "--asterix 127.0.0.1:8600 --asterix-bits 16 --asterix-datagram 65507 --asterix-sac 9"
-    port = asterix.opened(parser("replay").parse_args(["replay", *allowed.split(), "a.mcap"]))
-    assert isinstance(port, AsterixPort)
-    port.close()
+    for package in (VIDEO, PLOTS):
+        options = parser("serve").parse_args(["serve", f"--{package.name}", "10.0.0.2:8600"])
+        with pytest.raises(UsageError, match=f"--{package.name}: .*--asterix-allow 10.0.0.2, or --insecure"):
+            package.opened(options)
+        assert package.opened(parser("serve").parse_args(["serve"])) is None
+        allowed = f"--{package.name} 127.0.0.1:8600 --asterix-bits 16 --asterix-datagram 65507 --asterix-sac 9"
+        port = package.opened(parser("replay").parse_args(["replay", *allowed.split(), "a.mcap"]))
+        assert isinstance(port, AsterixPort) and port.name == package.name
+        port.close()

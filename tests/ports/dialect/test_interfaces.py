@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from radar_service.commands.command_line import parser
-from radar_service.ports import garmin_xhd, navico_halo
+from radar_service.ports.garmin_xhd import PORT as GARMIN_XHD
+from radar_service.ports.navico_halo import PORT as NAVICO_HALO
 from radar_service.terminal.arguments import UsageError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="interfaces are asked for as Linux has them")
@@ -50,7 +51,7 @@ def test_a_bridge_stays_here_as_its_parts_do_also_by_its_second_address(
 
 
 def test_the_port_is_there_when_asked_for() -> None:
-    for name, package in (("--garmin-xhd", garmin_xhd), ("--navico-halo", navico_halo)):
+    for name, package in (("--garmin-xhd", GARMIN_XHD), ("--navico-halo", NAVICO_HALO)):
         assert package.opened(parser("serve").parse_args(["serve"])) is None
         with pytest.raises(UsageError, match=f"^{name}: nosuch9"):
             package.opened(parser("replay").parse_args(["replay", name, "nosuch9", "a.mcap"]))

@@ -267,7 +267,7 @@ class FakeStation:
     identity = "0"
 
     def __init__(self, input_: dict[str, Any]) -> None:
-        self.commands, self.transmitter = Queue(), SimpleNamespace(simulated=5.0)
+        self.commands, self.transmitter = Queue(), SimpleNamespace(state=SimpleNamespace(simulated=5.0))
         self.show(input_)
 
     def show(self, input_: dict[str, Any]) -> None:
@@ -289,9 +289,9 @@ def test_the_time_of_arrival_counts() -> None:
     east, north = map_from_geographic(50.0 + 0.1 / 60.0, -1.0, (50.0, -1.0)).tolist()
     moved = first(5.5)["position_m"]
     assert by == "nmea" and moved == pytest.approx((east + 6.0 * KNOT * 0.5, north), abs=ROUNDING)
-    fake.transmitter.simulated, clock.now = 6.0, 1.0
+    fake.transmitter.state.simulated, clock.now = 6.0, 1.0
     made.hear("a", [rmc("120001.00", "5000.2000,N,00100.0000,W", 6.0, 90.0)])
-    fake.transmitter.simulated = 6.2
+    fake.transmitter.state.simulated = 6.2
     made.hear("a", [hdt(45.0)])
     made.steer()
     assert len(fake.commands.put_) == 1 and made.waits  # the one before is not answered
@@ -344,7 +344,7 @@ def test_a_jump_is_one_line_of_the_log(caplog: pytest.LogCaptureFixture) -> None
     made, fake, clock, _ = steering()
     with caplog.at_level(logging.INFO, logger="radar_service"):
         for n in range(8):
-            clock.now, fake.transmitter.simulated = 2.0 * n, 5.0 + 2.0 * n
+            clock.now, fake.transmitter.state.simulated = 2.0 * n, 5.0 + 2.0 * n
             minutes = (6.0 * KNOT * 2 * n + (1000.0 if n >= 4 else 0.0)) / 1852.0  # of latitude
             made.hear("a", [rmc(f"1200{2 * n:02d}.00", f"50{minutes:07.4f},N,00100.0000,W", 6.0, 0.0)])
             made.steer()

@@ -13,7 +13,7 @@ from radar_service.ports.rest import vitals
 from radar_service.ports.rest.vitals import Vitals
 from radar_service.service.jobs import JobQueue
 from radar_service.service.radio.prefetch import SpokeWorker
-from radar_service.service.radio.transmitter_state import Event
+from radar_service.service.radio.radio_state import Failed, Looked
 from tests.ports.asgi import Server
 from tests.ports.playing import play, station
 
@@ -83,10 +83,12 @@ def test_a_radar_whose_engine_is_made_anew_or_that_has_failed_lacks_no_worker(tm
         watched, only = Vitals(JobQueue(), tmp_path), station()
         state, dead = only.transmitter.state, ["radar 0: its worker has died"]
         problems = [await watched.problems([only])]
-        for event in (Event.START, state.fail("it broke"), Event.GIVEN_UP):
-            state.on(event)
+        look = Looked(0.0, only.transmitter.pacer.run_control())
+        for events in (4 * [Failed("it broke", 0.0)], [look]):
+            for event in events:
+                state.handle(event)
             problems.append(await watched.problems([only]))
-        assert problems == [dead, dead, [], []]
+        assert problems == [dead, [], []]
 
     asyncio.run(asyncio.wait_for(test(), 60))
 

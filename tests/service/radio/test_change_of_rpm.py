@@ -99,7 +99,7 @@ def test_a_paused_radar_changes_at_once() -> None:
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
         await station.change({"rpm": 48.0})
         await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
-        assert station.transmitter.simulated == PERIOD / 2
+        assert station.transmitter.state.simulated == PERIOD / 2
         station.transmitter.pacer.step(3)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 8)
 
@@ -172,7 +172,7 @@ def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_an
 
     async def test(station: Station, sink: RecordingSink) -> None:
         change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(sink.wait_for, lambda: chosen and station.transmitter.simulated > chosen[0] + PERIOD)
+        await asyncio.to_thread(sink.wait_for, lambda: chosen and station.transmitter.state.simulated > chosen[0] + PERIOD)
         turns.release(1000)
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
@@ -258,7 +258,7 @@ def test_a_change_that_fails_lets_the_radar_go_on() -> None:
             await station.change({"rpm": 48.0})
         sent = sink.spokes
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
-        assert not station.transmitter.supervisor.has_pending
+        assert not station.transmitter.supervisor.pending
 
     assert len(play(test, FAST, refuse).epochs) == 1
 

@@ -83,7 +83,7 @@ class Radars:
         self.transmitters[radar].pacer.step(spokes)
         self.sinks[radar].wait_for(lambda: self.sinks[radar].spokes >= total)
         deadline = time.monotonic() + SOON
-        while not all(each.pacer.idle or each.fault for each in self.transmitters.values()):
+        while not all(each.pacer.idle or each.state.fault for each in self.transmitters.values()):
             assert time.monotonic() < deadline
             time.sleep(0.001)
 
@@ -298,10 +298,10 @@ def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server
             if number == 2:
                 os.kill(sources["pier"].process, signal.SIGKILL)
         radars.stepped("bow", 80)
-        times = np.linspace(0.0, radars.transmitters["pier"].simulated, 50)
+        times = np.linspace(0.0, radars.transmitters["pier"].state.simulated, 50)
         truths = [[radars.engine(name).truth(float(t)) for t in times] for name in ("bow", "pier")]
         sent = {name: list(radars.commands(name)) for name in sources}
-        assert radars.transmitters["pier"].supervisor.restarts == 1
+        assert radars.transmitters["pier"].state.restarts == 1
     assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
     for bow, pier in zip(*truths, strict=True):
         ships = [bow.own_ship, next(body for body in pier.bodies if body.name == "ship")]

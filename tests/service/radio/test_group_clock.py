@@ -115,7 +115,7 @@ def test_no_radar_runs_ahead_of_another() -> None:
 def test_a_radar_that_has_failed_holds_nobody() -> None:
     with world(FLAT_OUT, fast=FakeEngine(FAST, dies_at=20), restarts=0) as (slow, fast):
         slow.sink.wait_for(lambda: slow.sink.spokes > 500)
-        until(lambda: fast.transmitter.fault is not None)
+        until(lambda: fast.transmitter.state.fault is not None)
         assert fast.sink.spokes <= 20
 
 

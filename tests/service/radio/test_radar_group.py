@@ -64,13 +64,13 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
     async def test(stations: Stations) -> None:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
-        await until(lambda: bow.transmitter.sent == 3 and pier.transmitter.pacer.idle)
+        await until(lambda: bow.transmitter.state.sent == 3 and pier.transmitter.pacer.idle)
         epoch, known = await pier.swap(OTHER)
         await until(lambda: all(station.epoch.info.scene.name == "other" for station in stations.values()))
         await until(lambda: pier.hub.epoch == epoch)
         assert pier.epoch.info.scene == known.scene and pier.epoch.spoke_source is not bow.epoch.spoke_source
         assert (rpm(bow), rpm(pier)) == (36, 24) and set(stations.values()) == {bow, pier}
-        assert [station.transmitter.simulated for station in stations.values()] == [0.0, 0.0]
+        assert [station.transmitter.state.simulated for station in stations.values()] == [0.0, 0.0]
         assert [station.epoch.info.scene.radar_id for station in stations.values()] == ["pier", "bow"]
 
     play(test, *IDS)
@@ -97,7 +97,7 @@ def test_a_scene_brings_its_radars() -> None:
     async def test(stations: Stations) -> None:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
-        await until(lambda: bow.transmitter.sent == 3 and pier.transmitter.pacer.idle)
+        await until(lambda: bow.transmitter.state.sent == 3 and pier.transmitter.pacer.idle)
         gone, stays = of_clients(bow), of_clients(pier)
         told = asyncio.create_task(last_of(gone))
         scene_request = SceneRequest(scene_of_several("mast", "pier", "aft", name="other"))
@@ -113,13 +113,13 @@ def test_a_scene_brings_its_radars() -> None:
             lambda: {station.hub.epoch for station in stations.values()} == {s.epoch.name for s in stations.values()}
         )
         assert [station.settings.pace for station in stations.values()] == [Pace("pause")] * 3
-        assert [station.transmitter.simulated for station in stations.values()] == [0.0] * 3
+        assert [station.transmitter.state.simulated for station in stations.values()] == [0.0] * 3
         assert [round(rpm(station)) for station in stations.values()] == [24, 36, 48]
         assert not stays.closed and pier.hub.clients == {stays}
         pier.leave(stays)
         await stations["aft"].change({"pace": {"state": "run"}})
-        await until(lambda: all(station.transmitter.simulated > 1.0 for station in stations.values()))
-        assert bow.transmitter.sent == 3
+        await until(lambda: all(station.transmitter.state.simulated > 1.0 for station in stations.values()))
+        assert bow.transmitter.state.sent == 3
 
     play(test, *IDS)
 
@@ -138,7 +138,7 @@ def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
             ids = ("bow", "pier", "mast")[: 1 + (number + 1) % 3] if number % 2 else ("aft", "pier")
             await next(iter(stations.values())).swap(SceneRequest(scene_of_several(*ids)))
             assert list(stations) == list(ids)
-            await until(lambda: all(station.transmitter.simulated > 0.5 for station in stations.values()))
+            await until(lambda: all(station.transmitter.state.simulated > 0.5 for station in stations.values()))
         await until(lambda: sum(not each.closed for each in made) == len(stations))
         expected = {"radar commands": 1, "radar engine": len(stations), "radar transmitter": len(stations)}
         await until(lambda: Counter(t.name for t in threading.enumerate() if t.name in expected) - before == expected)
@@ -155,7 +155,7 @@ def test_a_radar_of_another_scene_on_the_server_keeps_its_id() -> None:
             await stations["bow"].swap(SceneRequest(scene_of_several("pier", "mast")))
         assert dict(stations) == before
         await stations["bow"].change({"pace": {"state": "step", "steps": AZIMUTHS}})
-        await until(lambda: stations["bow"].transmitter.sent == AZIMUTHS)
+        await until(lambda: stations["bow"].transmitter.state.sent == AZIMUTHS)
 
     play(test, *IDS)
 
@@ -196,7 +196,7 @@ def test_new_radars_wait_for_clients_while_their_group_does(has_clients: bool) -
         await bow.swap(SceneRequest(scene_of_several("bow", "pier", "mast")))
         assert [status.state(station) == "waiting" for station in stations.values()] == [not has_clients] * 3
         clients += [(station, of_clients(station)) for station in stations.values() if not has_clients]
-        await until(lambda: all(station.transmitter.sent > 0 for station in stations.values()))
+        await until(lambda: all(station.transmitter.state.sent > 0 for station in stations.values()))
 
     play(test, *IDS, wait_for=1)
 
@@ -223,9 +223,11 @@ def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
         await until(lambda: rpm(bow) == 48)
         assert rpm(pier) == 36 and pier.epoch.spoke_source is before
         await bow.change({"pace": {"state": "run"}})
-        sent = [station.transmitter.simulated for station in stations.values()]
-        await until(lambda: all(s.transmitter.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True)))
-        assert abs(bow.transmitter.simulated - pier.transmitter.simulated) < 1.0
+        sent = [station.transmitter.state.simulated for station in stations.values()]
+        await until(
+            lambda: all(s.transmitter.state.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True))
+        )
+        assert abs(bow.transmitter.state.simulated - pier.transmitter.state.simulated) < 1.0
 
     play(test, *IDS)
 
@@ -245,9 +247,9 @@ def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
         await bow.change({"pace": {"state": "run"}})
         bow.join(ClientQueue(View("u8")))
         assert [status.state(station) for station in stations.values()] == ["waiting", "waiting"]
-        assert bow.transmitter.sent == 0
+        assert bow.transmitter.state.sent == 0
         pier.join(ClientQueue(View("u8")))
-        await until(lambda: bow.transmitter.sent > 0 and pier.transmitter.sent > 0)
+        await until(lambda: bow.transmitter.state.sent > 0 and pier.transmitter.state.sent > 0)
 
     play(test, *IDS, wait_for=1)
 
@@ -262,7 +264,7 @@ def test_a_command_to_one_radar_acts_on_all() -> None:
         await stations["bow"].swap(SceneRequest(of))
         await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
         await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
-        await until(lambda: stations["bow"].transmitter.sent == 7 and stations["pier"].transmitter.pacer.idle)
+        await until(lambda: stations["bow"].transmitter.state.sent == 7 and stations["pier"].transmitter.pacer.idle)
         command = await stations["bow"].commands.command(None, lambda time: {"speed_kn": 1.0})
         (other,) = stations["pier"].epoch.commands
         assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either

@@ -165,7 +165,7 @@ def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: ScenePr
     """The rest of the scan is lost; what is sent later has the bytes of a run without the crash."""
     sink, transmitter = sent_under_command(maker, kill_after=130)
     commands = list(transmitter.epoch.commands)
-    assert len(commands) == len(ORDERS) and transmitter.supervisor.restarts == 1
+    assert len(commands) == len(ORDERS) and transmitter.state.restarts == 1
     ours = Simulator(load_scene(STEERED), "fast", commands=commands)
     expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
     for batch in sink.batches:
@@ -198,7 +198,7 @@ def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProc
     ours = {spoke.number: spoke for spoke in Simulator(load_scene(SCENE), "fast", labels=True, powers=(256,)).spokes(6)}
     told = [(spoke.labels is not None, spoke.powers is not None) for batch in sink.batches for spoke in batch.block.spokes()]
     assert told[:150] == [(False, False)] * 20 + [(True, False)] * 50 + [(True, True)] * 80
-    assert transmitter.supervisor.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
+    assert transmitter.state.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
     for spoke in (spoke for batch in sink.batches for spoke in batch.block.spokes()):
         its = ours[spoke.number]
         assert spoke.field.tobytes() == its.field.tobytes()
@@ -398,12 +398,12 @@ def test_a_killed_process_is_replaced_in_the_next_scan(maker: SceneProcessMaker,
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 100)
-    before = transmitter.supervisor.restarts
+    before = transmitter.state.restarts
     os.kill(first.process, death)
     sink.wait_for(lambda: "skip" in sink.names() and sink.calls[-1][0] == "send")
     second = transmitter.epoch.spoke_source
     transmitter.stop(10.0)
-    assert transmitter.supervisor.restarts == before + 1
+    assert transmitter.state.restarts == before + 1
     number = 0
     for name, details in sink.calls[1:]:
         assert name in ("send", "skip") and details[1] == number

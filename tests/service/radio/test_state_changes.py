@@ -110,6 +110,6 @@ def test_a_radar_that_fails_is_told_with_its_fault() -> None:
                 await asyncio.sleep(0.001)
                 for change in watch.changes():
                     told |= change.values if change.kind == "status" else {}
-            assert told["fault"] == only.transmitter.fault
+            assert told["fault"] == only.transmitter.state.fault
 
     asyncio.run(asyncio.wait_for(whole(), 60))

@@ -130,7 +130,7 @@ def test_a_refused_value_changes_no_control() -> None:
 def test_a_change_acts_on_settings_steps_and_scene() -> None:
     async def test(station: Station) -> None:
         await station.change({"rpm": 48.0, "gain": 70.0, "pace": {"state": "step", "steps": 3}})
-        while station.transmitter.sent < 3:
+        while station.transmitter.state.sent < 3:
             await asyncio.sleep(0.001)
         controls = station.controls()
         assert (controls["rpm"], controls["gain"], controls["pace"]["state"]) == (pytest.approx(48.0), 70.0, "pause")

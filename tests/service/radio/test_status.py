@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from radar_service.service.radio import status
+from radar_service.service.radio.radio_state import Failed, State
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.transmitter_state import Event
 from radar_service.service.settings import Pace, Settings
 from tests.service.fake import FakeEngine, factory, scene
 
@@ -27,10 +27,10 @@ def test_the_state_follows_the_settings(settings: dict[str, object], state: str,
 
 def test_a_fault_comes_before_a_restart_and_that_before_a_pause() -> None:
     radar = station(pace=Pace("pause"))
-    radar.transmitter.state.on(Event.START)
-    radar.transmitter.state.on(radar.transmitter.state.fail("it broke"))
+    radio = radar.transmitter.state
+    radio.handle(Failed("it broke", 0.0))
     assert (status.state(radar), status.is_ready(radar)) == ("restarting", False)
-    radar.transmitter.state.on(Event.GIVEN_UP)
+    radio.now, radio.fault = State.FAILED, "it broke"
     assert status.state(radar) == "failed" and status.health(radar)["fault"] == "it broke"
 
 
@@ -44,7 +44,7 @@ def test_a_radar_below_its_pace_is_behind(reached: float, state: str) -> None:
 
 def test_spokes_make_a_radar_ready_and_stopping_ends_that() -> None:
     radar = station()
-    radar.transmitter.sent = 1
+    radar.transmitter.state.sent = 1
     assert status.is_ready(radar)
     radar.stopping = True
     assert not status.is_ready(radar)

@@ -4,7 +4,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,14 +12,17 @@ import numpy as np
 import pytest
 
 from radar_service.display.video import Controls
+from radar_service.processes.call import Progress
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.command_worker import NoRadarError
-from radar_service.service.radio.commanded_transmitter import SPOKES_BETWEEN
-from radar_service.service.radio.prefetch import prepared
+from radar_service.service.radio.prefetch import SpokeWorker, prepared
+from radar_service.service.radio.radio_state import SPOKES_BETWEEN, State
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
+from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.world.commands import CommandError
+from radar_service.world.scene import Scene
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene, steerable_scene
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -50,7 +53,7 @@ def stepped(transmitter: Transmitter, sink: RecordingSink, spokes: int) -> None:
 def test_spokes_are_sent_in_order_and_unencoded() -> None:
     with transmitting() as (transmitter, sink):
         stepped(transmitter, sink, 2 * AZIMUTHS)
-    assert sink.numbers == list(range(2 * AZIMUTHS)) and transmitter.sent == 2 * AZIMUTHS
+    assert sink.numbers == list(range(2 * AZIMUTHS)) and transmitter.state.sent == 2 * AZIMUTHS
     assert sink.calls[0] == ("open", transmitter.epoch.name)
     for batch in sink.batches:
         assert batch.first == batch.block.first and batch.epoch is sink.epochs[0]
@@ -96,11 +99,11 @@ def test_each_batch_has_the_spoke_before_it_and_the_first_of_a_scene_has_none() 
 def test_standby_uses_no_numbers_and_time_goes_on() -> None:
     with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
         transmitter.pacer.step(6)
-        while transmitter.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
+        while transmitter.state.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
             time.sleep(0.001)
         transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
         stepped(transmitter, sink, 1)
-    assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.sent) == (0, 6, 1)
+    assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.state.sent) == (0, 6, 1)
 
 
 def test_another_range_opens_an_epoch_at_once() -> None:
@@ -135,7 +138,7 @@ def test_another_scene_takes_over_at_once_while_paused() -> None:
         stepped(transmitter, sink, 3)
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2)
-        assert transmitter.epoch.info.scene.name == "second" and transmitter.simulated == 0.0
+        assert transmitter.epoch.info.scene.name == "second" and transmitter.state.simulated == 0.0
 
 
 @pytest.mark.parametrize("transmit", [True, False])
@@ -144,9 +147,9 @@ def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
     reasons: list[str] = []
     options = {"engine": FakeEngine(scene(), dies_at=40), "on_restart": reasons.append}
     with transmitting(replace(FLAT_OUT, transmit=transmit), **options) as (transmitter, sink):
-        while transmitter.simulated < 3 * 2.5:
+        while transmitter.state.simulated < 3 * 2.5:
             time.sleep(0.001)
-    assert transmitter.supervisor.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
+    assert transmitter.state.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
     skips = [details for name, details in sink.calls if name == "skip"]
     if not transmit:
         assert not skips and not sink.batches
@@ -164,10 +167,10 @@ def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() ->
         sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
         while not failures:
             time.sleep(0.001)
-        assert transmitter.fault == "RuntimeError: the wheel came off" and transmitter.supervisor.restarts == 2
+        assert transmitter.state.fault == "RuntimeError: the wheel came off" and transmitter.state.restarts == 2
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
-        assert transmitter.fault is None
+        assert transmitter.state.fault is None
 
 
 def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice() -> None:
@@ -207,7 +210,7 @@ def test_every_next_engine_tells_what_is_requested() -> None:
         transmitter.switch_to(prepared(FakeEngine(scene("second"), dies_at=20)))
         sink.wait_for(lambda: len(sink.epochs) == 2)
         stepped(transmitter, sink, AZIMUTHS)
-        assert transmitter.supervisor.restarts == 1
+        assert transmitter.state.restarts == 1
     assert all(batch.block.labels is not None for batch in sink.batches)
 
 
@@ -221,9 +224,7 @@ def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
 
 def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each command orders the next one, so that one always waits: it waits until spokes after the one before are sent."""
-    monkeypatch.setattr(
-        "radar_service.service.radio.commanded_transmitter.IN_SINKS", math.inf
-    )  # a busy machine stops any sink
+    monkeypatch.setattr("radar_service.service.radio.radio_state.IN_SINKS", math.inf)  # a busy machine stops any sink
     with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
 
         def again(time: float) -> dict[str, float]:
@@ -292,3 +293,104 @@ def test_a_paused_radar_takes_one_command_after_the_other() -> None:
             transmitter.commands.put("buoy", lambda time, speed=speed: {"speed_kn": speed}).result(SOON)
         stepped(transmitter, sink, 3)
     assert sink.numbers == list(range(6)) and sink.batches[-1].block.commands == 5
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Waits for it. Raises AssertionError after SOON."""
+    deadline = time.monotonic() + SOON
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+def going_on(transmitter: Transmitter, of: Scene) -> SpokeWorker:
+    """Returns the worker of an engine that goes on with the running one."""
+    engine = FakeEngine(of)
+    engine.scene_request = SceneRequest(of, rpm=48.0, goes_on=True)
+    scan, commands = transmitter.going_on(0.0, engine)
+    return prepared(engine, scan, commands=commands)
+
+
+def test_a_long_life() -> None:
+    """Its engine fails, the next one too, and after it none comes up; another scene, which goes on, and one more scene."""
+    dying, second = iter((100, 0)), scene("second")
+    sink = RecordingSink()
+
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
+        return factory(dies_at=next(dying))(order, progress)
+
+    options = {"engine": FakeEngine(scene(), dies_at=40), "make_spoke_source": make}
+    with transmitting(FLAT_OUT, sink, restarts=2, **options) as (transmitter, _):
+        until(lambda: transmitter.state.now is State.FAILED)
+        transmitter.pacer.set(PAUSED)
+        transmitter.switch_to(prepared(FakeEngine(second)))
+        until(lambda: transmitter.state.now is State.SENDING)
+        stepped(transmitter, sink, 3)
+        assert transmitter.go_on_with(going_on(transmitter, second))
+        sink.wait_for(lambda: len(sink.epochs) == 3)
+        transmitter.switch_to(prepared(FakeEngine(scene("third"))))
+        sink.wait_for(lambda: len(sink.epochs) == 4)
+    assert [epoch.info.scene.name for epoch in sink.epochs] == ["test scene", "second", "second", "third"]
+    assert transmitter.state.restarts == 2
+
+
+def scene_of(transmitter: Transmitter) -> Scene:
+    """The scene that a transmitter of a fake engine runs."""
+    engine = transmitter.supervisor.worker.spoke_source
+    assert isinstance(engine, FakeEngine)
+    return engine.scene
+
+
+def test_an_engine_that_is_ready_takes_the_place_of_one_that_fails() -> None:
+    turns = threading.Semaphore(1)
+    with transmitting(FLAT_OUT, engine=FakeEngine(scene(), dies_at=20, turns=turns)) as (transmitter, sink):
+        sink.wait_for(lambda: sink.spokes == 5)
+        assert transmitter.go_on_with(going_on(transmitter, scene_of(transmitter)))
+        turns.release(10)
+        sink.wait_for(lambda: len(sink.epochs) == 2)
+    assert transmitter.state.restarts == 0
+
+
+class FailingOnce(RecordingSink):
+    """Fails at its second batch."""
+
+    def send(self, batch: SpokeBatch) -> None:
+        super().send(batch)
+        if len(self.batches) == 2:
+            raise ValueError("no room")
+
+
+def test_where_a_sink_fails_the_rest_of_the_block_is_given_up_with_the_scan() -> None:
+    """It fails at spoke 3, within a block."""
+    failing = FailingOnce()
+    with transmitting(PAUSED, failing) as (transmitter, sink):
+        stepped(transmitter, sink, 3)
+        stepped(transmitter, sink, 1)
+        stepped(transmitter, sink, 2)
+    assert sink.numbers == failing.numbers == [0, 1, 2, 3, AZIMUTHS, AZIMUTHS + 1]
+    assert transmitter.state.restarts == 1
+
+
+class RefusingSink(RecordingSink):
+    """Refuses the second epoch; `before` is called first."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.before = lambda: None
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        if self.epochs:
+            self.before()
+            raise ValueError("one epoch is enough")
+        super().open_epoch(radar)
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_sink_may_refuse_the_epoch_of_an_engine_that_goes_on(stops: bool) -> None:
+    refusing = RefusingSink()
+    with transmitting(PAUSED, refusing, restarts=0) as (transmitter, sink):
+        refusing.before = transmitter.pacer.stop if stops else refusing.before
+        stepped(transmitter, sink, 3)
+        assert transmitter.go_on_with(going_on(transmitter, scene_of(transmitter)))
+        until(lambda: transmitter.state.now is (State.STOPPED if stops else State.FAILED))
+    assert transmitter.state.fault == (None if stops else "ValueError: one epoch is enough")

@@ -7,33 +7,23 @@ from typing import Any
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio.prefetch import prepared
-from radar_service.service.radio.worker_supervisor import RESTART_WINDOW, RestartLimiter, WorkerSupervisor
+from radar_service.service.radio.prefetch import SpokeSourceFault, prepared
+from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON
 
 
-def supervisor(restarts: int = 3, **options: object) -> WorkerSupervisor:
-    return WorkerSupervisor(FakeEngine(scene()), factory(**options), RestartLimiter(restarts, lambda: 0.0))
-
-
-def test_only_so_many_restarts_are_allowed_in_a_window() -> None:
-    now = 0.0
-    limiter = RestartLimiter(2, lambda: now)
-    allowed = []
-    for now in (0.0, 1.0, 2.0, RESTART_WINDOW + 1.5, 2 * RESTART_WINDOW + 9.0):  # noqa: B007
-        allowed.append(limiter.allow())
-    assert allowed == [True, True, False, True, True]
+def supervisor(**options: object) -> WorkerSupervisor:
+    return WorkerSupervisor(FakeEngine(scene()), factory(**options))
 
 
 def test_a_restart_begins_with_the_given_scan() -> None:
-    engines, reasons = supervisor(), list[str]()
-    assert engines.restart("it broke", 4, reasons.append) == "it broke"
+    engines = supervisor()
+    engines.restart(4)
     block = engines.worker.take(SOON)
     engines.stop(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
-    assert reasons == ["it broke"] and engines.restarts == 1
 
 
 def test_a_restart_hands_on_the_plan() -> None:
@@ -43,8 +33,8 @@ def test_a_restart_hands_on_the_plan() -> None:
         orders.append(order)
         return factory()(order, progress)
 
-    engines = WorkerSupervisor(FakeEngine(scene()), make, RestartLimiter(3, lambda: 0.0))
-    engines.restart("it broke", 4, lambda _: None)
+    engines = WorkerSupervisor(FakeEngine(scene()), make)
+    engines.restart(4)
     engines.stop(SOON)
     assert [order.plan for order in orders] == [{"modelled": []}]
 
@@ -64,33 +54,25 @@ class WithSpare(FakeEngine):
 @pytest.mark.parametrize("delivers", [True, False])
 def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
     spare = FakeEngine(scene("spare"), dies_at=None if delivers else 0)
-    engines = WorkerSupervisor(WithSpare(spare), factory(), RestartLimiter(3, lambda: 0.0))
-    assert engines.restart("it broke", 4, lambda _: None) == "it broke" and engines.restarts == 1
+    engines = WorkerSupervisor(WithSpare(spare), factory())
+    engines.restart(4)
     assert (engines.worker.spoke_source is spare) == delivers and spare.closed != delivers
     block = engines.worker.take(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     engines.stop(SOON)
 
 
-def test_a_spare_that_is_not_needed_ends() -> None:
-    spare = FakeEngine(scene("spare"))
-    engines = WorkerSupervisor(WithSpare(spare), factory(), RestartLimiter(0, lambda: 0.0))
-    assert engines.restart("it broke", 4, lambda _: None) is None and spare.closed
-
-
-def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:
-    engines, reasons = supervisor(2, dies_at=0), list[str]()
-    assert engines.restart("it broke", 1, reasons.append) is None
-    assert reasons == ["it broke", "RuntimeError: the wheel came off"] and engines.restarts == 2
+def test_engines_that_fail_again_say_why() -> None:
+    with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
+        supervisor(dies_at=0).restart(1)
 
 
 def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     engines = supervisor()
     replaced, last = (prepared(FakeEngine(scene(name))) for name in ("first", "last"))
     names = [engines.switch_to(worker) for worker in (replaced, last)]
-    assert engines.has_pending and engines.pending_spoke_source.info.scene.name == "last" and names[0] != names[1]
-    assert engines.restart("it broke", 1, pytest.fail) is None  # the next scene replaces the failed engine
-    assert engines.take_over() == names[1] and last is engines.worker and not engines.has_pending
+    assert engines.pending and engines.pending_spoke_source.info.scene.name == "last" and names[0] != names[1]
+    assert engines.take_over() == names[1] and last is engines.worker and not engines.pending
     deadline = time.monotonic() + SOON
     while replaced.is_alive:
         assert time.monotonic() < deadline
@@ -101,7 +83,7 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
 
 def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prepared() -> None:
     of = steerable_scene()
-    engines = WorkerSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(of), factory())
     began = list[Any]()
     for order, count in ((SceneRequest(of, goes_on=True), 2), (SceneRequest(of), 0)):
         next_engine = FakeEngine(of)
@@ -119,7 +101,7 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
 
 def test_another_rate_keeps_the_scene_and_an_equal_scene_does_not() -> None:
     of = scene()
-    engines = WorkerSupervisor(running := FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(running := FakeEngine(of), factory())
     order = replace(running.scene_request, rpm=48.0)
     assert engines.keep_scene_of(order) and not engines.keep_scene_of(SceneRequest(scene()))
     engines.switch_to(prepared(FakeEngine(scene())))
@@ -137,9 +119,9 @@ def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> 
     made = FakeEngine(of)
     whole = made.replay
     made.replay = lambda commands: (whole(list(commands)), commanded(failed, 33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
-    engines = WorkerSupervisor(FakeEngine(of), make, RestartLimiter(3, lambda: 0.0))
+    engines = WorkerSupervisor(FakeEngine(of), make)
     failed = engines.worker
     commanded(failed, 7, "buoy", {"speed_kn": 5})
-    engines.restart("it broke", 1, lambda _: None)
+    engines.restart(1)
     engines.stop(SOON)
     assert [command.speed_kn for command in made.commands] == [5.0, 6.0, 7.0]
