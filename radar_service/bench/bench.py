@@ -167,7 +167,7 @@ def report(
     if failures and all(failure and failure["scan"] is None for failure in failures):
         raise TrackerError(failures[0]["message"])
     return {
-        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke, "looks": boundaries(looks),
+        "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke, "looks": [*map(list, boundaries(looks))],
         "sheet": _sheet(loaded, runs, tracker, blind),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
