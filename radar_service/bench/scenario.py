@@ -19,13 +19,7 @@ SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
 CLUTTER = {"sea_state", "wave_height_m", "rain_mm_h", "rain_cell"}  # keys of an environment with clutter
 OF_SHIPS = {"gap_cells": 12, "gap_spokes": 4, "split_db": 200.0, "max_plots": 200}  # the plots of a ship are one
-AMONG_OTHERS = {
-    "threshold": "ca",
-    "pfa": 1e-6,
-    "guard_m": 150.0,
-    "window_m": 300.0,
-    **OF_SHIPS,
-}  # the guard is longer than a ship
+AMONG_OTHERS = OF_SHIPS | {"threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "window_m": 300.0}  # longer than a ship
 MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
@@ -162,6 +156,11 @@ class Scenario(Table):
     standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}
     recorded: str | None = None
     folder: Annotated[Path | None, Field(exclude=True)] = None
+
+    @property
+    def file(self) -> Path | None:
+        """The file of the scenario; None of a packaged one, which anybody may read."""
+        return self.folder / f"{self.name}{SUFFIX}" if self.folder not in (None, packaged_folder("scenes")) else None
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:

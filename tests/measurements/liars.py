@@ -1,6 +1,6 @@
 """Writes which scenarios catch which lying trackers, and which limits good trackers miss, as a table in Markdown.
 
-    nice python -m tests.measurements.liars FOLDER_OF_PLOTS TABLE.md [SEEDS [SCENARIO...]]
+    nice python -m tests.measurements.liars FOLDER_OF_PLOTS TABLE [SEEDS [SCENARIO...]]
 
 A scenario catches a liar where it misses, in one seed or more, a limit that decides and that the good tracker under it keeps
 in this seed. An hour for all scenarios that judge tracks, and half of it for their plots, which the folder keeps.
