@@ -35,6 +35,12 @@ def radar(**settings: Any) -> Radar:
     return scene(radar=settings).radar
 
 
+def averaging(settings: dict[str, Any], pulses: int) -> dict[str, Any]:
+    """Settings of a radar whose spokes average so many pulses, at its azimuths and rpm."""
+    turns = settings.get("rpm", 24) / 60.0
+    return settings | {"integration": pulses > 1, "prf_hz": pulses * settings["azimuths"] * turns}
+
+
 def point(name: str, east: float, north: float, up: float = 15.0, rcs_dbsm: float = 10.0, **more: Any) -> dict[str, Any]:
     """A point body; by default as high as the default antenna."""
     return {"name": name, "shape": "point", "position_m": [east, north, up], "rcs_dbsm": rcs_dbsm, **more}

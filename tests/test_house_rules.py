@@ -23,7 +23,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/commands": "plan schema simulator_options stability",
     "radar_service/display": "last_scan",
     "radar_service/errors": "history",
-    "radar_service/numerics": "constants kaiser_bessel ragged types",
+    "radar_service/numerics": "constants gamma_law kaiser_bessel ragged types",
     "radar_service/ports/ais": "ais_port",
     "radar_service/processes": "stop_signals",
     "radar_service/recording": "error mcap_library",

@@ -21,8 +21,8 @@ from radar_service.believed.run import (
     reaching,
     ring,
 )
+from radar_service.numerics.gamma_law import known_level_factor
 from radar_service.numerics.types import Floats, Indices
-from radar_service.plots.false_alarms import known_level_factor
 from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 

@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_whole_number(parser, "--scans", 10, 1, 10_000, help="revolutions (default 10)")
     choices, usual = ["known", "ca", "os", "marine"], "default marine in sea, rain and land, else ca"
     parser.add_argument("--threshold", choices=choices, help=f"see docs/plots.md ({usual})")
-    parser.add_argument("--pfa", type=_probability, help="false alarms per cell (default 1e-4; of marine 1e-5)")
+    parser.add_argument("--pfa", type=_probability, help="false alarms per cell (default 1e-4; of marine 5e-6)")
     beside, averaged, near = (
         "length beside a cell, not averaged",
         "length averaged on each side",

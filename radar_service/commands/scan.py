@@ -87,7 +87,8 @@ def run(options: argparse.Namespace) -> int:
 def write_png(path: Path, scan: Scan, simulator: Simulator, unit: Unit = DEFAULT_UNIT) -> None:
     """Writes a picture of a scan, as a display with its default controls shows it. unit: of ranges and rings."""
     rows = [(np.arange(len(scan.power)), scan.power, None)]
-    to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
+    pulses = simulator.scene.radar.pulses_integrated
+    to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step, pulses=pulses)
     picture = last_scan_png(
         rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
         range_max=None, heading=float(scan.heading[-1]), unit=unit,

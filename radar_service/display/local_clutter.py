@@ -13,10 +13,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from radar_service.numerics.gamma_law import clutter_level_factor, known_level_factor
 from radar_service.numerics.types import Flags, Floats, Singles
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
-MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the mean of exponential power
+MARGIN_DB = 10.0 * math.log10(known_level_factor(AUTO_PFA))  # threshold over the mean of exponential power
+LEVELS_DB = np.arange(0.0, 50.5, 0.5)  # of clutter and noise over noise, of a table of margins
 INTERVAL = 150.0  # m, length of a interval: several waves long, short against the range over which clutter changes
 NEAR_INTERVAL = 0.25  # of the range: nearer intervals are shorter, as clutter falls as R^-3 and more
 MIN_CELLS = 16  # of a interval
@@ -88,6 +90,20 @@ def clutter_level(power: Singles, noise_power: float, first: float, step: float)
     level = np.minimum(flat, ceiling) + grid.falling
     total = np.float32(1.0 - NEGLIGIBLE) + np.power(np.float32(10.0), level / 10)
     return _at_cells(np.float32(10.0) * np.log10(np.maximum(total, 1)), grid)
+
+
+def margin_db(level_db: Singles, pulses: int) -> float | Floats:
+    """Threshold [dB] over the local mean, which power exceeds with AUTO_PFA; of one pulse the same everywhere.
+
+    level_db: of that mean over the noise, any shape. pulses: over which noise is averaged.
+    """
+    return MARGIN_DB if pulses == 1 else np.interp(level_db, LEVELS_DB, _margins(pulses))
+
+
+@lru_cache(maxsize=16)
+def _margins(pulses: int) -> Floats:
+    clutter = 10.0 ** (LEVELS_DB / 10.0) - 1.0
+    return np.array([10.0 * math.log10(clutter_level_factor(AUTO_PFA, each, pulses)) for each in clutter.tolist()])
 
 
 def _ranked(means: Singles) -> Singles:

@@ -12,8 +12,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.local_clutter import MARGIN_DB, SEA_RANGE, SEA_SLOPE_DB, clutter_level
+from radar_service.display.local_clutter import SEA_RANGE, SEA_SLOPE_DB, clutter_level, margin_db
 from radar_service.display.scan_correlation import excess_db
+from radar_service.numerics.gamma_law import known_level_factor
 from radar_service.numerics.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
@@ -66,12 +67,14 @@ class Layout:
     """How the first `samples` native cells become `bins`: bin of cell n is floor((n + 1/2) bins / samples).
 
     native_first: range of cell 0 [m]; native_step: between cells [m]; first and step: the same of the bins.
+    pulses: whose powers are averaged in a cell.
     """
 
     samples: int
     bins: int
     native_first: float
     native_step: float
+    pulses: int = 1
 
     @property
     def step(self) -> float:
@@ -95,10 +98,13 @@ class Layout:
         return -((self.bins - 2 * b * self.samples) // (2 * self.bins))
 
 
-def layout(cells: int, first: float, step: float, bins: int | None = None, range_max: float | None = None) -> Layout:
+def layout(
+    cells: int, first: float, step: float, bins: int | None = None, range_max: float | None = None, pulses: int = 1
+) -> Layout:
     """The layout of `bins` bins up to range_max [m]; None, or more than there are cells, means one bin per cell.
 
     first: range of cell 0 [m]; step: between cells [m]. Cells that begin beyond range_max are dropped, except the first.
+    pulses: whose powers are averaged in a cell.
     Raises ValueError for fewer than one bin or a range that is not positive.
     """
     if bins is not None and bins < 1:
@@ -109,7 +115,7 @@ def layout(cells: int, first: float, step: float, bins: int | None = None, range
     if range_max is not None:
         near_edge = first - 0.5 * step
         samples = min(cells, max(1, math.ceil((range_max - near_edge) / step - 1e-9)))
-    return Layout(samples, samples if bins is None else min(bins, samples), first, step)
+    return Layout(samples, samples if bins is None else min(bins, samples), first, step, pulses)
 
 
 def peaks(values: NDArray[Number], to: Layout) -> NDArray[Number]:
@@ -147,12 +153,9 @@ def decibels(power: Singles) -> Singles:
         return np.float32(10.0) * np.log10(power)
 
 
-def noise_threshold_db(noise_power: float) -> float:
-    """Level [dBW] that noise of mean power [W] exceeds with probability PFA: ln(1/PFA) times the mean, exponential law.
-
-    Of integrated pulses fewer samples exceed it.
-    """
-    return 10.0 * math.log10(noise_power * math.log(1.0 / PFA))
+def noise_threshold_db(noise_power: float, pulses: int = 1) -> float:
+    """Level [dBW] that noise of mean power [W], averaged over so many pulses, exceeds with probability PFA."""
+    return 10.0 * math.log10(noise_power * known_level_factor(PFA, pulses))
 
 
 def sea_attenuation_db(distance: Floats, sea: float) -> Floats:
@@ -202,9 +205,9 @@ def display_video(
 ) -> Bytes:  # fmt: skip
     """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
-    By hand, the threshold before the controls is noise_threshold_db(noise_power), and gain raises the video by 1 dB per
+    By hand, the threshold before the controls is noise_threshold_db, and gain raises the video by 1 dB per
     percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
-    Any level above the threshold is visible. before: see `without_interference`, which alone uses it. earlier: (K, N) [W] by
+    before: see `without_interference`, which alone uses it. earlier: (K, N) [W] by
     `ScanMemory.take`, None where it is not known; scan correlation alone uses it. It lowers cells, and no level that is
     subtracted, so it makes no cell stronger.
     """
@@ -219,12 +222,15 @@ def video_level_db(
     if controls.interference_rejection:
         power = without_interference(power, before)
     cells = power[:, : to.samples]
-    noise_db = 10.0 * math.log10(noise_power)
-    threshold = noise_db + MARGIN_DB if controls.gain_auto else noise_threshold_db(noise_power) - (controls.gain - 50.0)
-    video = decibels(cells) - np.float32(threshold)
+    level = np.zeros((1, 1), dtype=np.float32)
+    if controls.sea_auto:  # of all cells, so that a change of range changes no level
+        level = clutter_level(power, noise_power, to.native_first, to.native_step)[:, : to.samples]
+    threshold: float | Floats = noise_threshold_db(noise_power, to.pulses) - (controls.gain - 50.0)
+    if controls.gain_auto:
+        threshold = 10.0 * math.log10(noise_power) + margin_db(level, to.pulses)
+    video = decibels(cells) - np.asarray(threshold, dtype=np.float32)
     if controls.sea_auto:
-        level = clutter_level(power, noise_power, to.native_first, to.native_step)
-        video -= level[:, : to.samples]  # of all cells, so that a change of range changes no level
+        video -= level
     elif controls.sea > 0:
         distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)

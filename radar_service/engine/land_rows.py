@@ -188,14 +188,13 @@ class LandRows:
 def follows_own_ship(scene: Scene, fidelity: Fidelity) -> bool:
     """Whether land may be spread on a grid that follows own ship: each azimuth is not computed by itself, as in `reference`, the
     beam covers no point twice, nothing changes it, its pulse has the first echoes alone, and is not its own kernel, and own
-    ship sways gently. At rest that is worth it where something attenuates by time."""
+    ship sways gently."""
     radar, beam = scene.radar, 2.0 * fidelity.beam_extent * scene.radar.beamwidth
     rows = 2.0 * OVERSAMPLING * BEAM_BAND / radar.pattern.aperture_beamwidth(radar.beamwidth)  # per radian, or more
     edges = 2.0 * (EDGE + fidelity.beam_kernel_width) / rows
     narrow = beam + edges + 4 * PIECE * radar.azimuth_step < MAX_BEAM
     pulse = radar.second_time_around or isinstance(range_kernel(radar, fidelity.kernel_width), PulseKernel)
-    rests = scene.own_ship.at_rest and not scene.environment.attenuators
-    if rests or changed_pattern(radar) is not None or fidelity.azimuths_per_block <= 1:
+    if scene.own_ship.at_rest or changed_pattern(radar) is not None or fidelity.azimuths_per_block <= 1:
         return False
     return narrow and not pulse and _sways_gently(scene)
 

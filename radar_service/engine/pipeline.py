@@ -23,10 +23,14 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
+from radar_service.propagation.radar_equation import local_attenuation
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.receive.noise import integrate
 from radar_service.stages.stage import Added, Tile
+from radar_service.world.environment import SightLines
+
+LOSS_STEP = 16  # bins from one to the next at which local attenuation is computed; in dB it is linear between
 
 
 @dataclass
@@ -225,7 +229,35 @@ def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, bli
     if prepared.resting_profiles is not None:
         start = int(azimuths.number[0]) % prepared.scene.radar.azimuths
         resting = prepared.resting_profiles[start : start + len(field)]
+        loss = resting_loss(prepared, azimuths)
+        resting = resting if loss is None else resting * loss
         field += np.where(~blind[:, None], resting, 0) if blind.any() else resting
+
+
+def resting_loss(prepared: Prepared, azimuths: AzimuthTimes) -> Singles | None:
+    """Amplitude factor (K, bins) on what rests, of what attenuates by place and time; None without.
+
+    It is that on boresight: an echo beside it, as of a body that a cell's edge passes, errs by what that changes in the beam.
+    """
+    if not prepared.scene.environment.attenuators or prepared.resting_profiles is None:
+        return None
+    bins = prepared.scene.radar.bins
+    node: Floats = np.arange(0.0, bins + LOSS_STEP, LOSS_STEP)
+    level = np.log(_loss_on_boresight(prepared, azimuths, (node + 0.5) * prepared.scene.radar.range_step))
+    if not level.any():
+        return None
+    part = np.arange(LOSS_STEP) / LOSS_STEP
+    between = level[:, :-1, None] + np.diff(level, axis=1)[..., None] * part
+    return np.exp(between.reshape(len(level), -1)[:, :bins].astype(np.float32))
+
+
+def _loss_on_boresight(prepared: Prepared, azimuths: AzimuthTimes, distance: Floats) -> Floats:
+    """Two-way amplitude factor (K, N) of what attenuates by place and time, at slant ranges (N,) [m] on boresight."""
+    count = len(distance)
+    antenna = prepared.scene.antenna(azimuths.time).repeat(count, axis=0)
+    time, boresight = azimuths.time.repeat(count), azimuths.boresight.repeat(count)
+    lines = SightLines(antenna, time, boresight, np.tile(distance, len(azimuths.time)))
+    return local_attenuation(prepared.scene.radar, prepared.scene.environment, lines).reshape(-1, count)
 
 
 def add_stages(prepared: Prepared, tile: Tile, after: Callable[[str], None] = lambda name: None) -> None:
@@ -271,5 +303,7 @@ def _beam_weighted(echoes: OccludedEchoes, azimuths: AzimuthTimes, prepared: Pre
     if pattern is not None:
         from_bow = echoes.azimuth[:, None] - prepared.scene.platform.heading(azimuths.time)
         weight = weight + pattern.two_way_change(from_bow, -offset)
+    if prepared.scene.environment.attenuators:
+        weight = weight * _loss_on_boresight(prepared, azimuths, echoes.range).T
     amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
     return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude, echoes.body)

@@ -142,7 +142,7 @@ def _scatterers(
     scene: Scene, fidelity: Fidelity, silent: Collection[int], context: ScatteringContext
 ) -> tuple[ScattererSet, ScattererSet, ScattererSet]:
     """The scatterers of all that rests relative to the antenna and does not fluctuate, of land under way, and of all else."""
-    resting = [rests(body, scene) for body in scene.bodies]
+    resting = [rests(body, scene, fidelity) for body in scene.bodies]
     on_grid = [follows_own_ship(scene, fidelity) and is_diffuse_land(body, fidelity) for body in scene.bodies]
 
     def build(rests: bool, land: bool) -> ScattererSet:
@@ -171,11 +171,11 @@ def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCou
     )
 
 
-def rests(body: Body, scene: Scene) -> bool:
-    """Whether a body is the same in every scan; not where paths of its echoes differ from azimuth to azimuth, or what
-    attenuates them from scan to scan."""
-    plain = is_land(body) or not has_paths(scene.radar)
-    plain = plain and not scene.environment.attenuators
+def rests(body: Body, scene: Scene, fidelity: Fidelity) -> bool:
+    """Whether a body is the same in every scan, but for a loss on boresight; not where paths of its echoes differ from azimuth to
+    azimuth, or where what attenuates by place and time is to be that of each echo."""
+    each = fidelity.azimuths_per_block <= 1 or scene.radar.second_time_around
+    plain = (is_land(body) or not has_paths(scene.radar)) and not (each and scene.environment.attenuators)
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain
 
 

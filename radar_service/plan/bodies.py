@@ -19,16 +19,16 @@ NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of
 
 def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """The items of all bodies, in their order."""
-    costs = _microseconds(scene, statistics)
+    costs = _microseconds(scene, fidelity, statistics)
     return [_body(key, scene, fidelity, statistics, costs[key]) for key in range(len(scene.bodies))]
 
 
-def _microseconds(scene: Scene, statistics: EngineStatistics) -> list[float | None]:
+def _microseconds(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[float | None]:
     """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes, and those
     whose echoes depend on aspect that of their aspects."""
     if statistics.costs is None or statistics.bodies is None:
         return [None] * len(scene.bodies)
-    moving = np.array([not rests(body, scene) for body in scene.bodies], dtype=np.bool_)
+    moving = np.array([not rests(body, scene, fidelity) for body in scene.bodies], dtype=np.bool_)
     by_aspect = np.array([scattering_model(body).by_aspect for body in scene.bodies], dtype=np.bool_)
     echoes = np.where(moving, statistics.bodies.echoes, 0)
     shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * by_aspect))
@@ -50,7 +50,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
         culled = statistics.culled[key]
         shadow = "; still occludes what is behind it" if culled.occludes else ""
         return PlanItem(what, False, culled.reason + shadow, culled.error_db)
-    if statistics.bodies is not None and rests(body, scene) and not statistics.bodies.echoes[key]:
+    if statistics.bodies is not None and rests(body, scene, fidelity) and not statistics.bodies.echoes[key]:
         return PlanItem(what, False, NEVER_VISIBLE, 0.0, microseconds=0.0)
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
@@ -63,7 +63,7 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
 
 def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> str:
     """How often a body is computed, as text."""
-    if rests(body, scene):
+    if rests(body, scene, fidelity):
         return "computed once"
     on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
     return "computed once a passage" if on_grid else "computed at each azimuth"

@@ -12,6 +12,7 @@ import scipy.fft
 from scipy.linalg import toeplitz
 from scipy.optimize import brentq
 from scipy.special import gammaincc, gammainccinv, gammaincinv
+from scipy.stats import f as f_law
 
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import ORDER_STATISTIC, generator
@@ -50,20 +51,21 @@ def covariance(cells: Indices, correlation: Complexes) -> Complexes:
     return np.asarray(matrix[np.ix_(place, place)])
 
 
-def known_level_factor(pfa: float, pulses: int = 1) -> float:
-    """Returns the factor on a known mean of the power of noise, averaged over so many pulses: of one -ln(pfa)."""
-    return float(-np.log(pfa) if pulses == 1 else gammainccinv(pulses, pfa) / pulses)
-
-
 @BLAS_LIMIT.held()
-def cell_averaging_factor(pfa: float, offsets: Indices, correlation: Complexes) -> float:
+def cell_averaging_factor(pfa: float, offsets: Indices, correlation: Complexes, pulses: int = 1) -> float:
     """Returns the factor on the mean of reference cells (N,) at these offsets from the cell under test, none of them 0.
 
-    The cell exceeds factor x mean where a quadratic form of Gaussian variables is positive. Its probability is exact:
-    prod 1 / (1 - mu_k / mu_0) over the negative eigenvalues mu_k, mu_0 being the positive one (Imhof 1961, complex case).
-    The form is |z|^2 - c D, of rank one and diagonal, so mu_0 and the product are sums over D: with s = c / mu_0, mu_0 is
-    sum |z|^2 / (1 + s D), and the probability mu_0 / sum(|z|^2 / (1 + s D)^2) / prod(1 + s D).
+    pulses: averaged, by `receive.noise.integrate`. Cell over mean then has an F distribution, exact where cells are independent.
+
+    Of one pulse, the cell exceeds factor x mean where a quadratic form of Gaussian variables is positive. Its probability is
+    exact: prod 1 / (1 - mu_k / mu_0) over the negative eigenvalues mu_k, mu_0 being the positive one (Imhof 1961, complex case).
     """
+    if pulses > 1:  # correlated cells count as fewer, by the variance of their mean
+        alike = np.abs(covariance(offsets, correlation)) ** 2 / pulses
+        np.fill_diagonal(alike, 1.0)
+        return float(f_law.isf(pfa, 2 * pulses, 2 * pulses * len(offsets) ** 2 / alike.sum()))
+    # The form is |z|^2 - c D, of rank one and diagonal, so mu_0 and the product are sums over D: with s = c / mu_0, mu_0 is
+    # sum |z|^2 / (1 + s D), and the probability mu_0 / sum(|z|^2 / (1 + s D)^2) / prod(1 + s D).
     root = np.linalg.cholesky(covariance(np.append(0, offsets), correlation) + 1e-12 * np.eye(len(offsets) + 1))
     values, vectors = np.linalg.eigh(np.conj(root[1:].T) @ root[1:])
     power, diagonal = np.abs(root[0] @ vectors) ** 2, values.clip(min=0.0)
@@ -78,11 +80,12 @@ def cell_averaging_factor(pfa: float, offsets: Indices, correlation: Complexes) 
 
 
 @BLAS_LIMIT.held()
-def ordered_statistic_factor(pfa: float, rank: int, offsets: Indices, correlation: Complexes) -> float:
+def ordered_statistic_factor(pfa: float, rank: int, offsets: Indices, correlation: Complexes, pulses: int = 1) -> float:
     """Returns the factor on the `rank`-th weakest (from 1) of reference cells (N,) at these offsets from the cell under test.
 
     The cell under test is independent of them: the guard cells are to see to that. Given the level z, the cell exceeds factor x z
-    with probability exp(-factor z), whose mean over drawn levels is set to `pfa`. The draws are the same each time.
+    with probability exp(-factor z), or the gamma tail of averaged pulses. Its mean
+    over drawn levels is set to `pfa`.
     """
     root = np.linalg.cholesky(covariance(offsets, correlation) + 1e-12 * np.eye(len(offsets)))
     rng = generator(0, ORDER_STATISTIC)
@@ -90,11 +93,15 @@ def ordered_statistic_factor(pfa: float, rank: int, offsets: Indices, correlatio
     for _ in range(DRAWS // DRAW_ROWS):
         white = rng.standard_normal((2, DRAW_ROWS, len(offsets)))
         power = np.abs((white[0] + 1j * white[1]) @ root.T) ** 2 / 2.0
+        if pulses > 1:
+            power = (power + rng.standard_gamma(pulses - 1, power.shape)) / pulses
         levels.append(np.partition(power, rank - 1, axis=1)[:, rank - 1])
     level: Floats = np.concatenate(levels)
 
     def log_probability(log_factor: float) -> float:
-        return float(np.log(np.exp(-np.exp(log_factor) * level).mean() + 1e-300) - np.log(pfa))
+        excess = np.exp(log_factor) * level
+        tail = np.exp(-excess) if pulses == 1 else gammaincc(pulses, pulses * excess)
+        return float(np.log(tail.mean() + 1e-300) - np.log(pfa))
 
     return _root(log_probability)
 
@@ -118,21 +125,23 @@ def effective_looks(radar: Radar, spokes: int) -> float:
 
 
 @lru_cache(maxsize=16)
-def spread_and_factor(spokes: int, looks: float, pfa: float) -> tuple[Floats, Floats]:
+def spread_and_factor(spokes: int, looks: float, pfa: float, pulses: int = 1) -> tuple[Floats, Floats]:
     """Returns how widely laws of clutter spread (C, S), rising, and their factors (C, S) on the median, exceeded with `pfa`.
 
-    Both are natural logarithms; the first is of the quantile SPREAD over the median. Rows have CLUTTER_TO_NOISE, columns the
-    SHAPES of texture: the K distribution with noise (Ward, Tough and Watts, "Sea Clutter", 2006, ch. 4). A CFAR's
+    Both are natural logarithms; the first is of the quantile SPREAD over the median. Rows have CLUTTER_TO_NOISE / pulses,
+    columns the SHAPES of texture: the K distribution with noise (Ward, Tough and Watts, "Sea Clutter", 2006, ch. 4). A CFAR's
     multiplier follows them (Ward, Tough and Shepherd, IET RSN 1(6), 425, 2007).
-    spokes: whose mean is taken; looks: independent ones of clutter among them.
+    spokes: whose mean is taken; looks: independent ones of clutter among them; pulses: averaged in a spoke.
     """
     levels = -np.log([0.5, 1.0 - SPREAD, pfa])
-    laws = [[_negative_log_tail(spokes, looks, ratio, shape) for shape in SHAPES] for ratio in CLUTTER_TO_NOISE]
+    laws = [
+        [_negative_log_tail(spokes * pulses, looks, ratio / pulses, shape) for shape in SHAPES] for ratio in CLUTTER_TO_NOISE
+    ]
     quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])
     return np.maximum.accumulate(quantiles[..., 1] - quantiles[..., 0], axis=1), quantiles[..., 2] - quantiles[..., 0]
 
 
-def _negative_log_tail(spokes: int, looks: float, ratio: float, shape: float) -> Floats:
+def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: float) -> Floats:
     """-ln of the probability that the mean over spokes exceeds exp(LOG_POWER), in units of its own mean.
 
     Given the texture, the covariance of spokes is noise's identity, and that of speckle times texture and `ratio`, clutter to
@@ -142,7 +151,7 @@ def _negative_log_tail(spokes: int, looks: float, ratio: float, shape: float) ->
     share = 1.0 / (1.0 + np.exp(-odds))
     texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
     clutter = ratio * texture
-    effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / spokes)
+    effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / noise_looks)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)
     return np.asarray(-np.log(np.maximum(tail @ (weight / weight.sum()), TINY)))

@@ -29,7 +29,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
 from radar_service.trace.land_mask import WATER, LandMask
 
-PFA = 1e-5  # false alarms per cell: some 5 plots in the cells of the sea of a scan
+PFA = 5e-6  # false alarms per cell: some 3 plots in the cells of the sea of a scan
 SECTORS = 16  # in which the shape is measured: the sea along the waves is spikier than across
 GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logarithm of range
 REGION_CELLS = 24, 256  # of a region along range, at least and at most
@@ -38,6 +38,10 @@ NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells w
 NO_NOISE = -0.5  # clutter to noise, below which the noise is not the receiver's
 BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
+LOCAL, LOCAL_SECTORS = (
+    32.0,
+    64,
+)  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
 
@@ -46,7 +50,7 @@ class MarineThreshold:
     """The threshold of a ship's radar in sea, rain and land. Cells that are NaN, such as land, have no part in any level.
 
     radar: whose spokes they are.
-    pfa: probability of false alarm per cell of noise or clutter; less where pulses of a spoke are integrated.
+    pfa: probability of false alarm per cell of noise or clutter.
     guard: length on each side of a cell that is left out [m].
     window: length on each side that counts [m].
     """
@@ -92,7 +96,10 @@ class MarineThreshold:
         return total
 
     def _averaged(self, flat: Singles) -> Singles:
-        """The mean (A, N) of the reference cells on both sides; near an end, of those that there are."""
+        """The mean (A, N) of the reference cells on both sides; near an end, of those that there are.
+
+        In and beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980).
+        """
         count = flat.shape[1]
         guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
         side = max(MIN_CELLS, min(round(self.window / self.radar.range_step), count // 4))
@@ -100,15 +107,20 @@ class MarineThreshold:
         cell = np.arange(count)
         edges = [np.clip(cell + offset, 0, count) for offset in (-guard - side, -guard, guard + 1, guard + 1 + side)]
 
-        def around(values: Singles) -> Singles:
+        def beside(values: Singles) -> tuple[Singles, Singles]:
             total = np.zeros((len(values), count + 1), dtype=np.float32)
             np.cumsum(values, axis=1, out=total[:, 1:])
             low, near, far, high = (total[:, edge] for edge in edges)
-            return np.asarray((near - low) + (high - far))
+            return near - low, high - far
 
-        total = around(np.where(known, np.minimum(flat, np.float32(LIMIT)), np.float32(0.0)))
-        cells = around(known.astype(np.float32)) if not known.all() else around(np.ones((1, count), dtype=np.float32))
-        return np.divide(total, cells, out=np.ones_like(total), where=cells > 0.0)
+        local = _local(flat)
+        totals = beside(np.where(known, np.minimum(flat, np.float32(LIMIT) * local), np.float32(0.0)))
+        cells = beside(known.astype(np.float32)) if not known.all() else beside(np.ones((1, count), dtype=np.float32))
+        both = cells[0] + cells[1]
+        level: Singles = np.divide(totals[0] + totals[1], both, out=np.ones_like(flat), where=both > 0.0)
+        for total, few in zip(totals, cells, strict=True) if (local > 1.0).any() else ():
+            np.maximum(level, total / np.maximum(few, np.float32(1.0)), out=level, where=local > 1.0)
+        return level
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
@@ -135,12 +147,14 @@ class MarineThreshold:
 
     def _log_factor(self, cells: Singles, clutter: float) -> float:
         """The logarithm of the factor for the ratios (C,) of a region; clutter: to noise, in the mean."""
-        spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
+        pulses = self.radar.pulses_integrated
+        spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa, pulses)
+        ratios = CLUTTER_TO_NOISE / pulses
         places = [len(cells) // 2, int(SPREAD * len(cells))]
         median, upper = np.log(np.partition(cells, places)[places])
-        ratio = max(clutter, CLUTTER_TO_NOISE[0]) if clutter > NO_NOISE else CLUTTER_TO_NOISE[-1]
-        row = int(np.abs(np.log(CLUTTER_TO_NOISE / ratio)).argmin())
-        wider = NOISE_SPREAD / (1.0 + ratio)
+        ratio = max(clutter, ratios[0]) if clutter > NO_NOISE else ratios[-1]
+        row = int(np.abs(np.log(ratios / ratio)).argmin())
+        wider = NOISE_SPREAD / pulses**0.5 / (1.0 + ratio)
         return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
 
 
@@ -195,6 +209,17 @@ def _stc(power: Singles) -> Singles:
     ]
     good = np.flatnonzero(middle > 0.0)
     return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.ones_like(middle)
+
+
+def _local(flat: Singles) -> Singles:
+    """What local clutter, as a rain cell, is times the curve (A, N): its median in small sectors of regions, and beside these;
+    1 below LOCAL."""
+    edges, sectors = _regions(flat.shape[1]), np.array_split(np.arange(len(flat)), LOCAL_SECTORS)
+    parts = [[flat[rows, low:high] for low, high in zip(edges[:-1], edges[1:], strict=True)] for rows in sectors]
+    medians = np.array([[np.median(part[part > 0.0]) if (part > 0.0).any() else 0.0 for part in row] for row in parts])
+    raised = maximum_filter1d(np.where(medians > LOCAL, medians, 1.0), 3, axis=0, mode="wrap")
+    raised = maximum_filter1d(raised, 3, axis=1, mode="nearest").astype(np.float32)
+    return np.asarray(raised.repeat([len(rows) for rows in sectors], axis=0).repeat(np.diff(edges), axis=1))
 
 
 def _regions(count: int) -> Indices:

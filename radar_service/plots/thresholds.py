@@ -9,13 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from radar_service.numerics.gamma_law import known_level_factor
 from radar_service.numerics.types import Complexes, Floats, Indices, Singles
-from radar_service.plots.false_alarms import (
-    cell_averaging_factor,
-    known_level_factor,
-    noise_correlation,
-    ordered_statistic_factor,
-)
+from radar_service.plots.false_alarms import cell_averaging_factor, noise_correlation, ordered_statistic_factor
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 
@@ -115,7 +111,7 @@ class CellAveraging(_AlongRange):
     """CA-CFAR: the mean of the reference cells (Finn and Johnson 1968)."""
 
     def _factor(self, offsets: Indices, correlation: Complexes) -> float:
-        return cell_averaging_factor(self.pfa, offsets, correlation)
+        return cell_averaging_factor(self.pfa, offsets, correlation, self.radar.pulses_integrated)
 
     def _level(self, power: Singles, first: int, stop: int, windows: Sequence[Window]) -> Floats:
         total = np.zeros((len(power), power.shape[1] + 1))
@@ -131,7 +127,8 @@ class OrderedStatistic(_AlongRange):
     """OS-CFAR: the value of rank RANK among the reference cells; other targets among them raise it little (Rohling 1983)."""
 
     def _factor(self, offsets: Indices, correlation: Complexes) -> float:
-        return ordered_statistic_factor(self.pfa, self._rank(len(offsets)), offsets, correlation)
+        rank, pulses = self._rank(len(offsets)), self.radar.pulses_integrated
+        return ordered_statistic_factor(self.pfa, rank, offsets, correlation, pulses)
 
     def _level(self, power: Singles, first: int, stop: int, windows: Sequence[Window]) -> Floats:
         rank = self._rank(sum(count for _, count in windows)) - 1

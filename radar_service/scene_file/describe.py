@@ -9,7 +9,7 @@ import numpy as np
 
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import Polar, bearing_text, effective_earth_radius, polar_from_map
-from radar_service.radar.parameters import Radar
+from radar_service.radar.description import radar_lines
 from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.checks.body_size import metres
 from radar_service.scene_file.checks.placement import nearest_point
@@ -20,11 +20,9 @@ from radar_service.world.materials import is_land
 from radar_service.world.poses import pose_at
 from radar_service.world.scene import Scene
 
-APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 SCREEN = 24  # lines of a terminal
 MAX_WARNINGS, MIN_BODIES = 8, 6  # lines of an overview
 NO_REMARKS: Mapping[str, Sequence[str]] = MappingProxyType({})
-TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (docs/specification.md, errata row 2)
 
 
 def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) -> str:
@@ -39,7 +37,7 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
     carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
-    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{scene.own_ship.text}"]
+    lines += [*radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{scene.own_ship.text}"]
     if scene.errors is not None:
         lines.append(
             f"errors      on purpose, of {', '.join(name for name, setting in vars(scene.errors).items() if setting)}"
@@ -59,7 +57,7 @@ def overview(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     remarks: as `describe`, of which the number is given.
     """
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
-    radar, environment = _radar_lines(scene.radar), _environment_lines(scene)
+    radar, environment = radar_lines(scene.radar), _environment_lines(scene)
     lines = [f"scene       {scene.name}: {len(scene.bodies)} bodies, {triangles} triangles"]
     lines += [f"warning     {warning}" for warning in scene.warnings[:MAX_WARNINGS]]
     lines += [f"radars      {', '.join(scene.radar_ids)}; this is {scene.radar_id}"] if len(scene.radar_ids) > 1 else []
@@ -121,84 +119,11 @@ def json_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **scene_schema()}
 
 
-def two_way_beamwidth(radar: Radar) -> float | None:
-    """Returns the two-way half-power beamwidth [rad] of the sinc^2 and Gaussian patterns; None for others."""
-    ratios = {"sinc2": TWO_WAY_SINC2, "gaussian": math.sqrt(0.5)}
-    ratio = ratios.get(radar.pattern.name)
-    return None if ratio is None else ratio * radar.beamwidth
-
-
-def far_field(radar: Radar) -> float:
-    """Returns the far-field range [m]: 2 D^2 / lambda of a uniform aperture D that has the narrower beamwidth."""
-    aperture = APERTURE * radar.wavelength / min(radar.beamwidth, radar.beamwidth_el)
-    return 2.0 * aperture**2 / radar.wavelength
-
-
-def _straddling(radar: Radar) -> str:
-    """Returns text with the straddling loss half-way between spokes, if it exceeds 3 dB."""
-    steps = radar.beamwidth / radar.azimuth_step
-    if radar.pattern.name != "sinc2" or TWO_WAY_SINC2 * steps >= 1.0:
-        return ""
-    offset = APERTURE / (2.0 * steps)
-    loss_db = -40.0 * math.log10(max(abs(np.sinc(offset)), 1e-6))
-    return f"; half-way between spokes the loss is {loss_db:.1f} dB"
-
-
-def _radar_lines(radar: Radar) -> list[str]:
-    two_way = two_way_beamwidth(radar)
-    beam = "" if two_way is None else f", two-way {math.degrees(two_way):.3f}"
-    pattern = radar.pattern.description
-    if radar.pattern_el != radar.pattern:
-        pattern += f", vertical {radar.pattern_el.description}"
-    rpm, rate = 60.0 / radar.rotation_period, 1.0 / radar.spoke_period
-    step = math.degrees(radar.azimuth_step)
-    width, height = math.degrees(radar.beamwidth), math.degrees(radar.beamwidth_el)
-    return [
-        f"radar       {radar.frequency / 1e9:.4g} GHz, wavelength {radar.wavelength * 1e3:.2f} mm, {radar.power / 1e3:g} kW",
-        f"  pulse     {_pulse_text(radar)}",
-        f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
-        f"  resolves  {_resolution_text(radar)}",
-        *(f"  nearer    to {near.range_max:g} m: {_pulse_text(near)}" for near in radar.of_each_pulse[:-1]),
-        f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
-        f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
-        f"  far field begins at {far_field(radar):.3g} m; near-field effects are not modelled",
-    ]
-
-
-def _pulse_text(radar: Radar) -> str:
-    kind = "not modulated" if radar.modulation == "none" else _chirp_text(radar)
-    rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
-    folded = ", second-time-around echoes fold" if radar.second_time_around else ""
-    eclipsed = f", eclipsed to {radar.blind_range:.0f} m" if radar.eclipsing else ""
-    return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{eclipsed}"
-
-
-def _chirp_text(radar: Radar) -> str:
-    nonlinear = "nonlinear chirp, " if radar.modulation == "nlfm" else ""
-    inverse = ", compressed by the inverse filter" if radar.compression == "inverse" else ""
-    return f"{nonlinear}product {radar.pulse * radar.bandwidth:.0f}{inverse}"
-
-
-def _resolution_text(radar: Radar) -> str:
-    if radar.modulation == "none":
-        return f"{radar.blind_range:.3f} m, half the length of the pulse"
-    return f"{radar.range_resolution:.3f} m before the window ({radar.window}) widens it"
-
-
 def _environment_lines(scene: Scene) -> list[str]:
     e = scene.environment
     horizon = scene.horizon()
     factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
-    enabled = [name for name in ("noise", "multipath", "diffraction", "ground_plane") if getattr(e, name)]
-    enabled += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
-    enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
-    enabled += [f"sea state {e.sea_state:.3g}"] if e.sea_state else []
-    if e.seaway is not None:
-        coming_from = bearing_text(e.seaway.towards + math.pi)
-        enabled.append(f"waves of {e.seaway.height:.3g} m in {e.seaway.period:.3g} s from {coming_from} move ships")
-    if any(e.stream):
-        enabled.append(f"stream of {math.hypot(*e.stream) / KNOT:.3g} kn to {bearing_text(math.atan2(*e.stream))}")
-    enabled += [text for effect in effects_in(scene) if (text := effect.scene_text(scene))]
+    enabled = [*e.texts, *(text for effect in effects_in(scene) if (text := effect.scene_text(scene)))]
     extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 

@@ -105,8 +105,7 @@ CONTROLS = (
     ),
     _display(
         "gain",
-        "1 dB per percent; at 50 a noise sample shows with probability 1e-4, less where pulses are integrated; "
-        "switches auto gain off",
+        "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off",
         50, gain_auto=False,
     ),
     _display_switch("gain_auto", "Auto gain", "one false alarm in 1e6 samples of noise, and of what auto sea leaves"),

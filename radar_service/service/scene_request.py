@@ -87,4 +87,4 @@ MakeSimulator = Callable[["Scene"], ProcessSimulator]
 
 def cell_layout(info: SpokeSourceInfo, bins: int | None, range_max: float | None) -> Layout:
     """Returns how this source's range cells become `bins` bins out to range_max [m]; None stands for all."""
-    return layout(info.range.size, float(info.range[0]), info.range_step, bins, range_max)
+    return layout(info.range.size, float(info.range[0]), info.range_step, bins, range_max, info.radar.pulses_integrated)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
-from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_azimuths
+from radar_service.engine.pipeline import Contributions, Engine, profiles, resting_loss, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import StitchedEngine
@@ -60,6 +60,11 @@ class Strongest:
         if not self.noise:
             numbers *= self.cells > self.mask
         return numbers.view(np.uint32)
+
+    def weaken(self, factor: Singles) -> None:
+        """Multiplies powers (K, bins) by factors of 1 at most; noise remains."""
+        number, power = self.cells & self.mask, (self.cells & ~self.mask).view(np.float32) * factor
+        np.maximum((power.view(np.int32) & ~self.mask) | number, self.noise, out=self.cells)
 
     def clear(self, rows: Indices) -> None:
         """Leaves noise alone in rows (R,)."""
@@ -123,7 +128,7 @@ class Labeller:
         if record.rows is None and not record.added:
             return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
         rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
-        strongest = self._resting_part(start, transmitting, rows.full_rows)
+        strongest = self._resting_part(azimuths, transmitting, rows.full_rows)
         for windows in rows.windows:
             self._offer_windows(strongest, windows)
         for number in rows.full_rows.keys() - self._resting.keys():
@@ -172,8 +177,9 @@ class Labeller:
         energy = np.einsum("...i,...i->...", parts, parts)
         return np.asarray(energy * self._gain > floor)
 
-    def _resting_part(self, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
-        """The strongest source at rest in the tile from azimuth `start` on; rows: what changes such sources (K, size)."""
+    def _resting_part(self, azimuths: AzimuthTimes, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
+        """The strongest source at rest in a tile (K,); rows: what changes such sources (K, size)."""
+        start, loss = int(azimuths.number[0]) % self._azimuths, resting_loss(self._prepared, azimuths)
         if self._at_rest is None:
             return self._unlabelled(len(transmitting))
         changed = {
@@ -183,11 +189,15 @@ class Labeller:
         }
         anew = np.any([np.zeros_like(transmitting), *changed.values()], axis=0)
         strongest = self._at_rest.part(start, len(transmitting))
+        if loss is not None:
+            strongest.weaken(loss * loss)
         if anew.any() or not transmitting.all():
             strongest.clear(np.flatnonzero(anew | ~transmitting))
         for number, field in self._resting.items() if anew.any() else ():
             profile = np.zeros((len(transmitting), self._bins), dtype=np.complex64)
             field.add_to(profile, start)
+            if loss is not None:
+                profile *= loss
             if number in changed:
                 profile[changed[number]] += self._prepared.compression.profiles(rows[number][changed[number]])
             strongest.offer(number, square_law(profile[anew]), np.flatnonzero(anew))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.engine.pipeline import contributions, tile_azimuths
+from radar_service.engine.pipeline import contributions, resting_loss, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
@@ -78,7 +78,8 @@ class SourcePowers:
     @BLAS_LIMIT.held()
     def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
         """Computes `tile` anew, for a scene that is steered. of: the sources that matter; others may be left out."""
-        record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))
+        azimuths = tile_azimuths(self.prepared, scan, start)
+        record, loss = contributions(self.prepared, azimuths), resting_loss(self.prepared, azimuths)
         shape = len(record.transmitting), self.prepared.scene.radar.bins
         power: dict[int, Singles] = {}
         if self.prepared.scene.environment.noise:
@@ -97,7 +98,7 @@ class SourcePowers:
         rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
         echoing = rows.full_rows.keys() | self._at_rest.keys()
         alone = {
-            number: self._alone(number, rows.full_rows.get(number), start, record.transmitting)
+            number: self._alone(number, rows.full_rows.get(number), start, record.transmitting, loss)
             for number in (echoing if of == "all" else echoing & set(of))
         }
         for w in rows.windows:
@@ -108,14 +109,20 @@ class SourcePowers:
         power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
         return TilePowers(power, background, record.transmitting)
 
-    def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
-        """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""
+    def _alone(
+        self, number: int, gridded: Profiles | None, start: int, transmitting: Flags, loss: Singles | None
+    ) -> Singles:
+        """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed; loss:
+        (K, bins) of what rests, as `resting_loss`."""
         if gridded is None:
             power = self._resting(number)[1][start : start + len(transmitting)]
+            power = power if loss is None else power * (loss * loss)
             return power if transmitting.all() else power * transmitting[:, None]
         field = self.prepared.compression.profiles(gridded)
         if number in self._at_rest:
-            self._resting(number)[0].add_to(field, start)
+            resting = np.zeros_like(field)
+            self._resting(number)[0].add_to(resting, start)
+            field += resting if loss is None else resting * loss
             field[~transmitting] = 0.0
         return square_law(field)
 

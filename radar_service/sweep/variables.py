@@ -108,7 +108,7 @@ def variables(spec: SweepSpec, max_label: int, has_errors: bool, same_range: boo
 def bins_of(radar: Radar, spec: SweepSpec) -> Layout:
     """Returns how the cells of a radar become the bins of a store."""
     first = 0.0 if spec.fidelity == "documented" else 0.5 * radar.range_step  # where sample 0 stands
-    return layout(radar.bins, first, radar.range_step, spec.bins)
+    return layout(radar.bins, first, radar.range_step, spec.bins, pulses=radar.pulses_integrated)
 
 
 class ScanReader:

@@ -1,10 +1,13 @@
 """The environment record: the earth, the air, and the sea."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import bearing_text
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.world.seaway import Seaway
@@ -52,6 +55,20 @@ class Environment:
     diffraction: bool = field(default=False, metadata={"added": True})
     seaway: Seaway | None = field(default=None, metadata={"added": True})  # that moves ships
     stream: Stream = field(default=NO_STREAM, metadata={"added": True})  # of the water over ground, east and north [m/s]
+
+    @property
+    def texts(self) -> list[str]:
+        """What it has, in a few words each, but for effects' keys."""
+        texts = [name for name in ("noise", "multipath", "diffraction", "ground_plane") if getattr(self, name)]
+        texts += [f"gas {self.gas_db_per_km:.4g} dB/km one way"] if self.gas_db_per_km else []
+        texts += [f"rain {self.rain_mm_h:g} mm/h"] if self.rain_mm_h else []
+        texts += [f"sea state {self.sea_state:.3g}"] if self.sea_state else []
+        if self.seaway is not None:
+            coming_from = bearing_text(self.seaway.towards + math.pi)
+            texts.append(f"waves of {self.seaway.height:.3g} m in {self.seaway.period:.3g} s from {coming_from} move ships")
+        if any(self.stream):
+            texts.append(f"stream of {math.hypot(*self.stream) / KNOT:.3g} kn to {bearing_text(math.atan2(*self.stream))}")
+        return texts
 
     @cached_property
     def attenuators(self) -> tuple[Attenuator, ...]:

@@ -98,7 +98,7 @@ def test_plots_are_extracted_as_the_scenario_says() -> None:
     kinds = {name: type(threshold_of(PlotSettings(threshold=name), calm)) for name in ("auto", "ca", "os", "marine")}
     assert kinds == {"auto": KnownThreshold, "ca": CellAveraging, "os": OrderedStatistic, "marine": MarineThreshold}
     auto = [threshold_of(PlotSettings(), each) for each in (calm, rough)]
-    assert auto == [KnownThreshold(calm.radar, 1e-7), MarineThreshold(rough.radar, 1e-5)]
+    assert auto == [KnownThreshold(calm.radar, 1e-7), MarineThreshold(rough.radar)]
     rule = rule_of(PlotSettings(split_db=20.0, gap_cells=5))
     assert (rule.split_db, rule.spokes, rule.cells) == (20.0, 2, 5)
 

@@ -112,7 +112,8 @@ def our_scans(name: str, metres: float) -> tuple[float, Video]:
     shown = []
     for _ in range(SCANS):
         power = simulator.scan().power
-        to = layout(power.shape[1], simulator.range_step / 2.0, simulator.range_step, min(power.shape[1], 512), None)
+        cells, pulses = (power.shape[1], simulator.range_step), simulator.scene.radar.pulses_integrated
+        to = layout(cells[0], cells[1] / 2.0, cells[1], min(cells[0], 512), pulses=pulses)
         shown.append(display_video(power, to, controls, simulator.noise_power))
     return scale, np.stack(shown)
 

@@ -39,5 +39,5 @@ def test_what_is_set_already_is_not_asked_for() -> None:
         return str(flood_of(3, 640_000, 2_000_000, 200, 900, MarineThreshold(radar()), nearest)).partition("; set ")[2]
 
     near = "nearest beyond the sea clutter about own ship"
-    assert text(0.0) == f"a lower pfa (now 1e-05), as 1e-07, {near}, or max_plots above 200"
-    assert text(300.0) == "a lower pfa (now 1e-05), as 1e-07, or max_plots above 200"
+    assert text(0.0) == f"a lower pfa (now 5e-06), as 1e-07, {near}, or max_plots above 200"
+    assert text(300.0) == "a lower pfa (now 5e-06), as 1e-07, or max_plots above 200"

@@ -7,8 +7,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
+from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
-from tests.scenes import radar, scene
+from tests.scenes import averaging, radar, scene
 
 NOISY = {
     "azimuths": 512,
@@ -21,19 +22,21 @@ NOISY = {
 CFARS = (CellAveraging, OrderedStatistic)
 
 
-@pytest.fixture(scope="module")
-def noise() -> np.ndarray:
-    """Power (A, N) of 6 scans of noise."""
-    sim = rs.Simulator(scene(radar=NOISY, environment={"noise": True}), "balanced", seed=7)
-    return np.concatenate([sim.scan().power for _ in range(6)])
+@pytest.fixture(scope="module", params=[1, 10])
+def noise(request: pytest.FixtureRequest) -> tuple[Radar, np.ndarray]:
+    """A radar that averages so many pulses, and the power (A, N) of 6 or 3 scans of its noise."""
+    sim = rs.Simulator(scene(radar=averaging(NOISY, request.param), environment={"noise": True}), "balanced", seed=7)
+    assert sim.scene.radar.pulses_integrated == request.param
+    return sim.scene.radar, np.concatenate([sim.scan().power for _ in range(6 if request.param == 1 else 3)])
 
 
 @pytest.mark.parametrize("pfa", [1e-3, 1e-4])
 @pytest.mark.parametrize("make", [KnownThreshold, *CFARS])
-def test_noise_gives_the_requested_false_alarms(make: Any, pfa: float, noise: np.ndarray) -> None:
+def test_noise_gives_the_requested_false_alarms(make: Any, pfa: float, noise: tuple[Radar, np.ndarray]) -> None:
     """Within four standard errors; the error is that of whole spokes, as neighbouring cells exceed together."""
-    noise = noise[: round(len(noise) * 1e-4 / pfa)]  # as many alarms are to be expected of each rate
-    alarms = (noise > make(radar(**NOISY), pfa).of(noise)).sum(axis=1)
+    settings, power = noise
+    noise = power[: round(len(power) * 1e-4 / pfa)]  # as many alarms are to be expected of each rate
+    alarms = (noise > make(settings, pfa).of(noise)).sum(axis=1)
     error = np.sqrt(max(alarms.var(ddof=1), alarms.mean()) / len(alarms))
     assert abs(alarms.mean() - pfa * noise.shape[1]) < 4 * error
     assert 4 * error < 0.5 * pfa * noise.shape[1]  # so that a factor for independent samples would be seen

@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.describe import SCREEN, describe, json_schema, overview, two_way_beamwidth
+from radar_service.scene_file.describe import SCREEN, describe, json_schema, overview
 from radar_service.scene_file.load import load_scene
 from tests.scenes import TWO_RADARS, point, scene
 
@@ -98,14 +98,12 @@ def test_land_below_the_antenna_is_no_distance_off() -> None:
     assert "  land: 200 x 200 x 8 m  0 m off" in overview(load_scene({"body": [land]}))
 
 
-def test_horizon_and_two_way_beam() -> None:
+def test_the_horizon() -> None:
     scene = load_scene(SCENE)
     earth = 4 / 3 * 6_371_000
     assert scene.horizon(10.0) == pytest.approx(math.sqrt(2 * earth * 15) + math.sqrt(2 * earth * 10))
-    flat = load_scene({"environment": {"earth": "flat"}, "radar": {"pattern": "gaussian", "beamwidth_deg": 2}})
+    flat = load_scene({"environment": {"earth": "flat"}})
     assert flat.horizon() == math.inf and "flat earth" in describe(flat)
-    assert two_way_beamwidth(flat.radar) == pytest.approx(math.radians(2) / math.sqrt(2))  # a squared Gaussian
-    assert two_way_beamwidth(load_scene({"radar": {"pattern": "taylor"}}).radar) is None
 
 
 def test_bodies_below_the_horizon_are_marked() -> None:
@@ -156,13 +154,6 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
 
 
-def test_nonlinear_chirps_and_inverse_filters_are_in_the_description() -> None:
-    settings = {"modulation": "nlfm", "compression": "inverse", "window": "nuttall"}
-    text = describe(scene([point("t", 0, 500)], radar=settings))
-    assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
-    assert "before the window (nuttall) widens it" in text
-
-
 def test_several_radars_are_listed_with_their_platforms() -> None:
     made = load_scene(TWO_RADARS)
     text = describe(made.for_radar("pier"))
@@ -180,13 +171,6 @@ def test_the_schema_takes_one_radar_or_a_list_of_them() -> None:
         ([{"id": "a/b"}], False),
     ):  # fmt: skip
         assert jsonschema.Draft202012Validator(schema).is_valid(TWO_RADARS | {"radar": radar}) is valid
-
-
-def test_nearer_pulses_are_in_the_description() -> None:
-    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {"bandwidth_hz": 20e6}]
-    text = describe(scene([point("t", 0, 500)], radar={"pulses": pulses, "eclipsing": True}))
-    assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
-    assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text
 
 
 def test_errors_on_purpose_are_named() -> None:

@@ -37,7 +37,7 @@ class Fog(Attenuator):
 
     def one_way_db(self, radar: Any, lines: Any) -> Any:
         border = 1000.0 - self.speed * np.asarray(lines.time) - np.asarray(lines.antenna)[..., 0]
-        return np.maximum(lines.distance - border / np.sin(lines.azimuth), 0.0) / 100.0
+        return np.maximum(lines.distance - border / np.maximum(np.sin(lines.azimuth), 1e-9), 0.0) / 100.0
 
 
 class FogStage(Stage):

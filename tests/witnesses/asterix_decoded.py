@@ -1,12 +1,14 @@
 """Decodes the ASTERIX blocks on standard input, each behind its length of four bytes, by one of two foreign libraries.
 
 `PYTHON asterix_decoded.py libasterix|asterix-decoder`, run by an environment that has the library: both install the package
-`asterix`. A line of JSON for each block: start and end azimuth [degrees], first cell, duration [fs], cells as hexadecimal, time
-of day [s]; or the text of a summary.
+`asterix`. A line of JSON for each block. Of category 240: start and end azimuth [degrees], first cell, duration [fs], cells as
+hexadecimal, time of day [s]; or the text of a summary. Of category 048, for each record: SAC, SIC, time of day [s], type, whether
+it is simulated, range [NM], azimuth and run length [degrees], amplitude [dBm].
 """
 
 import json
 import sys
+from typing import Any
 
 
 def blocks() -> list[bytes]:
@@ -21,6 +23,22 @@ def blocks() -> list[bytes]:
 def by_asterix_decoder(block: bytes) -> object:
     import asterix
 
+    if block[0] == 48:
+        places = (
+            ("010", "SAC"),
+            ("010", "SIC"),
+            ("140", "ToD"),
+            ("020", "TYP"),
+            ("020", "SIM"),
+            ("040", "RHO"),
+            ("040", "THETA"),
+        )
+        records = asterix.parse(block)
+        return [
+            [record[f"I{item}"][name]["val"] for item, name in places]
+            + [record["I130"][f"{name}P"][name]["val"] for name in ("PRL", "PAM")]
+            for record in records
+        ]
     (record,) = asterix.parse(block)
     if record["I000"]["TYP"]["val"] == 1:
         return "".join(each["CHAR"]["val"] for each in record["I030"])
@@ -30,13 +48,31 @@ def by_asterix_decoder(block: bytes) -> object:
     return [*where, octets, record["I140"]["ToD"]["val"]]
 
 
+def plot(record: Any) -> list[float]:
+    """What libasterix has of a record of category 048."""
+
+    def uint(item: str, *path: str) -> int:
+        found = record.get_item(item).variation
+        for name in path:
+            found = found.get_item(name).variation
+        return int(found.as_uint())
+
+    values = [uint("010", "SAC"), uint("010", "SIC"), uint("140") / 128, uint("020", "TYP"), uint("020", "SIM")]
+    values += [uint("040", "RHO") / 256, uint("040", "THETA") * 360 / 65536, uint("130", "PRL") * 360 / 8192]
+    return [*values, (uint("130", "PAM") + 128) % 256 - 128]
+
+
 def by_libasterix(block: bytes) -> object:
     from asterix.base import Bits, RawDatablock
-    from asterix.generated import Cat_240_1_3 as Category
+    from asterix.generated import Cat_048_1_30, Cat_240_1_3
 
     (raw,) = RawDatablock.parse(Bits.from_bytes(block))
-    (record,) = Category.cv_uap.parse(raw.get_raw_records())
-    assert record.unparse().to_bytes() == block[3:]  # and writes it as we do
+    category = Cat_048_1_30 if block[0] == 48 else Cat_240_1_3
+    records = category.cv_uap.parse(raw.get_raw_records())
+    assert b"".join(each.unparse().to_bytes() for each in records) == block[3:]  # and writes it as we do
+    if block[0] == 48:
+        return [plot(each) for each in records]
+    (record,) = records
 
     def uint(item: str, *path: str) -> int:
         found = record.get_item(item).variation

@@ -22,7 +22,7 @@ import numpy as np
 
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from tests.ports.asterix.reading import blocks
+from tests.ports.asterix.reading import blocks, reports
 from tests.ports.reflectors import crossings, scene
 from tests.ports.udp.test_capture import frames
 from tests.reference.true_north import true_deg
@@ -88,29 +88,59 @@ def asterix(folder: Path) -> str:
     """Decodes 8 and 16 bits, split and whole, of running services. Raises AssertionError."""
     told = []
     for bits, largest in ((8, 1400), (16, 1400), (16, 65507)):
-        captures = [folder / f"asterix-{name}.pcap" for name in ("tshark", "own")]
-        form = ["--asterix-bits", str(bits), "--asterix-datagram", str(largest)]
-        run = " ".join(
-            [*serving(folder, "--asterix", f"127.0.0.1:{PORT}", *form, "--pcap", str(captures[1]), "--overwrite"), "& S=$!;",
-             f"timeout 20 tshark -q -i lo -F pcap -s 0 -f 'udp port {PORT}' -a duration:14 -w {captures[0]}; kill $S; wait $S"]
-        )  # fmt: skip
-        subprocess.run(alone(["sh", "-c", run]), check=False, capture_output=True)
-        seen, own = ([frame[42:] for _, frame in frames(file)] for file in captures)
-        whole = [each for each in seen if len(each) > 3]
-        assert len(whole) > 1000 and set(whole) <= set(own)
-        dump = subprocess.run(
-            ["tshark", "-r", str(captures[1]), "-c", "1600", "-V"], capture_output=True, text=True, check=True
-        ).stdout
-        assert "alformed" not in dump and dump.count("Category: 240") >= 1600
+        own, dump = captured(folder, "--asterix", "--asterix-bits", str(bits), "--asterix-datagram", str(largest))
+        assert len(own) > 1000 and dump.count("Category: 240") >= 1600
         one_scan = own[: 1 + 720 * (1 if bits == 8 or largest > 1400 else 2)]
         assert all(len(blocks(each)) == 1 for each in one_scan)
-        content = b"".join(len(each).to_bytes(4, "big") + each for each in one_scan)
         for name in OTHERS:
-            command = [str(environment(folder, name)), str(HERE / "asterix_decoded.py"), name]
-            lines = subprocess.run(command, input=content, capture_output=True, check=True).stdout.splitlines()
-            judge_video([json.loads(line) for line in lines], bits)
+            judge_video(decoded(folder, name, one_scan), bits)
         told.append(f"{bits} bits of {largest} bytes")
     return f"tshark, {' and '.join(OTHERS)} have 5 reflectors in their cell and sector: {', '.join(told)}"
+
+
+def captured(folder: Path, option: str, *form: str) -> tuple[list[bytes], str]:
+    """What a service has captured of some seconds, of which tshark has seen the same, and what tshark says of the first ones."""
+    captures = [folder / f"asterix-{name}.pcap" for name in ("tshark", "own")]
+    run = " ".join(
+        [*serving(folder, option, f"127.0.0.1:{PORT}", *form, "--pcap", str(captures[1]), "--overwrite"), "& S=$!;",
+         f"timeout 20 tshark -q -i lo -F pcap -s 0 -f 'udp port {PORT}' -a duration:14 -w {captures[0]}; kill $S; wait $S"]
+    )  # fmt: skip
+    subprocess.run(alone(["sh", "-c", run]), check=False, capture_output=True)
+    seen, own = ([frame[42:] for _, frame in frames(file)] for file in captures)
+    assert seen and {each for each in seen if len(each) > 3} <= set(own)
+    words = ["tshark", "-r", str(captures[1]), "-c", "1600", "-V"]
+    dump = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert "alformed" not in dump
+    return own, dump
+
+
+def decoded(folder: Path, name: str, datagrams: list[bytes]) -> list[Any]:
+    """What a library has of each datagram."""
+    content = b"".join(len(each).to_bytes(4, "big") + each for each in datagrams)
+    command = [str(environment(folder, name)), str(HERE / "asterix_decoded.py"), name]
+    lines = subprocess.run(command, input=content, capture_output=True, check=True).stdout.splitlines()
+    return [json.loads(line) for line in lines]
+
+
+def asterix_plots(folder: Path) -> str:
+    """Decodes plots of a running service, against our reader and the truth. Raises AssertionError."""
+    own, dump = captured(folder, "--asterix-plots")
+    read = [reports([each]) for each in own]
+    assert len(own) >= 3 and all(len(each) == 5 for each in read)
+    assert dump.count("Category: 48") == len(own) and dump.count("Single PSR detection") == 5 * len(own)
+    for name in OTHERS:
+        for ours, theirs in zip(read, decoded(folder, name, own), strict=True):
+            rows = [
+                [*each.source, each.time, 1, 1, each.range / 1852.0, 360 * each.bearing, 360 * each.run, each.amplitude]
+                for each in ours
+            ]
+            assert np.allclose(rows, theirs, rtol=0.0, atol=1e-9), (rows, theirs)
+    for plots in read:
+        for plot, crossing in zip(sorted(plots, key=lambda plot: plot.range), truth(), strict=True):
+            assert abs(plot.range - crossing["range"]) <= 0.5 * 1852.0 / 256.0 + 0.1
+            bearing = true_deg(crossing["bearing"], [0.0, 0.0], (50.0, 1.0))
+            assert abs(math.remainder(360.0 * plot.bearing - bearing, 360.0)) <= 0.5 * 360.0 / 65536 + 0.01
+    return f"tshark, {' and '.join(OTHERS)} have {5 * len(own)} plots to the last bit, 5 reflectors where they are"
 
 
 def judge_video(decoded: list[Any], bits: int) -> None:

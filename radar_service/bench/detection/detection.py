@@ -11,6 +11,7 @@ from scipy.stats import binom, gamma, ncx2
 
 from radar_service.bench.scenario import Scenario
 from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.gamma_law import known_level_factor
 from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays, received_amplitude
 from radar_service.radar.parameters import Radar, horizon
@@ -44,12 +45,12 @@ class Target:
         return cls(body["name"], height, float(body["rcs_dbsm"]), swerling, scenario.standard_nm.get(body["name"]))
 
 
-def steady_detection(snr: Floats, pfa: float) -> Floats:
+def steady_detection(snr: Floats, pfa: float, pulses: int = 1) -> Floats:
     """Returns the probability that a steady echo and noise together exceed the threshold of `pfa` in one cell of one spoke.
 
-    snr: power ratio, any shape. Marcum's Q of order 1 (Skolnik 2001, 2.5).
+    snr: power ratio of one pulse, any shape. pulses: whose powers are averaged. Marcum's Q of that order (Skolnik 2001, 2.5).
     """
-    return np.asarray(ncx2.sf(-2.0 * np.log(pfa), 2.0, 2.0 * snr))
+    return np.asarray(ncx2.sf(2.0 * pulses * known_level_factor(pfa, pulses), 2.0 * pulses, 2.0 * pulses * snr))
 
 
 def drawn_powers(swerling: int) -> Floats:
@@ -70,23 +71,25 @@ class ScanDetection:
     """How a scan detects a target: where its range cell exceeds the threshold on any of some spokes.
 
     gain: two-way power gains (K,) of the spokes towards the target. swerling: case of the target. pfa: in one cell of one spoke.
+    pulses: averaged in a spoke.
     """
 
     gain: Floats
     swerling: int
     pfa: float
+    pulses: int = 1
 
     def of(self, snr: Floats) -> Floats:
         """Returns Pd per scan for signal-to-noise ratios on boresight, of any shape."""
         level = 10.0 * np.log10(np.clip(snr, 1e-2, 1e5))
-        return np.clip(np.asarray(_curve(tuple(self.gain.tolist()), self.swerling, self.pfa)(level)), 0.0, 1.0)
+        return np.clip(np.asarray(_curve(tuple(self.gain.tolist()), self.swerling, self.pfa, self.pulses)(level)), 0.0, 1.0)
 
 
 @lru_cache(64)
-def _curve(gain: tuple[float, ...], swerling: int, pfa: float) -> PchipInterpolator:
+def _curve(gain: tuple[float, ...], swerling: int, pfa: float, pulses: int) -> PchipInterpolator:
     """Pd over the level [dB]. Cases 1 and 3 have one draw for all spokes of a scan, 2 and 4 one for each."""
     snr = 10.0 ** (LEVELS_DB / 10.0)
-    single = steady_detection(snr[:, None, None] * drawn_powers(swerling)[:, None] * np.array(gain), pfa)
+    single = steady_detection(snr[:, None, None] * drawn_powers(swerling)[:, None] * np.array(gain), pfa, pulses)
     if per_azimuth(swerling):
         return PchipInterpolator(LEVELS_DB, 1.0 - np.prod(1.0 - single.mean(axis=1), axis=1))
     return PchipInterpolator(LEVELS_DB, (1.0 - np.prod(1.0 - single, axis=2)).mean(axis=1))
@@ -133,4 +136,4 @@ def predicted_curve(radar: Radar, environment: Environment, target: Target) -> t
     cell = np.unique(np.linspace(min(10, radar.bins - 1), radar.bins - 1, FINE).astype(np.int64))
     distance = np.asarray((cell + 0.5) * radar.range_step, dtype=np.float64)
     snr = signal_to_noise(radar, environment, ground_distance(distance, target.height, radar, environment), target)
-    return distance, ScanDetection(spoke_gains(radar), target.swerling, PFA).of(snr)
+    return distance, ScanDetection(spoke_gains(radar), target.swerling, PFA, radar.pulses_integrated).of(snr)

@@ -24,8 +24,8 @@ from radar_service.bench.detection.detection import (
 )  # fmt: skip
 from radar_service.bench.detection.verdicts import HIGHEST, LOWEST, Measured, judged
 from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError
+from radar_service.numerics.gamma_law import known_level_factor
 from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.plots.false_alarms import known_level_factor
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
@@ -155,7 +155,8 @@ def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: in
     beam = (cells.spoke[:, None] + np.arange(-half, half + 1)) % scene.radar.azimuths
     power = np.stack([simulator.scan().power[beam, cells.cell[:, None]] for _ in range(scans)]).astype(np.float64) / noise
     snr = power[:, :, half] - 1.0
-    return Counts(scans, (power.max(axis=2) > known_level_factor(PFA)).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
+    factor = known_level_factor(PFA, scene.radar.pulses_integrated)
+    return Counts(scans, (power.max(axis=2) > factor).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
 
 
 def _sea(multipath: bool) -> str:

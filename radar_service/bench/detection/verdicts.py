@@ -46,7 +46,7 @@ class Measured:
 
 def judged(radar: Radar, environment: Environment, target: Target, measured: Measured) -> dict[str, Any]:
     """Returns the verdict on a target with its ranges, as plain data."""
-    pd = ScanDetection(spoke_gains(radar), target.swerling, PFA).of(measured.predicted)
+    pd = ScanDetection(spoke_gains(radar), target.swerling, PFA, radar.pulses_integrated).of(measured.predicted)
     tested = (pd > LOWEST) & (pd < HIGHEST)
     p = binomial_p(measured.hits[tested], measured.scans, pd[tested])
     difference, error = snr_difference_db(measured, tested)

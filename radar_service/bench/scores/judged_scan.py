@@ -19,8 +19,8 @@ MAX_AGE = 3  # scans: the target of an older state is missed, unless the tracker
 class JudgedScan:
     """One scan. All states are at its end, moved there with their own velocity.
 
-    result: what it is made of, without the tracks that are said to be lost; lost: names of these, None where none says whether
-    it is. truths: targets that may have a track, by name, as own ship reports them. due: those that must
+    result: what it is made of, without lost tracks; lost: names of these, None where nothing says so.
+    truths: targets that may have a track, by name, as own ship reports them. due: those that must
     have one. tracks: by name, without those that are too old. near: tracks within CUTOFF of a target. pairs: the track of each
     target, one to one, with the least sum of distances. distance: of each pair [m], by target. stale: by target, name
     and age [s] of the nearest track within CUTOFF that is too old.

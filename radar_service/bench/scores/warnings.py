@@ -1,6 +1,6 @@
 """What a tracker says of danger and of itself, judged where it says it: CPA and TCPA, alarms, lost targets, a full table.
 
-Errors that table 3 of MSC.192(79) allows after three minutes are none: nothing is judged before, nor so close to a limit.
+Nothing is judged before three minutes, nor within the errors of table 3 of MSC.192(79).
 """
 
 from collections.abc import Iterator, Sequence
@@ -51,7 +51,7 @@ def true_approach(scan: JudgedScan, body: str) -> tuple[float, float]:
 
 
 def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | None, bool] | None:
-    """How many scans the alarm of a target is late, None where none is due, and whether it has one without danger."""
+    """How many scans the alarm of a target is late, None where none is due, and whether one is false."""
     alarms = [track.alarm for track, _, _ in states]
     if all(alarm is None for alarm in alarms):
         return None
@@ -63,8 +63,7 @@ def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | 
 
 
 def _lost(run: JudgedRun) -> Iterator[bool]:
-    """Of each track that has followed a target and ends: whether nothing says so within two scans. Of each that is said to be
-    lost: whether it goes on in the next scan."""
+    """Whether each track of a target ends without a word within two scans, and each lost one goes on in the next."""
     lost = [scan.lost or frozenset() for scan in run.scans]
     if all(scan.lost is None for scan in run.scans):
         return
@@ -77,8 +76,7 @@ def _lost(run: JudgedRun) -> Iterator[bool]:
 
 
 def _full(run: JudgedRun) -> Iterator[bool]:
-    """Of each scan: whether a target is left out by as many tracks as there are ever, CAPACITY or more, and nothing says so, or
-    fewer tracks are said to be all."""
+    """Whether each scan leaves a target out of a full table without a word, or calls one below CAPACITY full."""
     tracks = [scan.result.tracks for scan in run.scans]
     if all(track.full is None for some in tracks for track in some):
         return

@@ -81,9 +81,9 @@ class TrackState:
     coasting: whether the track goes on without plots, so that its state may be older than three scans.
     cpa, tcpa: closest approach to own ship [m] and time to it from the end of the scan [s], negative where it is over.
     alarm: whether both are within the limits of the data sheet.
-    lost: whether this is the last state of a track that has ended because its target is lost.
+    lost: whether this is its last state, as its target is lost.
     full: whether the tracker can follow no more.
-    None of these five: the tracker says nothing of it, and is not judged by it.
+    None of these five: the tracker does not say, and is not judged.
     """
 
     track: str

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.terminal.arguments import file_ending
+from radar_service.terminal.arguments import UsageError, file_ending
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
@@ -22,8 +22,11 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 
 def opened(options: argparse.Namespace) -> "Port | None":
-    """Returns what ends the capture; None without --pcap. Raises OSError."""
-    from radar_service.ports.udp.capture import CapturePort, capture_of
+    """Returns what ends the capture that other ports have opened; None without --pcap. Raises UsageError where none has."""
+    if options.pcap is None:
+        return None
+    if not hasattr(options, "capture"):
+        raise UsageError("--pcap: no port sends by UDP; give one that does, as --asterix, --garmin-xhd or --nmea-udp")
+    from radar_service.ports.udp.capture import CapturePort
 
-    capture = capture_of(options)
-    return None if capture is None else CapturePort(capture)
+    return CapturePort(options.capture)

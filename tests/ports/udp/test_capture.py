@@ -7,10 +7,12 @@ from pathlib import Path
 import pytest
 
 from radar_service.commands.command_line import parser
-from radar_service.ports import asterix, udp
+from radar_service.ports import udp
+from radar_service.ports.asterix import VIDEO
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import HEADER, Capture, CaptureSender
 from radar_service.ports.udp.sender import UdpSender
+from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
 
@@ -65,18 +67,18 @@ def test_what_was_sent_stands_in_the_capture(tmp_path: Path) -> None:
 
 
 def test_ports_share_the_capture_and_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
-    words = ["replay", "a.mcap", "--asterix", "8600", "--pcap", str(tmp_path / "new" / "a.pcap")]
-    options = parser("replay").parse_args(words)
-    ports = [asterix.opened(options), udp.opened(options)]
-    for port in ports:
-        assert port is not None
-        port.close()
-    assert frames(tmp_path / "new" / "a.pcap") == []
+    capture = ["--pcap", str(tmp_path / "new" / "a.pcap")]
+    words = ["replay", "a.mcap", "--asterix", "8600", *capture]
+    for options in (parser("replay").parse_args(words), parser("replay").parse_args([*words, "--overwrite"])):
+        for port in (VIDEO.opened(options), udp.opened(options)):
+            assert port is not None
+            port.close()
+        assert frames(tmp_path / "new" / "a.pcap") == []
     with pytest.raises(FileExistsError, match="--overwrite"):
-        udp.opened(parser("replay").parse_args(words))
-    again = udp.opened(parser("replay").parse_args([*words, "--overwrite"]))
-    assert again is not None and udp.opened(parser("serve").parse_args(["serve"])) is None
-    again.close()
+        VIDEO.opened(parser("replay").parse_args(words))
+    assert udp.opened(parser("serve").parse_args(["serve"])) is None
+    with pytest.raises(UsageError, match="--pcap: no port sends by UDP; give one that does, as --asterix"):
+        udp.opened(parser("serve").parse_args(["serve", *capture]))
 
 
 def test_a_process_that_is_killed_leaves_whole_frames(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.describe import describe, far_field
+from radar_service.scene_file.describe import describe
 from radar_service.trace.ray_sampling import missed_area_range
 from tests.scenes import point, radar, scene
 
@@ -37,13 +37,6 @@ def test_check_states_the_loss_between_spokes() -> None:
     assert "the loss is 6.0 dB" in describe(scene(radar={"beamwidth_deg": 0.5}))
     assert "the loss is" in describe(scene(radar={"beamwidth_deg": 0.69}))
     assert "the loss is" not in describe(scene(radar={"beamwidth_deg": 0.70}))
-
-
-def test_check_states_where_the_far_field_begins() -> None:
-    """3.9 degrees: D = 0.8859 x 31.859 mm / 0.068068 = 0.41465 m, 2 D^2 / lambda = 10.79 m."""
-    assert far_field(radar()) == pytest.approx(10.79, abs=0.01)
-    assert far_field(radar(beamwidth_deg=90, beamwidth_el_deg=3.9)) == pytest.approx(10.79, abs=0.01)
-    assert "far field begins at 10.8 m" in describe(scene())
 
 
 def test_check_names_a_taylor_pattern() -> None:

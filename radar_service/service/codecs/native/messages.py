@@ -42,10 +42,10 @@ def log_offset_db(noise_power: float) -> float:
     return math.floor(10.0 * math.log10(noise_power) - SCALE_BELOW_NOISE_DB)
 
 
-def scale(encoding: str, noise_power: float) -> dict[str, float]:
+def scale(encoding: str, noise_power: float, pulses: int = 1) -> dict[str, float]:
     """`db_per_step` and `offset_db` [dBW], so that byte b > 0 is the middle of its step, of the encodings in steps."""
     if encoding == "u8":
-        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power) - 0.5 * DB_PER_STEP}
+        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power, pulses) - 0.5 * DB_PER_STEP}
     if encoding == "u8-log":
         return {"db_per_step": LOG_DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
     return {}
@@ -84,7 +84,13 @@ def encoding_fields(encoding: str, to: Layout, noise_power: float) -> dict[str, 
     """Returns the `encoding` table of a hello."""
     cells = {"bins": to.bins, "range_step_m": to.step, "range_first_m": to.first, "range_m": to.range}
     reference = {"noise_dbw": 10.0 * math.log10(noise_power)}
-    return {"name": encoding, "dtype": wire.DTYPES[encoding], **cells, **scale(encoding, noise_power), **reference}
+    return {
+        "name": encoding,
+        "dtype": wire.DTYPES[encoding],
+        **cells,
+        **scale(encoding, noise_power, to.pulses),
+        **reference,
+    }
 
 
 def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str, Any]:
