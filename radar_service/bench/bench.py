@@ -15,7 +15,7 @@ from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFol
 from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
-from radar_service.bench.kept_plots import bench_digest, plots_digest, program_version, source_digest
+from radar_service.bench.kept_plots import bench_digest, named_files, plots_digest, program_version, source_digest
 from radar_service.bench.scenario import Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
@@ -50,7 +50,7 @@ def bench(
     for its seeds; looks: numbers of runs after which a scenario ends that has failed, or whose limits are all decided. Raises
     JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
     """
-    hidden = blind_for(plots_folder(folder, plots), folder, salt) if blind else None
+    hidden = blind_for(plots_folder(folder, plots), folder, salt, _own_files(scenarios)) if blind else None
     runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
     waiting, done = list(scenarios), 0
     for look in [*(look for look in looks if look < seeds), seeds]:
@@ -59,6 +59,13 @@ def bench(
             runs[name] += some
         waiting, done = [each for each in waiting if not _ends(each, runs[each.name], looks)], look
     return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden, looks), runs
+
+
+def _own_files(scenarios: Iterable[Scenario]) -> Iterator[Path]:
+    """The files of scenarios that are not packaged, and those that they name: they tell the truth."""
+    for scenario in scenarios:
+        if scenario.file:
+            yield from (scenario.file, *named_files([scenario.scene, scenario.recorded], scenario.folder).values())
 
 
 def _ends(scenario: Scenario, runs: Sequence[Mapping[str, Any]], looks: tuple[int, ...]) -> bool:
@@ -169,17 +176,18 @@ def report(
     return {
         "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
         "looks": [*map(list, boundaries(looks))],
-        "sheet": _sheet(loaded, runs, tracker, blind),
+        "sheet": _sheet(loaded, runs, tracker, blind, smoke),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
     }  # fmt: skip
 
 
-def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None) -> dict[str, str]:
+def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None, smoke: bool) -> dict[str, str]:
     """What a verdict may be used for, what it rests on, and how anybody makes it again."""
     used = {key for scenario in loaded.values() for key in scenario.scene.get("environment", {})} | {"noise"}
     plots = [plots_digest(loaded[name], run["seed"]) for name, some in runs.items() for run in some]
-    seeds = f"--salt {blind.salt}" if blind else "--open"
+    names = shlex.join(str(scenario.file or name) for name, scenario in loaded.items())
+    seeds = (f"--salt {blind.salt}" if blind else "--open") + " --smoke" * smoke
     return {
         "use": "To compare trackers and find their faults before trials at sea: it is not a type approval, not IEC 62388.",
         "physics": "docs/believed.md, rows " + "; ".join(rows for key, rows in HELD_AGAINST.items() if key in used),
@@ -187,7 +195,7 @@ def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blin
         "scenarios": ", ".join(f"{name} {scenario.digest}" for name, scenario in loaded.items()),
         "plots": hashlib.blake2b("".join(plots).encode(), digest_size=16).hexdigest(),
         "uncertainty": "Of a share of misses: `lower` and `upper` of its verdict (95 %, one-sided). Of a mean: `standard_error`.",
-        "again": f"radar-service bench-tracker {' '.join(loaded)} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
+        "again": f"radar-service bench-tracker {names} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
         f"--tracker {shlex.quote(tracker)} -o again",
     }
 

@@ -6,6 +6,7 @@ import json
 import os
 import secrets
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,8 +31,8 @@ class Blind:
         return FIRST_SEED + int.from_bytes(digest, "big") % (SEEDS - FIRST_SEED)
 
 
-def blind_for(plots: Path, folder: Path, salt: str | None = None) -> Blind:
-    """Returns how runs are kept from a program: folders of plots and of all their reports are sealed.
+def blind_for(plots: Path, folder: Path, salt: str | None = None, files: Iterable[Path] = ()) -> Blind:
+    """Returns how runs are kept from a program: folders of plots and of all their reports are sealed, and some files.
 
     salt: for this report alone; the folder of plots keeps its own. Raises OSError.
     """
@@ -43,7 +44,7 @@ def blind_for(plots: Path, folder: Path, salt: str | None = None) -> Blind:
     folders = sorted({*kept.get("folders", ()), os.path.realpath(folder)})
     make_folder(plots)
     write_file(path, json.dumps({"salt": own, "folders": folders}))
-    return Blind(salt or own, (os.path.realpath(plots), *folders))
+    return Blind(salt or own, (os.path.realpath(plots), *folders, *map(os.path.realpath, files)))
 
 
 def can_seal() -> bool:

@@ -27,16 +27,7 @@ from radar_service.terminal.progress import progress
 SCHEMA = 3
 PACKAGE = Path(__file__).parents[1]
 SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
-NO_PART = (
-    "service",
-    "ports",
-    "recording",
-    "commands",
-    "study",
-    "sweep",
-    "clients",
-    "scenes",
-)  # of what makes plots and truth
+NO_PART = ("service", "ports", "recording", "commands", "study", "sweep", "clients", "scenes")
 OF_BENCH = (
     "run.py",
     "few_tiles.py",

@@ -9,16 +9,7 @@ from radar_service.bench.run_picture import run_picture
 from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
-UNITS = {
-    "_m_s": "m/s",
-    "_m": "m",
-    "_deg": "degrees",
-    "_kn": "kn",
-    "_nm": "NM",
-    "_min": "min",
-    "_s": "s",
-    "_h": "1/h",
-}  # by endings
+UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s", "_h": "1/h"}
 JUDGED = ("_1min", "_3min", "_median", "_95")  # when a metric of motion is judged
 LEADING = {"gospa_m": "GOSPA [m]", "gospa_localisation_m": "distance", "gospa_missed_m": "missed", "gospa_false_m": "false"}
 MAX_FAILURES = 5  # of a scenario that are listed

@@ -19,13 +19,7 @@ SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
 CLUTTER = {"sea_state", "wave_height_m", "rain_mm_h", "rain_cell"}  # keys of an environment with clutter
 OF_SHIPS = {"gap_cells": 12, "gap_spokes": 4, "split_db": 200.0, "max_plots": 200}  # the plots of a ship are one
-AMONG_OTHERS = {
-    "threshold": "ca",
-    "pfa": 1e-6,
-    "guard_m": 150.0,
-    "window_m": 300.0,
-    **OF_SHIPS,
-}  # the guard is longer than a ship
+AMONG_OTHERS = OF_SHIPS | {"threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "window_m": 300.0}  # longer than a ship
 MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
@@ -72,6 +66,12 @@ GENERAL = tuple(
         "false_noise_h": {"maximum": 1.0}, "false_sea_h": {"maximum": 24.0}, "false_rain_h": {"maximum": 24.0},
         "false_land_h": {"maximum": 240.0}, "answer_turns": {"maximum": 1.0}, "growth_mb": {"maximum": 2.0},
     }.items()
+) + tuple(
+    Limit(metric=metric, source=f"MSC.192(79) {clause}, where the tracker says it", where_judged=True, maximum=maximum)
+    for metric, maximum, clause in (
+        ("said_cpa_nm", 0.3, "table 3"), ("said_tcpa_min", 0.5, "table 3"), ("alarm_late_scans", 2.0, "5.29.1"),
+        ("false_alarms", 0.0, "5.29.1"), ("lost_errors", 0.0, "5.29.4"), ("full_errors", 0.0, "5.25.2.2"),
+    )
 )  # fmt: skip
 
 
@@ -156,6 +156,11 @@ class Scenario(Table):
     standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}
     recorded: str | None = None
     folder: Annotated[Path | None, Field(exclude=True)] = None
+
+    @property
+    def file(self) -> Path | None:
+        """The file of the scenario; None of a packaged one, which anybody may read."""
+        return self.folder / f"{self.name}{SUFFIX}" if self.folder not in (None, packaged_folder("scenes")) else None
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:

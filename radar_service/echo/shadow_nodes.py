@@ -60,7 +60,7 @@ class ShadowRates:
         return moving
 
     def rate(self, casters: list[Caster], time: Floats) -> Floats:
-        """How many times `STEADY` the fastest shadow moves in a second (K,) at times (K,) [s], at least two."""
+        """Speed (K,) of the fastest shadow at times (K,) [s], in multiples of STEADY a second, at least two."""
         antenna = self.scene.antenna(time)
         own, spin = self._velocity(self.body, time, antenna)
         position = self.body.middles_at(time) - antenna

@@ -242,10 +242,7 @@ def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, bli
 
 
 def resting_loss(prepared: Prepared, azimuths: AzimuthTimes) -> Singles | None:
-    """Amplitude factor (K, bins) on what rests, of what attenuates by place and time; None without.
-
-    It is that on boresight: an echo beside it, as of a body that a cell's edge passes, errs by what that changes in the beam.
-    """
+    """Amplitude factor (K, bins) on what rests, of what attenuates by place and time on boresight; None without any."""
     if not prepared.scene.environment.attenuators or prepared.resting_profiles is None:
         return None
     bins = prepared.scene.radar.bins

@@ -172,8 +172,8 @@ def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCou
 
 
 def rests(body: Body, scene: Scene, fidelity: Fidelity) -> bool:
-    """Whether a body is the same in every scan, but for a loss on boresight; not where paths of its echoes differ from azimuth to
-    azimuth, or where what attenuates by place and time is to be that of each echo."""
+    """Whether a body is the same in every scan, but for a loss on boresight; not where its echoes' paths differ by azimuth, or
+    each is to have its own loss."""
     each = fidelity.azimuths_per_block <= 1 or scene.radar.second_time_around
     plain = (is_land(body) or not has_paths(scene.radar)) and not (each and scene.environment.attenuators)
     return scene.own_ship.at_rest and body.at_rest and body.swerling == 0 and plain

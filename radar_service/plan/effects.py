@@ -215,7 +215,7 @@ def _sway(scene: Scene, how: str) -> list[PlanItem]:
 
 
 def _seaway(scene: Scene) -> list[PlanItem]:
-    """How a seaway moves ships. The field follows any motion; what it takes is counted with the aspects of metal."""
+    """How a seaway moves ships, without a cost: aspects of metal include it."""
     seaway = scene.environment.seaway
     if seaway is None:
         return []
@@ -231,7 +231,7 @@ def _seaway(scene: Scene) -> list[PlanItem]:
 
 
 def _plating(scene: Scene) -> list[PlanItem]:
-    """How walls are dented; what it takes is counted with the aspects of metal."""
+    """How walls are dented, without a cost: aspects of metal include it."""
     plated = [body for body in scene.bodies if body.plating is not None and scattering_model(body).by_aspect]
     dents = [body.plating.depth for body in plated if body.plating is not None and body.plating.depth > 0.0]
     depths = f"{1e3 * min(dents, default=0.0):g} to {1e3 * max(dents, default=0.0):g} mm"

@@ -199,9 +199,9 @@ class PlotExtractor:
 
 
 class LivePlots:
-    """The plots of spokes as they come, those of a scan at its end. After half a scan without spokes the extractor begins anew.
+    """The plots of spokes as they come, at the end of each scan. After half a scan without spokes it begins anew.
 
-    lost: spokes left out, as their numbers do not rise, or the heading was lost, without which bearings are not known.
+    lost: spokes left out: their numbers do not rise, or the heading was lost.
     """
 
     def __init__(self, azimuths: int, make: Callable[[], PlotExtractor]) -> None:
@@ -226,5 +226,5 @@ class LivePlots:
 
     def _ended(self) -> list[Plot]:
         scan, self._parts = scan_of(self._parts, self._azimuths), []
-        with np.errstate(invalid="ignore"):  # cells without any power
+        with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
             return list(self._extractor.add(scan).plots)

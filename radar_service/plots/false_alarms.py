@@ -151,7 +151,21 @@ def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: floa
     share = 1.0 / (1.0 + np.exp(-odds))
     texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
     clutter = ratio * texture
-    effective = (clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / noise_looks)
+    effective = _effective(clutter, noise_looks, looks)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)
     return np.asarray(-np.log(np.maximum(tail @ (weight / weight.sum()), TINY)))
+
+
+def speckle_factor(ratio: Floats, noise_looks: int, looks: float, pfa: float) -> Floats:
+    """Returns the factor (R,) on the mean power of noise and clutter without texture, exceeded with `pfa`.
+
+    ratio: (R,) of clutter to noise; noise_looks, looks: independent ones of noise and of clutter in the mean.
+    """
+    effective = _effective(ratio, noise_looks, looks)
+    return np.asarray(gammainccinv(effective, pfa) / effective)
+
+
+def _effective(clutter: Floats, noise_looks: int, looks: float) -> Floats:
+    """Squared mean over variance (R,) of a mean of these looks, by clutter to noise (R,)."""
+    return np.asarray((clutter + 1.0) ** 2 / (clutter**2 / looks + (2.0 * clutter + 1.0) / noise_looks))

@@ -14,7 +14,13 @@ from scipy.ndimage import maximum_filter1d
 
 from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.plots.false_alarms import CLUTTER_TO_NOISE, SPREAD, effective_looks, spread_and_factor
+from radar_service.plots.false_alarms import (
+    CLUTTER_TO_NOISE,
+    SPREAD,
+    effective_looks,
+    speckle_factor,
+    spread_and_factor,
+)
 from radar_service.plots.thresholds import (
     MIN_CELLS,
     CellAveraging,
@@ -42,6 +48,7 @@ LOCAL, LOCAL_SECTORS = (
     32.0,
     64,
 )  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
+BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
 
@@ -75,7 +82,8 @@ class MarineThreshold:
         level = self._averaged(flat)
         flat /= level
         level *= curve
-        factor = self._factors(flat, level / np.float32(receiver_noise_power(self.radar)) - 1.0)
+        clutter = level / np.float32(receiver_noise_power(self.radar)) - 1.0
+        factor = np.maximum(self._factors(flat, clutter), self._speckle_factors(clutter))
         with np.errstate(divide="ignore", invalid="ignore"):
             factor *= power
             factor /= flat
@@ -98,7 +106,8 @@ class MarineThreshold:
     def _averaged(self, flat: Singles) -> Singles:
         """The mean (A, N) of the reference cells on both sides; near an end, of those that there are.
 
-        In and beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980).
+        In and beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and
+        the greatest of the beams beside.
         """
         count = flat.shape[1]
         guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
@@ -118,9 +127,12 @@ class MarineThreshold:
         cells = beside(known.astype(np.float32)) if not known.all() else beside(np.ones((1, count), dtype=np.float32))
         both = cells[0] + cells[1]
         level: Singles = np.divide(totals[0] + totals[1], both, out=np.ones_like(flat), where=both > 0.0)
-        for total, few in zip(totals, cells, strict=True) if (local > 1.0).any() else ():
+        if not (local > 1.0).any():
+            return level
+        for total, few in zip(totals, cells, strict=True):
             np.maximum(level, total / np.maximum(few, np.float32(1.0)), out=level, where=local > 1.0)
-        return level
+        beside_beam = 2 * BESIDE_BEAMS * self._spokes + 1
+        return np.where(local > 1.0, maximum_filter1d(level, beside_beam, axis=0, mode="wrap"), level)
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
@@ -144,6 +156,14 @@ class MarineThreshold:
             sliding_window_view(around, (3, 3)), axis=(2, 3)
         )  # a ship fills one region, the sea its neighbours
         return np.exp(_at_cells(measured, edges, len(ratio)))
+
+    def _speckle_factors(self, clutter: Singles) -> Singles:
+        """The factor (A, N) on the level of clutter without texture, which a region of little clutter has too few looks of."""
+        pulses = self.radar.pulses_integrated
+        ratios = CLUTTER_TO_NOISE / pulses
+        factors = speckle_factor(ratios, self._spokes * pulses, effective_looks(self.radar, self._spokes), self.pfa)
+        decade = np.log10(np.maximum(clutter, np.float32(ratios[0])))
+        return np.interp(decade, np.log10(ratios), factors).astype(np.float32)
 
     def _log_factor(self, cells: Singles, clutter: float) -> float:
         """The logarithm of the factor for the ratios (C,) of a region; clutter: to noise, in the mean."""

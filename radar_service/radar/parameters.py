@@ -22,7 +22,7 @@ EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind s
 
 @dataclass(frozen=True)
 class NearPulse:
-    """A pulse that serves the ranges from the end of the one before to its own; fields as of Radar."""
+    """A pulse that serves the ranges from the end of the one before to its own; fields in the units of Radar."""
 
     modulation: str
     bandwidth: float

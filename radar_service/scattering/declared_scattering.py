@@ -109,7 +109,7 @@ class DeclaredScattering(FixedScatterers):
 
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
-        """Exact, except for a mesh in the lobes of sea reflection."""
+        """Returns 0 for a single echo, otherwise the error of sampling a mesh [dB]."""
         if conditions.scatterers is None or conditions.scatterers <= 1:
             return 0.0
         return cls.sampling_db(conditions.scatterers, conditions.environment.multipath)

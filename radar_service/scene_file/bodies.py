@@ -108,7 +108,7 @@ class BodyLoader:
         return motion_from_model(model, self._start(model), location, self.read_track, self._stream)
 
     def _in_seaway(self, motion: Motion, model: BodyOfAKind, location: str) -> Motion:
-        """The motion as the seaway of the scene moves it, where it does."""
+        """The motion with the sway of the seaway; the same motion for bodies that it does not move."""
         if self._seaway is None or isinstance(model, HeightMapBodyModel):
             return motion
         material = material_from_name(model.material, f"{location}.material")

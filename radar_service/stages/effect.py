@@ -74,7 +74,7 @@ class Effect:
     has_paths: ClassVar[bool] = False
 
     def stage(self) -> "type[Stage]":
-        """The class of its stage, whose import takes long. Raises PlugInError."""
+        """The class of its stage, imported here, as that takes long. Raises PlugInError."""
         own_module, (module, _, name) = type(self).__module__, self.stage_at.partition(":")
         with plug_ins.guarded(next((each for each in plug_ins.entries("effects") if each.module == own_module), None)):
             return cast("type[Stage]", getattr(import_module(module), name))

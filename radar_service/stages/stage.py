@@ -116,7 +116,7 @@ class Stage:
 
     @classmethod
     def of(cls, context: Context) -> Self:
-        """The stage of a scene whose plan models something of it."""
+        """The stage of a scene; called where the plan models the effect."""
         return cls()
 
     @classmethod

@@ -255,7 +255,7 @@ def _is_remote(address: str) -> bool:
 
 
 def _is_free(address: str) -> bool:
-    """Whether nothing is there but what a layout that was cut has left."""
+    """Whether a folder is absent, or has only unfinished files of an earlier layout; True for a remote address."""
     if _is_remote(address):
         return True
     path = Path(address)

@@ -39,7 +39,7 @@ class RayCount:
 
 
 class EmbreeTree(Tree):
-    """A tree of Embree's."""
+    """A tree of one mesh by Embree."""
 
     def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
         self._scene = EmbreeScene(_device(), robust=True)  # non-robust leaks 9 % of rays at shared edges

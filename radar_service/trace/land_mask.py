@@ -76,7 +76,7 @@ class LandMask:
 
 
 def _covered(place: Floats, faces: Indices) -> Iterator[tuple[Indices, Indices, Floats]]:
-    """Rows and columns (P,) whose crossings triangles cover in plan, and the heights (P,) of the triangles there [m].
+    """Rows and columns (P,) of raster points that triangles cover in plan, and heights (P,) of the triangles there [m].
 
     place: (V, 3) column, row and height of each vertex; faces: (F, 3).
     """

@@ -84,7 +84,7 @@ class TreeCache:
             return tree
 
     def _make_room(self) -> None:
-        """Drops the trees unused for longest, where there are more than leaves room for a share of the maximum."""
+        """Drops the trees unused for longest, until a SHARE-th of the maximum is free."""
         live = sorted(self._live(), key=lambda shared: shared.used)
         room = max(1, self.maximum // SHARE)
         for shared in live[: max(0, len(live) + room - self.maximum)]:

@@ -27,11 +27,7 @@ no_truth  time, until (of the first and the last one), count, reason: truths tha
 gap     first, count, reason: exactly the spokes that this client lost
 bye     reason; the server closes after it
 
-Encodings. With P the power of a cell in watts:
-u8      the video that a display shows: 0 nothing, else (dBW after gain, STC, FTC - offset_db) / db_per_step, to half a step
-u8-log  without display controls: byte b > 0 means 10 log10 P = offset_db + b x db_per_step (b = 255: or more); 0: below the scale
-f16     10 log10 P as float16 (-inf where P = 0);  f32: P as float32;  c64: the complex field, sqrt(W), as complex64
-With fewer bins than cells, each bin holds the strongest cell of its group.
+Encodings: docs/feed.md#encodings. With fewer bins than cells, each bin holds the strongest cell of its group.
 """
 
 import zlib

@@ -78,8 +78,7 @@ class _Drawing:
         self._add(loft(np.array(rings)))
 
     def block(self, x: Span, y: Span, z: Span, lean: float = 1.0) -> None:
-        """A house, hatch or locker. Each of its walls leans inward by an angle drawn from a quarter of `lean` times that of
-        houses to all of it."""
+        """A house, hatch or locker. Each wall leans inward by a drawn angle, 0.25 to 1 of `lean` times that of houses."""
         low, high = z[0] - SUNK, z[1]
         (left, right), (aft, fore) = np.array(x) * self.beam / 2.0, np.array(y) * self.length / 2.0
         inward = np.tan(lean * self.lean * self.rng.uniform(0.25, 1.0, 4)) * (high - low)

@@ -13,6 +13,7 @@ from radar_service.bench.scores.scoring import at_power_centroids
 from radar_service.bench.trackers.tracker import DataSheet, TrackerInput, TrackState
 from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
+from radar_service.truth.crossings import closest_approach
 
 ACCELERATION = 0.0005  # spectral density of white acceleration [m^2/s^3], for all scenarios
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
@@ -153,6 +154,33 @@ class Imm:
         return TrackState(
             track=str(track.name), time=at, east=east, north=north, velocity_east=v_east, velocity_north=v_north
         )
+
+
+class Warns(Imm):
+    """Says CPA and TCPA, alarms, which targets are lost, and that it follows `capacity` targets, which it never exceeds."""
+
+    capacity = 30
+
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
+        self.before: dict[str, TrackState] = {}
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        now = {state.track: self.said(state, scan) for state in list(super().update(scan))[: self.capacity]}
+        lost = [replace(state, lost=True) for name, state in self.before.items() if name not in now]
+        is_full = len(now) == self.capacity
+        self.before = now
+        return [*(replace(state, full=is_full) for state in now.values()), *lost]
+
+    def said(self, state: TrackState, scan: TrackerInput) -> TrackState:
+        """A state with its CPA and what follows from it."""
+        velocity = np.array([state.velocity_east, state.velocity_north])
+        own = scan.speed * np.array([np.sin(scan.course), np.cos(scan.course)])
+        offset = np.array([state.east, state.north]) + (scan.time - state.time) * velocity - (scan.east, scan.north)
+        (cpa,), (tcpa,) = closest_approach(offset[None], (velocity - own)[None])
+        alarm = bool(cpa <= self.sheet.cpa_limit and 0.0 <= tcpa <= self.sheet.tcpa_limit)
+        said = None if np.isnan(tcpa) else float(tcpa)
+        return replace(state, cpa=float(cpa), tcpa=said, alarm=alarm, lost=False)
 
 
 class Kalman(Imm):

@@ -58,6 +58,14 @@ def test_folders_of_earlier_reports_are_sealed_too(tmp_path: Path) -> None:
     assert blind_for(tmp_path / "plots", tmp_path / "two").salt == first.salt  # what a report has told is used once
 
 
+@pytest.mark.skipif(not can_seal(), reason="Landlock is absent")
+def test_a_program_cannot_read_the_scenario_of_its_user(tmp_path: Path) -> None:
+    scenario, reads = small(tmp_path, 2), f"import sys; sys.stdin.readline(); open({str(tmp_path / 'small.toml')!r})"
+    report, _ = bench([scenario], 1, program(tmp_path, reads), tmp_path / "out", blind=True)
+    assert "PermissionError" in report["scenarios"][0]["failures"][0]["stderr"]
+    assert f"bench-tracker {tmp_path / 'small.toml'} --seeds 1" in report["sheet"]["again"]
+
+
 def test_where_nothing_can_be_sealed_truth_stays_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(blind_module, "can_seal", lambda: False)
     report, _ = bench([small(tmp_path, 3)], 1, program(tmp_path, NOTES), tmp_path / "out", blind=True)

@@ -45,6 +45,7 @@ TABLE: list[tuple[type[known.Imm], str, str]] = [
     (known.DropsAtOnce, "reflector-sea-state-5", "identity_changes"),
     (known.VeryTurned, "reflector-sea-state-5", "ospa_m"),
     (known.StartOnly, "late", "first_state_scans"),
+    (known.StartOnly, "vanishing", "completeness"),
     (known.SlowOnly, "fast-ferries", "completeness"),
     (known.FewTracks, "fifty-targets", "completeness"),
     (known.Lags, "target-manoeuvre", "course_after_turn_deg"),

@@ -44,7 +44,17 @@ def test_the_library_has_the_standards_and_crossings() -> None:
         "land-near",
     } <= names
     assert {f"reflector-sea-state-{state}" for state in (2, 3, 5)} <= names
-    assert {"late", "vanishing", "missed-scans", "fifty-targets", "rolling-ships", "rain-with-sea", "fast-ferries"} <= names
+    assert {
+        "late",
+        "vanishing",
+        "missed-scans",
+        "fifty-targets",
+        "rolling-ships",
+        "rain-with-sea",
+        "rain-cell-crossing",
+        "rain-front",
+        "fast-ferries",
+    } <= names
     assert len(load_scenario("fifty-targets").tracked) == 50
     assert {f"msc192-table3-{kind}{n}" for kind in ("", "error-free-", "thd-") for n in (1, 2, 3, 4)} <= names
     table_2 = load_scenario("msc192-table2")

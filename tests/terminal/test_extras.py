@@ -28,7 +28,7 @@ def test_the_message_says_how_to_install_it() -> None:
 
 def test_the_command_installs_all_extras() -> None:
     """pip resolves the checkout with its extras from what is installed, and installs nothing."""
-    needed = {"pip", "setuptools", "mcap", "stonesoup", "xarray", "zarr", "matplotlib"}
+    needed = {"pip", "setuptools", "mcap", "stonesoup", "xarray", "zarr", "matplotlib", "zeroconf"}
     absent = sorted(
         needed - {one.name.lower() for one in distributions()}
     )  # to look for a module changes how setuptools imports

@@ -193,6 +193,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "ASTERIX 048": ("unshare", "ip", "tshark"),
         "radar_pi": ("unshare", "ip", "g++", "wx-config"),
         "halo_radar": ("unshare", "ip", "g++"),
+        "mayara_pi": ("unshare", "ip", "g++"),
         "rosbags": (),
     }
     absent = {name: [each for each in programs if not shutil.which(each)] for name, programs in needed.items()}
@@ -204,6 +205,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "ASTERIX 048": lambda: dialects.asterix_plots(folder),
         "radar_pi": lambda: dialects.radar_pi(folder),
         "halo_radar": lambda: dialects.halo_radar(folder),
+        "mayara_pi": lambda: dialects.mayara_pi(folder),
         "rosbags": lambda: dialects.ros2_bag(folder),
     }
     for name, judge in judges.items() if not names else [(name, judges[name]) for name in names]:

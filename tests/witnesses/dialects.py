@@ -4,7 +4,8 @@ A service runs in a network namespace of its own, with a bridge in 172.16/12, wh
 sends by UDP, and decodes it; libasterix and asterix-decoder, each in an environment of its own below FOLDER, decode it too. The
 receivers and the controls of radar_pi for a Garmin xHD and a HALO, built from its sources (RADAR_PI names their folder, with
 `src` and `include`) by g++ with wxWidgets and the stubs of `radar_pi/`, find the radar, draw it and command it; so does the class
-Radar of the ROS driver halo_radar, whose folder HALO_RADAR names. rosbags reads a bag.
+Radar of the ROS driver halo_radar, whose folder HALO_RADAR names. The discovery of mayara_pi (MAYARA_PI) finds the service by
+mDNS. rosbags reads a bag.
 """
 
 import json
@@ -261,6 +262,25 @@ def judge_picture(image: np.ndarray[Any, Any], samples: int, metres: int) -> Non
         )
         angle = crossing["relative_bearing"] / (2.0 * math.pi) * turn
         assert abs(math.remainder(float(np.median(rows)) - angle, turn)) <= 0.5 + 0.5 * turn / 720, (crossing, rows)
+
+
+def mayara_pi(folder: Path) -> str:
+    """Lets the discovery of mayara_pi find a service that announces itself. Raises AssertionError."""
+    if not (sources := os.environ.get("MAYARA_PI", "")):
+        return "not asked, without MAYARA_PI"
+    code, service = folder / "find.cpp", serving(folder, "--host", "172.16.2.0", "--insecure", "--signalk", "--announce")
+    service[service.index("--port") + 1] = "8000"
+    code.write_text(
+        '#include "MayaraDiscovery.h"\n#include <cstdio>\nint main() { puts(MayaraDiscovery::FindServer().c_str()); }'
+    )
+    build = (
+        f"g++ -w -I{sources}/include -I{sources}/third_party/mdns -o {folder}/find {code} {sources}/src/MayaraDiscovery.cpp"
+    )
+    subprocess.run(build, shell=True, check=True)
+    run = f"ip route add default dev br0; {' '.join(service)} >&2 & S=$!; sleep 8; {folder}/find; kill $S; wait $S"
+    found = subprocess.run(alone(["sh", "-c", run]), capture_output=True, text=True).stdout
+    assert found == "http://172.16.2.0:8000\n", found
+    return f"found {found.strip()}"
 
 
 def ros2_bag(folder: Path) -> str:

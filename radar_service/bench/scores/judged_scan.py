@@ -19,7 +19,8 @@ MAX_AGE = 3  # scans: the target of an older state is missed, unless the tracker
 class JudgedScan:
     """One scan. All states are at its end, moved there with their own velocity.
 
-    result: what it is made of. truths: targets that may have a track, by name, as own ship reports them. due: those that must
+    result: what it is made of, without lost tracks; lost: names of these, None where nothing says so.
+    truths: targets that may have a track, by name, as own ship reports them. due: those that must
     have one. tracks: by name, without those that are too old. near: tracks within CUTOFF of a target. pairs: the track of each
     target, one to one, with the least sum of distances. distance: of each pair [m], by target. stale: by target, name
     and age [s] of the nearest track within CUTOFF that is too old.
@@ -33,6 +34,7 @@ class JudgedScan:
     pairs: Mapping[str, str]
     distance: Mapping[str, float]
     stale: Mapping[str, tuple[str, float]]
+    lost: frozenset[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,9 @@ def judged(results: Sequence[ScanResult]) -> JudgedRun:
 
 
 def _judged(scan: int, result: ScanResult, sightings: Mapping[str, Sightings], period: float) -> JudgedScan:
-    end = result.given.time
+    end, says = result.given.time, any(track.lost is not None for track in result.tracks)
+    lost = frozenset(track.track for track in result.tracks if track.lost) if says else None
+    result = replace(result, tracks=tuple(track for track in result.tracks if not track.lost))
     possible = [truth for truth in result.truths if truth.body in sightings and sightings[truth.body].may_have_track(scan)]
     truths = {truth.body: as_reported(at_end(truth, end)) for truth in possible}
     tracks = {
@@ -72,6 +76,7 @@ def _judged(scan: int, result: ScanResult, sightings: Mapping[str, Sightings], p
             body: (old[row.argmin()].track, end - old[row.argmin()].time)
             for body, row in zip(bodies, behind, strict=True) if len(old) and row.min() < CUTOFF
         },
+        lost,
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.scores.set_scores import set_scores
 from radar_service.bench.scores.track_life import NOWHERE, life_scores
+from radar_service.bench.scores.warnings import warning_scores
 
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 
@@ -41,7 +42,7 @@ def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dic
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
     run = judged(results)
-    return {**set_scores(run), **life_scores(run, around), **motion_scores(run)}
+    return {**set_scores(run), **life_scores(run, around), **motion_scores(run), **warning_scores(run)}
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:

@@ -15,6 +15,7 @@ MAX_TRACKS = 1000  # of an answer: metrics compare each with each target
 MAX_NAME = 100  # characters of a track's name
 MAX_VALUE = 1e9  # m, m/s and s: the square of a larger one may overflow
 KEYS = ("time", "east", "north", "velocity_east", "velocity_north")
+NUMBERS, FLAGS = ("cpa", "tcpa"), ("coasting", "alarm", "lost", "full")  # that it may have
 
 
 class TrackerError(Exception):
@@ -30,8 +31,8 @@ class LineTracker(ABC):
 
     It gets one line with `type` "header", then one with `type` "scan" for each scan (TrackerInput.as_dict). To each scan it
     answers with one line: {"type": "tracks", "scan": its number, "tracks": [{"track", "time", "east", "north",
-    "velocity_east", "velocity_north", and "coasting" where it does}]}. A program whose first answer has "again": true, too, takes
-    another header after the last scan.
+    "velocity_east", "velocity_north", and what else of a TrackState it says}]}. A program whose first answer has "again": true,
+    too, takes another header after the last scan.
     """
 
     def __init__(self, name: str, timeout: float) -> None:
@@ -149,13 +150,16 @@ def _state(track: Mapping[str, Any]) -> TrackState:
     name = track["track"]
     if not isinstance(name, str | int) or len(str(name)) > MAX_NAME:
         raise ValueError(f"track is {_shown(name)}; a name of at most {MAX_NAME} characters, or a whole number, is needed")
-    values = {key: float(track[key]) for key in KEYS}
+    values: dict[str, Any] = {
+        key: float(track[key]) for key in (*KEYS, *(key for key in NUMBERS if track.get(key) is not None))
+    }
     for key, value in values.items():
         if not math.isfinite(value):
             raise ValueError(f"{key} is {value}; a finite number is needed")
         if abs(value) > MAX_VALUE:
             raise ValueError(f"{key} is {value:g}; at most {MAX_VALUE:g} is needed")
-    coasting = track.get("coasting", False)
-    if not isinstance(coasting, bool):
-        raise ValueError(f"coasting is {_shown(coasting)}; true or false is needed")
-    return TrackState(track=str(name), coasting=coasting, **values)
+    flags: dict[str, Any] = {key: track[key] for key in FLAGS if track.get(key) is not None}
+    for key, flag in flags.items():
+        if not isinstance(flag, bool):
+            raise ValueError(f"{key} is {_shown(flag)}; true or false is needed")
+    return TrackState(track=str(name), **values, **flags)

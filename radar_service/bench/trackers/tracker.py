@@ -10,6 +10,7 @@ import numpy as np
 from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
 
+CPA_LIMIT, TCPA_LIMIT = 3704.0, 1800.0  # m, s: of alarms, as a user sets them
 Vector = Floats | Sequence[float]
 
 
@@ -25,6 +26,7 @@ class DataSheet:
     glint: standard deviation along which the echo of a ship wanders [m], above its plot's errors; 0 of points.
     false_plots: mean number of a scan, of noise and other objects; those of sea, rain and land come on top.
     sensors: profile of the errors of own ship's sensors, as `imo-2004`; "none" where they are true.
+    cpa_limit, tcpa_limit: of alarms, where a tracker gives any [m], [s].
     """
 
     rpm: float = 24.0
@@ -36,6 +38,8 @@ class DataSheet:
     glint: float = 0.0
     false_plots: float = 0.0
     sensors: str = "none"
+    cpa_limit: float = CPA_LIMIT
+    tcpa_limit: float = TCPA_LIMIT
 
     @property
     def clutter(self) -> float:
@@ -75,6 +79,11 @@ class TrackState:
     track: its name, the same in all scans.
     time: of the state [s], none after the end of the scan.
     coasting: whether the track goes on without plots, so that its state may be older than three scans.
+    cpa, tcpa: closest approach to own ship [m] and time to it from the end of the scan [s], negative where it is over.
+    alarm: whether both are within the limits of the data sheet.
+    lost: whether this is its last state, as its target is lost.
+    full: whether the tracker can follow no more.
+    None of these five: the tracker does not say, and is not judged.
     """
 
     track: str
@@ -84,6 +93,11 @@ class TrackState:
     velocity_east: float
     velocity_north: float
     coasting: bool = False
+    cpa: float | None = None
+    tcpa: float | None = None
+    alarm: bool | None = None
+    lost: bool | None = None
+    full: bool | None = None
 
 
 class Tracker(Protocol):

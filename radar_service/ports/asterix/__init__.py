@@ -28,7 +28,7 @@ class AsterixPackage(ABC):
         groups["where"].add_argument(f"--{self.name}", type=address, metavar="HOST:PORT[%IF]", help=help)
 
     def opened(self, options: argparse.Namespace) -> "Port | None":
-        """Returns the port, with its socket open; None without its option. Raises UsageError."""
+        """Returns the port, open; None without its option. Raises UsageError."""
         option, where = f"--{self.name}", getattr(options, self.name.replace("-", "_"))
         if where is None:
             return None
@@ -49,7 +49,7 @@ class AsterixPackage(ABC):
 
     @abstractmethod
     def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
-        """Returns what makes a sink, of the port and the SIC of a radar."""
+        """Returns what makes a sink of a port and a SIC."""
 
 
 class Video(AsterixPackage):

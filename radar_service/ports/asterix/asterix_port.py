@@ -1,4 +1,4 @@
-"""The ports of ASTERIX: the radars of a service, each with a system identification code (SIC) of its own."""
+"""The ports of ASTERIX: each radar has a system identification code (SIC) of its own."""
 
 from collections.abc import Callable, Sequence
 
@@ -24,7 +24,7 @@ class AsterixPort(UdpPort):
 
 
 class VideoSink:
-    """The spokes of one radar as they come, and a video summary with the first one of an epoch and of each scan."""
+    """The spokes of one radar, and a video summary with the first one of an epoch and of each scan."""
 
     def __init__(self, port: UdpPort, sic: int, form: Form) -> None:
         self._port, self._form, self._sic = port, form, sic

@@ -1,4 +1,4 @@
-"""Blocks of ASTERIX category 048 (docs/dialects/asterix-048.md): the plots of our extractor as target reports."""
+"""Blocks of ASTERIX category 048 (docs/dialects/asterix-048.md): plots as target reports."""
 
 import math
 import struct
@@ -27,7 +27,7 @@ IN_BLOCK = (MAX_DATAGRAM - 3) // 14  # records
 
 
 def plot_blocks(plots: Sequence[Plot], epoch: Epoch, sac: int, sic: int) -> list[bytes]:
-    """Returns the blocks of plots, each below the size of a frame. sac, sic: of the radar."""
+    """Returns the blocks of plots, each below the size of a frame."""
     records = [_record(plot, epoch.info, epoch.start_utc, sac, sic) for plot in plots]
     return [block_of(CATEGORY, b"".join(records[k : k + IN_BLOCK])) for k in range(0, len(records), IN_BLOCK)]
 
@@ -47,7 +47,7 @@ def _record(plot: Plot, known: SpokeSourceInfo, start: datetime, sac: int, sic: 
 
 
 class PlotSink:
-    """The plots of one radar, sent when a scan has ended."""
+    """The plots of one radar, after each scan."""
 
     def __init__(self, port: UdpPort, sic: int, sac: int) -> None:
         self._port, self._sac, self._sic = port, sac, sic
@@ -56,7 +56,11 @@ class PlotSink:
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins with the first scan."""
         known = radar.epoch.info.radar
-        self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, MarineThreshold(known), tell=_tell))
+        threshold = MarineThreshold(known)
+        threshold.of(
+            np.ones((known.azimuths, 64), dtype=np.float32)
+        )  # makes its tables, a second that no spoke waits for yet
+        self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, threshold, tell=_tell))
 
     def send(self, batch: SpokeBatch) -> None:
         """Sends the plots of the scans that end."""
@@ -66,7 +70,7 @@ class PlotSink:
         self._port.send(plot_blocks(plots, batch.epoch, self._sac, self._sic))
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Sends nothing: a beam without spokes has no plots."""
+        """Sends nothing."""
 
     def close(self, reason: str) -> None:
         """Sends nothing."""

@@ -18,7 +18,7 @@ WARNING = "Never on a ship's live network: displays there take this simulated ra
 
 @dataclass(frozen=True)
 class DialectPackage:
-    """What the package of a dialect has for `serve`, `replay` and `export`, as `PortPackage`.
+    """What a dialect has for `serve`, `replay` and `export`, as `PortPackage`.
 
     name: of the port; title: with its article; dialect: imports it.
     """
@@ -38,7 +38,7 @@ class DialectPackage:
         where.add_argument(f"--{self.name}-of", metavar="RADAR", help="the radar that it is (default the first)")
 
     def opened(self, options: argparse.Namespace) -> "Port | None":
-        """Returns the port, with its sockets open; None where its option is absent. Raises UsageError."""
+        """Returns the port, open; None without its option. Raises UsageError."""
         option, key = f"--{self.name}", self.name.replace("-", "_")
         if (interface := getattr(options, key)) is None:
             return None

@@ -1,4 +1,4 @@
-"""Garmin xHD: reports, spokes and commands by UDP, as software for that radar reads and sends them."""
+"""Garmin xHD, as software for that radar reads and commands it."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Navico HALO: beacons, reports, spokes and commands by UDP, as software for that radar reads and sends them."""
+"""Navico HALO, as software for that radar reads and commands it."""
 
 from typing import TYPE_CHECKING
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import RedirectResponse
@@ -30,6 +30,9 @@ from radar_service.service.radio.state_changes import StateChange
 from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
 
+if TYPE_CHECKING:
+    from radar_service.ports.signalk.announcement import Announcement
+
 # Pages of others generate code for protobuf, and style their elements; what they load comes from here all the same.
 POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
@@ -46,8 +49,11 @@ class SignalKPort(Port):
     name, period = "signalk", 0.1
     refusals, codecs = MappingProxyType({"/signalk": refusal}), (SignalKCodec(),)
 
-    def __init__(self, gui: Path | None = None, tells_truth: bool = False) -> None:
+    def __init__(
+        self, gui: Path | None = None, tells_truth: bool = False, announcement: "Announcement | None" = None
+    ) -> None:  # fmt: skip
         """gui: folder of a page that is served under /gui/. tells_truth: whether bodies in sight are told as targets."""
+        self._announcement = announcement
         self._gui, self._tells_truth = gui, tells_truth
         self._stations = Stations()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -65,6 +71,13 @@ class SignalKPort(Port):
     @override
     async def start(self, service: Service) -> None:
         self._loop, self._stations = asyncio.get_running_loop(), service.stations
+        if self._announcement is not None:
+            await self._announcement.start()
+
+    @override
+    async def stop(self) -> None:
+        if self._announcement is not None:
+            await self._announcement.stop()
 
     @override
     def tick(self, radar: str, time: float) -> None:

@@ -22,7 +22,7 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 
 def opened(options: argparse.Namespace) -> "Port | None":
-    """Returns what ends the capture that other ports have opened; None without --pcap. Raises UsageError where none has."""
+    """Returns what ends the capture of other ports; None without --pcap. Raises UsageError where none has one."""
     if options.pcap is None:
         return None
     if not hasattr(options, "capture"):

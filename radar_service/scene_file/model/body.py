@@ -88,7 +88,7 @@ else:
 
 
 def _with_null_keys(schema: dict[str, Any]) -> None:
-    """Lets the JSON Schema of a kind take null for those keys of others for which it is as good as absent."""
+    """Lets the JSON Schema of a kind take null for keys of other kinds, where null counts as absent."""
     for key in (*KINDS, *SIZES):
         schema["properties"].setdefault(key, {"type": "null"})
 

@@ -67,7 +67,7 @@ class Beacon(ABC):
     kind: ClassVar[str]
 
     def receives(self, frequency: float, pulse: float) -> bool:
-        """Whether pulses of a carrier [Hz] and a length [s] can trigger it at all."""
+        """Whether it receives pulses of a carrier [Hz] and a length [s], whatever their power."""
         in_band = any(low <= frequency <= high for low, high in self.listens)
         return in_band and (self.max_pulse is None or pulse <= self.max_pulse)
 

@@ -36,13 +36,15 @@ def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
 
 def options(**given: Any) -> argparse.Namespace:
     """The options of a service with Signal K alone, but for those given."""
-    return argparse.Namespace(**{"signalk": True, "gui": None, "signalk_truth": False, "truth": False} | given)
+    return argparse.Namespace(
+        **{"signalk": True, "gui": None, "announce": False, "signalk_truth": False, "truth": False} | given
+    )
 
 
 def test_the_port_is_opened_on_request_alone(tmp_path: Path) -> None:
     assert signalk.opened(options(signalk=False)) is None
     assert signalk.opened(options(gui=tmp_path)) is not None
-    with pytest.raises(UsageError, match="--gui: a page of others reads Signal K"):
+    with pytest.raises(UsageError, match="--gui: is about Signal K; give --signalk"):
         signalk.opened(options(signalk=False, gui=tmp_path))
     with pytest.raises(UsageError, match="is not a folder"):
         signalk.opened(options(gui=tmp_path / "nowhere"))
@@ -50,7 +52,7 @@ def test_the_port_is_opened_on_request_alone(tmp_path: Path) -> None:
 
 def test_the_truth_is_told_on_request_and_with_the_truth_alone() -> None:
     assert signalk.opened(options(signalk_truth=True, truth=True)) is not None
-    with pytest.raises(UsageError, match="--signalk-truth: targets are told by Signal K"):
+    with pytest.raises(UsageError, match="--signalk-truth: is about Signal K"):
         signalk.opened(options(signalk=False, signalk_truth=True, truth=True))
     with pytest.raises(UsageError, match="--signalk-truth: tells the truth"):
         signalk.opened(options(signalk_truth=True))

@@ -151,6 +151,8 @@ def test_one_that_goes_on_begins_with_its_first_spoke_and_keeps_the_time() -> No
     newest = played.state.newest
     played.take_over(12, goes_on=True)
     assert played.state.newest == newest and played.state.unsent == 12
+    played.send()
+    assert played.sent[-1].before is None  # the spoke before it is of another radar
 
 
 def test_a_failed_spoke_source_is_replaced_in_the_next_scan_and_leaves_a_gap() -> None:

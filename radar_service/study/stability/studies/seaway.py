@@ -71,7 +71,7 @@ def _with_motion(scene: Scene, motion: Motion, mesh: Mesh | None = None) -> Scen
 
 
 def _unheeded(scene: Scene) -> Scene:
-    """The scene with a boat whose rates the choice of nodes does not see."""
+    """The scene with a boat that reports no rates of roll, pitch and heave, so that nodes are chosen without them."""
     motion = scene.bodies[0].motion
     assert isinstance(motion.sway, SeawayMotion)
     sway = UnheededMotion(**{field.name: getattr(motion.sway, field.name) for field in fields(SeawayMotion)})
