@@ -1,6 +1,6 @@
-"""Plots of a scan from the few tiles that may hold a detection, with the bytes of the whole scan in a part of its time.
+"""Plots from the few tiles of a scan that may hold a detection, with the bytes of the whole scan.
 
-Where the beam passes no body there is receiver noise alone: such a tile is left out unless that exceeds the threshold.
+A tile without a body in the beam is left out unless its noise exceeds the threshold.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ MARGIN = 0.02  # rad beyond the beam in which a body counts as within
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
-    """Returns whether tiles without a body in the beam have noise alone, under a threshold that is the same for all cells."""
+    """Returns whether tiles without a body in the beam have noise alone, under a known threshold."""
     scene, radar, pulses = simulator.scene, simulator.scene.radar, simulator.pulses
     if len(pulses) != 1 or not isinstance(threshold, KnownThreshold) or pulses[0].stages:
         return False

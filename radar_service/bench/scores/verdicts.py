@@ -72,8 +72,7 @@ def _after(chances: Floats, runs: int, share: float) -> Floats:
 def boundaries(looks: tuple[int, ...]) -> tuple[tuple[int, int, int], ...]:
     """Returns of each look its number of runs, the misses with which a limit passes at most, and those from which it fails.
 
-    The chance to pass with SHARE is spent in proportion to the runs, 1 - CONFIDENCE in all (Lan and DeMets 1983), and so are
-    FALSE_FAILS. All chances are exact sums of binomial ones.
+    Chances to pass with SHARE (1 - CONFIDENCE) and FALSE_FAILS are spent in proportion to the runs (Lan and DeMets 1983).
     """
     result, done, passed, failed = list[tuple[int, int, int]](), 0, 0.0, 0.0
     bad = good = np.ones(1)
