@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.special import i0e
 
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, rms_wave_height, sea_water_permittivity
 
@@ -79,6 +80,13 @@ def test_roughness(height: float, grazing_deg: float, by_ament: float, by_miller
 def test_a_smooth_sea_reflects_fully_and_a_very_rough_one_stays_finite() -> None:
     assert (float(ament(0.3, 0.0, WAVELENGTH)), float(miller_brown(0.3, 0.0, WAVELENGTH))) == (1.0, 1.0)
     assert 0 < float(miller_brown(np.pi / 2, 14.0, WAVELENGTH)) < 1e-3
+
+
+def test_the_table_of_roughness_is_the_bessel_function() -> None:
+    """Within 2e-9 of itself: an eighth of the squared step times the curvature."""
+    height = np.logspace(-4, 6, 100_001)
+    exact = i0e(0.5 * (4.0 * np.pi * height * np.sin(0.1) / WAVELENGTH) ** 2)
+    assert miller_brown(0.1, height, WAVELENGTH) == pytest.approx(exact, rel=2e-9)
 
 
 def test_sea_states_follow_the_wmo_code() -> None:
