@@ -16,7 +16,7 @@ from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import bench_digest, named_files, plots_digest, program_version, source_digest
-from radar_service.bench.scenario import Limit, Scenario
+from radar_service.bench.scenario import PROFILES, Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
 from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
@@ -81,6 +81,7 @@ def runs_of(
     """Returns the runs of scenarios by name, from number `first` on. run: makes one, as `single_run`; blind: how runs are kept
     from the tracker, which then come in any order; others, and what it raises, as in `bench`."""
     jobs = jobs_of(scenarios, range(first, seeds), tracker, plots_folder(folder, plots), blind)
+    kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
@@ -89,7 +90,7 @@ def runs_of(
         return _watched(progress(outcomes, count))
 
     try:
-        answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+        answers = run_jobs(run, [jobs[place] for place in order], executor, kept, watched)
     finally:
         end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
@@ -134,10 +135,10 @@ class KeptRuns(ResultFolder):
     """A ResultFolder that keeps no failed run: another try may end otherwise. Of those that miss no limit of a scenario, the
     first alone keeps its scans."""
 
-    def __init__(self, folder: Path) -> None:
-        """folder: as of a ResultFolder. Raises OSError."""
+    def __init__(self, folder: Path, passed: Iterable[str] = ()) -> None:
+        """folder: as of a ResultFolder; passed: scenarios that had a first one. Raises OSError."""
         super().__init__(folder)
-        self._passed: set[str] = set()
+        self._passed = {*passed}
 
     @override
     def write(self, job: Job, result: Any) -> Any:
@@ -176,27 +177,28 @@ def report(
     return {
         "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
         "looks": [*map(list, boundaries(looks))],
-        "sheet": _sheet(loaded, runs, tracker, blind, smoke),
+        "sheet": _sheet(loaded, runs, tracker, blind, " --smoke" if smoke else " --fixed" * (not looks)),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
     }  # fmt: skip
 
 
-def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None, smoke: bool) -> dict[str, str]:
+def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None, how: str) -> dict[str, str]:
     """What a verdict may be used for, what it rests on, and how anybody makes it again."""
     used = {key for scenario in loaded.values() for key in scenario.scene.get("environment", {})} | {"noise"}
     plots = [plots_digest(loaded[name], run["seed"]) for name, some in runs.items() for run in some]
     names = shlex.join(str(scenario.file or name) for name, scenario in loaded.items())
-    seeds = (f"--salt {blind.salt}" if blind else "--open") + " --smoke" * smoke
+    seeds = (f"--salt {blind.salt}" if blind else "--open") + how
+    profiles = [name for name, errors in PROFILES.items() if all(each.plot_errors == errors for each in loaded.values())]
     return {
         "use": "To compare trackers and find their faults before trials at sea: it is not a type approval, not IEC 62388.",
         "physics": "docs/believed.md, rows " + "; ".join(rows for key, rows in HELD_AGAINST.items() if key in used),
         "version": f"{program_version()}, source {source_digest()}, bench {bench_digest()}, arithmetic {arithmetic()}",
         "scenarios": ", ".join(f"{name} {scenario.digest}" for name, scenario in loaded.items()),
         "plots": hashlib.blake2b("".join(plots).encode(), digest_size=16).hexdigest(),
-        "uncertainty": "Of a share of misses: `lower` and `upper` of its verdict (95 %, one-sided). Of a mean: `standard_error`.",
+        "uncertainty": "`lower`, `upper` of a share of misses (95 %, one-sided, by fixed runs), `standard_error` of a mean.",
         "again": f"radar-service bench-tracker {names} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
-        f"--tracker {shlex.quote(tracker)} -o again",
+        f"{''.join(f'--profile {name} ' for name in profiles)}--tracker {shlex.quote(tracker)} -o again",
     }
 
 

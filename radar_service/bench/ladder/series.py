@@ -54,7 +54,7 @@ class Ladder(Table):
 
     def _rung(self, base: Scenario, number: int) -> Scenario:
         name = f"{self.name}-{number + 1}"
-        content = base.model_dump() | {"name": name, "folder": base.folder}
+        content = base.model_dump() | {"name": name, "folder": base.folder, "file": base.file}
         for key, value in (*self.set.items(), *((key, values[number]) for key, values in self.vary.items())):
             try:
                 put(content, key, value, f"{self.name}: {key!r}")
