@@ -5,10 +5,12 @@ import json
 import random
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import sem
 from typing_extensions import override
 
 from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
@@ -210,9 +212,9 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool,
         "seeds": [run["seed"] for run in runs], "remark": _remark(scenario, runs),
         "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
-        "metrics": {name: _mean(some) for name, some in values.items()},
-        "standard_error": {name: _standard_error(some) for name, some in values.items()},
-        "percentile_95": {name: _percentile(some) for name, some in values.items()},
+        "metrics": {name: _of(np.mean, some) for name, some in values.items()},
+        "standard_error": {name: _of(sem, some, 2) for name, some in values.items()},
+        "percentile_95": {name: _of(partial(np.percentile, q=95.0), some) for name, some in values.items()},
         "verdicts": [each.as_dict() for each in _verdicts(scenario, runs, smoke, looks)],
     }  # fmt: skip
 
@@ -251,16 +253,7 @@ def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | Non
     ]
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
+def _of(statistic: Callable[[Sequence[float]], Any], values: Sequence[float | None], least: int = 1) -> float | None:
+    """A statistic of the values that there are; None where these are fewer than the least."""
     numbers = [value for value in values if value is not None]
-    return float(np.mean(numbers)) if numbers else None
-
-
-def _standard_error(values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return float(np.std(numbers, ddof=1) / np.sqrt(len(numbers))) if len(numbers) > 1 else None
-
-
-def _percentile(values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return float(np.percentile(numbers, 95.0)) if numbers else None
+    return float(statistic(numbers)) if len(numbers) >= least else None
