@@ -52,7 +52,7 @@ def bench(
     for its seeds; looks: numbers of runs after which a scenario ends that has failed, or whose limits are all decided. Raises
     JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
     """
-    hidden = blind_for(plots_folder(folder, plots), folder, salt, _own_files(scenarios)) if blind else None
+    hidden = blind_for(plots_folder(folder, plots), folder, salt, own_files(scenarios)) if blind else None
     runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
     waiting, done = list(scenarios), 0
     for look in [*(look for look in looks if look < seeds), seeds]:
@@ -63,8 +63,8 @@ def bench(
     return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden, looks), runs
 
 
-def _own_files(scenarios: Iterable[Scenario]) -> Iterator[Path]:
-    """The files of scenarios that are not packaged, and those that they name: they tell the truth."""
+def own_files(scenarios: Iterable[Scenario]) -> Iterator[Path]:
+    """Yields the files of scenarios that are not packaged, and those that they name: they tell the truth."""
     for scenario in scenarios:
         if scenario.file:
             yield from (scenario.file, *named_files([scenario.scene, scenario.recorded], scenario.folder).values())
