@@ -5,10 +5,12 @@ import json
 import random
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import sem
 from typing_extensions import override
 
 from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
@@ -16,7 +18,7 @@ from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
 from radar_service.bench.kept_plots import bench_digest, named_files, plots_digest, program_version, source_digest
-from radar_service.bench.scenario import Limit, Scenario
+from radar_service.bench.scenario import PROFILES, Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
 from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
@@ -50,7 +52,7 @@ def bench(
     for its seeds; looks: numbers of runs after which a scenario ends that has failed, or whose limits are all decided. Raises
     JobsFailed, OSError, and TrackerError for a tracker that does not start, or that hangs again and again.
     """
-    hidden = blind_for(plots_folder(folder, plots), folder, salt, _own_files(scenarios)) if blind else None
+    hidden = blind_for(plots_folder(folder, plots), folder, salt, own_files(scenarios)) if blind else None
     runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
     waiting, done = list(scenarios), 0
     for look in [*(look for look in looks if look < seeds), seeds]:
@@ -61,8 +63,8 @@ def bench(
     return report({scenario.name: scenario for scenario in scenarios}, runs, tracker, smoke, hidden, looks), runs
 
 
-def _own_files(scenarios: Iterable[Scenario]) -> Iterator[Path]:
-    """The files of scenarios that are not packaged, and those that they name: they tell the truth."""
+def own_files(scenarios: Iterable[Scenario]) -> Iterator[Path]:
+    """Yields the files of scenarios that are not packaged, and those that they name: they tell the truth."""
     for scenario in scenarios:
         if scenario.file:
             yield from (scenario.file, *named_files([scenario.scene, scenario.recorded], scenario.folder).values())
@@ -81,6 +83,7 @@ def runs_of(
     """Returns the runs of scenarios by name, from number `first` on. run: makes one, as `single_run`; blind: how runs are kept
     from the tracker, which then come in any order; others, and what it raises, as in `bench`."""
     jobs = jobs_of(scenarios, range(first, seeds), tracker, plots_folder(folder, plots), blind)
+    kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
@@ -89,7 +92,7 @@ def runs_of(
         return _watched(progress(outcomes, count))
 
     try:
-        answers = run_jobs(run, [jobs[place] for place in order], executor, KeptRuns(folder / "runs"), watched)
+        answers = run_jobs(run, [jobs[place] for place in order], executor, kept, watched)
     finally:
         end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
@@ -134,10 +137,10 @@ class KeptRuns(ResultFolder):
     """A ResultFolder that keeps no failed run: another try may end otherwise. Of those that miss no limit of a scenario, the
     first alone keeps its scans."""
 
-    def __init__(self, folder: Path) -> None:
-        """folder: as of a ResultFolder. Raises OSError."""
+    def __init__(self, folder: Path, passed: Iterable[str] = ()) -> None:
+        """folder: as of a ResultFolder; passed: scenarios that had a first one. Raises OSError."""
         super().__init__(folder)
-        self._passed: set[str] = set()
+        self._passed = {*passed}
 
     @override
     def write(self, job: Job, result: Any) -> Any:
@@ -176,27 +179,28 @@ def report(
     return {
         "schema": SCHEMA, "version": program_version(), "tracker": tracker, "smoke": smoke,
         "looks": [*map(list, boundaries(looks))],
-        "sheet": _sheet(loaded, runs, tracker, blind, smoke),
+        "sheet": _sheet(loaded, runs, tracker, blind, " --smoke" if smoke else " --fixed" * (not looks)),
         "blind": blind and {"salt": blind.salt, "sealed": bool(sealed_of(tracker, blind))},
         "scenarios": [_summary(loaded[name], some, smoke, looks) for name, some in runs.items()],
     }  # fmt: skip
 
 
-def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None, smoke: bool) -> dict[str, str]:
+def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blind | None, how: str) -> dict[str, str]:
     """What a verdict may be used for, what it rests on, and how anybody makes it again."""
     used = {key for scenario in loaded.values() for key in scenario.scene.get("environment", {})} | {"noise"}
     plots = [plots_digest(loaded[name], run["seed"]) for name, some in runs.items() for run in some]
     names = shlex.join(str(scenario.file or name) for name, scenario in loaded.items())
-    seeds = (f"--salt {blind.salt}" if blind else "--open") + " --smoke" * smoke
+    seeds = (f"--salt {blind.salt}" if blind else "--open") + how
+    profiles = [name for name, errors in PROFILES.items() if all(each.plot_errors == errors for each in loaded.values())]
     return {
         "use": "To compare trackers and find their faults before trials at sea: it is not a type approval, not IEC 62388.",
         "physics": "docs/believed.md, rows " + "; ".join(rows for key, rows in HELD_AGAINST.items() if key in used),
         "version": f"{program_version()}, source {source_digest()}, bench {bench_digest()}, arithmetic {arithmetic()}",
         "scenarios": ", ".join(f"{name} {scenario.digest}" for name, scenario in loaded.items()),
         "plots": hashlib.blake2b("".join(plots).encode(), digest_size=16).hexdigest(),
-        "uncertainty": "Of a share of misses: `lower` and `upper` of its verdict (95 %, one-sided). Of a mean: `standard_error`.",
+        "uncertainty": "`lower`, `upper` of a share of misses (95 %, one-sided, by fixed runs), `standard_error` of a mean.",
         "again": f"radar-service bench-tracker {names} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
-        f"--tracker {shlex.quote(tracker)} -o again",
+        f"{''.join(f'--profile {name} ' for name in profiles)}--tracker {shlex.quote(tracker)} -o again",
     }
 
 
@@ -208,9 +212,9 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool,
         "seeds": [run["seed"] for run in runs], "remark": _remark(scenario, runs),
         "failed_runs": failed_runs(scenario, runs),
         "failures": [{"seed": run["seed"], **run["failure"]} for run in runs if run["failure"]],
-        "metrics": {name: _mean(some) for name, some in values.items()},
-        "standard_error": {name: _standard_error(some) for name, some in values.items()},
-        "percentile_95": {name: _percentile(some) for name, some in values.items()},
+        "metrics": {name: _of(np.mean, some) for name, some in values.items()},
+        "standard_error": {name: _of(sem, some, 2) for name, some in values.items()},
+        "percentile_95": {name: _of(partial(np.percentile, q=95.0), some) for name, some in values.items()},
         "verdicts": [each.as_dict() for each in _verdicts(scenario, runs, smoke, looks)],
     }  # fmt: skip
 
@@ -249,16 +253,7 @@ def _judged(limit: Limit, runs: Sequence[Mapping[str, Any]]) -> list[float | Non
     ]
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
+def _of(statistic: Callable[[Sequence[float]], Any], values: Sequence[float | None], least: int = 1) -> float | None:
+    """A statistic of the values that there are; None where these are fewer than the least."""
     numbers = [value for value in values if value is not None]
-    return float(np.mean(numbers)) if numbers else None
-
-
-def _standard_error(values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return float(np.std(numbers, ddof=1) / np.sqrt(len(numbers))) if len(numbers) > 1 else None
-
-
-def _percentile(values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return float(np.percentile(numbers, 95.0)) if numbers else None
+    return float(statistic(numbers)) if len(numbers) >= least else None

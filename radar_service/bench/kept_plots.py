@@ -28,13 +28,7 @@ SCHEMA = 3
 PACKAGE = Path(__file__).parents[1]
 SOURCES = (".py", ".c", ".h")  # with those of the compiled kernels
 NO_PART = ("service", "ports", "recording", "commands", "study", "sweep", "clients", "scenes")
-OF_BENCH = (
-    "run.py",
-    "few_tiles.py",
-    "plot_errors.py",
-    "kept_plots.py",
-    "recorded.py",
-)  # files of the bench that have a part in it
+OF_BENCH = ("run.py", "few_tiles.py", "plot_errors.py", "kept_plots.py", "recorded.py")  # files that have a part in it
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ class Scenario(Table):
     scene: a scene, as a scene file has it.
     standard_nm: ranges of first detection that a standard states, by target [NM]: shown beside those of detection studies.
     recorded: a file beside its own with plots and truth of a real radar, which then take the place of those of the scene.
-    folder: of its meshes, height maps and tracks, and of a recording.
+    folder: of its meshes, height maps and tracks, and of a recording. file: its own; None of a packaged one.
     """
 
     name: str = ""
@@ -156,11 +156,7 @@ class Scenario(Table):
     standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}
     recorded: str | None = None
     folder: Annotated[Path | None, Field(exclude=True)] = None
-
-    @property
-    def file(self) -> Path | None:
-        """The file of the scenario; None of a packaged one, which anybody may read."""
-        return self.folder / f"{self.name}{SUFFIX}" if self.folder not in (None, packaged_folder("scenes")) else None
+    file: Annotated[Path | None, Field(exclude=True)] = None
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:
@@ -217,7 +213,8 @@ def load_scenario(name: str) -> Scenario:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         folder = path.parent if name.endswith(SUFFIX) else packaged_folder("scenes")
         content = scenario_of_scene(content) if SCENE_KEYS & content.keys() else content
-        return Scenario(**{"name": path.stem if name.endswith(SUFFIX) else name, **content, "folder": folder})
+        file = path if name.endswith(SUFFIX) else None
+        return Scenario(**{"name": path.stem if file else name, **content, "folder": folder, "file": file})
 
 
 @contextlib.contextmanager
@@ -256,7 +253,8 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
     """Returns a scenario whose plots err as one of PROFILES has it. Raises ScenarioError for a recording: its plots are real."""
     if scenario.recorded:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
-    return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], "folder": scenario.folder})
+    kept = {"folder": scenario.folder, "file": scenario.file}
+    return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

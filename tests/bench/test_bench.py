@@ -226,14 +226,14 @@ def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytes
 def test_a_scenario_ends_at_a_look_and_runs_that_pass_keep_no_scans(
     tmp_path: Path, made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With limits that two runs decide: all of the scenario that passes miss nothing, all of the other one everything."""
-    monkeypatch.setattr(verdicts, "boundaries", lambda looks: ((2, 0, 1), (4, 1, 2)))
+    """With limits that four runs decide: all of the scenario that passes miss nothing, all of the other one everything."""
+    monkeypatch.setattr(verdicts, "boundaries", lambda looks: ((2, -1, 3), (4, 0, 4), (6, 1, 5)))
     scenario = small(tmp_path, 2).model_copy(update={"not_judged": ("*",)})
     (limit,) = scenario.limit
     passes = scenario.model_copy(
         update={"limit": (limit.model_copy(update={"metric": "answer_turns", "minimum": None, "maximum": 1e9}),)}
     )
     fails = scenario.model_copy(update={"name": "fails", "limit": (limit.model_copy(update={"metric": "none"}),)})
-    report, runs = bench([passes, fails], 4, program(tmp_path, ECHO), tmp_path / "out", looks=(2, 4))
-    assert [(len(its["seeds"]), its["verdicts"][0]["word"]) for its in report["scenarios"]] == [(2, "pass"), (2, "fail")]
-    assert len(made) == 4 and [len(run["scans"]) for some in runs.values() for run in some] == [2, 0, 2, 2]
+    report, runs = bench([passes, fails], 6, program(tmp_path, ECHO), tmp_path / "out", looks=(2, 4, 6))
+    assert [(len(its["seeds"]), its["verdicts"][0]["word"]) for its in report["scenarios"]] == [(4, "pass"), (4, "fail")]
+    assert len(made) == 8 and [len(run["scans"]) for some in runs.values() for run in some] == [2, 0, 0, 0, 2, 2, 2, 2]

@@ -10,6 +10,7 @@ from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench, jobs_of
 from radar_service.bench.blind import FIRST_SEED, SALT, Blind, blind_for, can_seal
 from radar_service.bench.report import page
+from radar_service.bench.scenario import load_scenario, with_profile
 from radar_service.bench.single_run import header_of
 from tests.bench.test_bench import small
 from tests.bench.trackers.test_process_tracker import program
@@ -60,10 +61,15 @@ def test_folders_of_earlier_reports_are_sealed_too(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not can_seal(), reason="Landlock is absent")
 def test_a_program_cannot_read_the_scenario_of_its_user(tmp_path: Path) -> None:
-    scenario, reads = small(tmp_path, 2), f"import sys; sys.stdin.readline(); open({str(tmp_path / 'small.toml')!r})"
+    small(tmp_path, 2)
+    own = (tmp_path / "small.toml").read_text()
+    (tmp_path / "small.toml").write_text(f'name = "of-another-name"\n{own}')
+    scenario = with_profile(load_scenario(str(tmp_path / "small.toml")), "inland")
+    reads = f"import sys; sys.stdin.readline(); open({str(tmp_path / 'small.toml')!r})"
     report, _ = bench([scenario], 1, program(tmp_path, reads), tmp_path / "out", blind=True)
     assert "PermissionError" in report["scenarios"][0]["failures"][0]["stderr"]
-    assert f"bench-tracker {tmp_path / 'small.toml'} --seeds 1" in report["sheet"]["again"]
+    again = report["sheet"]["again"]
+    assert f"bench-tracker {tmp_path / 'small.toml'} --seeds 1" in again and " --fixed --profile inland --tracker" in again
 
 
 def test_where_nothing_can_be_sealed_truth_stays_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,17 @@ from typing import Any
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Progress
-from radar_service.bench.bench import OWED, KeptRuns, Runs, jobs_of, nothing_is_owed, plots_folder, runs_of, sealed_of
+from radar_service.bench.bench import (
+    OWED,
+    KeptRuns,
+    Runs,
+    jobs_of,
+    nothing_is_owed,
+    own_files,
+    plots_folder,
+    runs_of,
+    sealed_of,
+)
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.kept_plots import program_version
 from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
@@ -42,7 +52,8 @@ def climb(
     if len({ladder.name for ladder in ladders}) < len(ladders):
         raise ScenarioError("ladders: two have the same name; give each ladder once, and each file a name of its own")
     rungs = [rung for ladder in ladders for rung in ladder.rungs]
-    hidden = blind_for(plots_folder(folder, plots), folder) if blind else None
+    files = [*own_files(rungs), *(ladder.file for ladder in ladders if ladder.file)]
+    hidden = blind_for(plots_folder(folder, plots), folder, files=files) if blind else None
     shared, kept = plots_folder(folder, plots), KeptRuns(folder / "runs")
     with TemporaryDirectory() as short:
         for tracker in its_name:

@@ -22,7 +22,7 @@ class Ladder(Table):
     metric: what is compared, smaller is better; no value, or one above `worst`, counts as `worst`.
     set: keys of the scenario, with dots, and values for all rungs; of a list of tables, such as bodies, a name, or "*" for each.
     vary: the same, with a list that has a value for each rung.
-    folder: of its base, where this is a file.
+    folder: of its base, where this is a file. file: its own; None of a packaged one.
     """
 
     name: str = Field(min_length=1)
@@ -37,6 +37,7 @@ class Ladder(Table):
     set: Mapping[str, Any] = {}
     vary: Annotated[Mapping[str, tuple[Any, ...]], Field(min_length=1)]
     folder: Annotated[Path | None, Field(exclude=True)] = None
+    file: Annotated[Path | None, Field(exclude=True)] = None
 
     @model_validator(mode="after")
     def _one_value_a_rung(self) -> "Ladder":
@@ -54,7 +55,7 @@ class Ladder(Table):
 
     def _rung(self, base: Scenario, number: int) -> Scenario:
         name = f"{self.name}-{number + 1}"
-        content = base.model_dump() | {"name": name, "folder": base.folder}
+        content = base.model_dump() | {"name": name, "folder": base.folder, "file": base.file}
         for key, value in (*self.set.items(), *((key, values[number]) for key, values in self.vary.items())):
             try:
                 put(content, key, value, f"{self.name}: {key!r}")
@@ -76,4 +77,5 @@ def load_ladder(name: str) -> Ladder:
     if path is None:
         raise ScenarioError(f"{name}: there is no such ladder; there are {', '.join(packaged)}, or give a {SUFFIX} file")
     with file_errors(path):
-        return Ladder(**{"name": path.stem, **tomllib.loads(path.read_text(encoding="utf-8")), "folder": path.parent})
+        content = {"name": path.stem, **tomllib.loads(path.read_text(encoding="utf-8")), "folder": path.parent}
+        return Ladder(**{**content, "file": path if name.endswith(SUFFIX) else None})

@@ -29,7 +29,7 @@ def warning_scores(run: JudgedRun) -> dict[str, float | None]:
         **({"alarm_late_scans": max(late)} if late else {}),
         **{
             name: float(np.percentile(some, 95.0, method="higher"))
-            for name, some in {"said_cpa_nm": cpa, "said_tcpa_min": tcpa}.items() if some
+            for name, some in {"said_cpa_nm": cpa, "said_tcpa_min": [*filter(np.isfinite, tcpa)]}.items() if some
         },
     }  # fmt: skip
 
@@ -56,7 +56,7 @@ def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | 
     if all(alarm is None for alarm in alarms):
         return None
     within = [cpa <= CPA_LIMIT - CPA_ERROR and TCPA_ERROR <= tcpa <= TCPA_LIMIT - TCPA_ERROR for _, cpa, tcpa in states]
-    beyond = [cpa > CPA_LIMIT + CPA_ERROR or not -TCPA_ERROR <= tcpa <= TCPA_LIMIT + TCPA_ERROR for _, cpa, tcpa in states]
+    beyond = [cpa > CPA_LIMIT + CPA_ERROR or tcpa < -TCPA_ERROR or tcpa > TCPA_LIMIT + TCPA_ERROR for _, cpa, tcpa in states]
     due = within.index(True) if True in within else None
     late = None if due is None else next((k for k, alarm in enumerate(alarms[due:]) if alarm), len(alarms) - due)
     return late, any(alarm and far for alarm, far in zip(alarms, beyond, strict=True))
@@ -70,9 +70,10 @@ def _lost(run: JudgedRun) -> Iterator[bool]:
     names = [{track.track for track in scan.result.tracks} for scan in run.scans]
     last = {name: k for k, some in enumerate(names) for name in some}
     for name in {name for scan in run.scans for name in scan.pairs.values()}:
-        if (k := last[name]) < len(names) - 1:
+        if (k := last[name]) < len(names) - 2:  # else the word may still come
             yield not any(name in warned for warned in lost[k + 1 : k + 3])
-    yield from (name in later for warned, later in zip(lost, names[1:], strict=False) for name in warned)
+    for k, warned in enumerate(lost[:-1]):
+        yield from (name in names[k + 1] | lost[k + 1] for name in warned)
 
 
 def _full(run: JudgedRun) -> Iterator[bool]:

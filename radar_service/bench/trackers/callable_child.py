@@ -20,12 +20,11 @@ READY = "ready"
 
 def serve(maker: Callable[[], Tracker], lines: Iterable[str], answers: TextIO) -> None:
     """Answers each scan of some lines, by one tracker for each header; tells one that has `begin_run` the data sheet."""
-    tracker = maker()
-    first: Tracker | None = tracker
+    waiting = [tracker := maker()]
     print(READY, file=answers, flush=True)
     for message in map(json.loads, lines):
         if message["type"] == "header":
-            tracker, first = first or maker(), None
+            tracker = waiting.pop() if waiting else maker()
         if "radar" in message:
             begin_run(tracker, DataSheet(**message["radar"]))
         if message["type"] == "scan":

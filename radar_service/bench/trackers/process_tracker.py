@@ -62,6 +62,8 @@ class ProcessTracker(LineTracker):
         if tracker and tracker.status is None:
             tracker.begin_again(header)
             return tracker
+        if tracker:
+            tracker.close()
         tracker = cls(command, header, sealed=sealed)
         tracker.key = key
         return tracker

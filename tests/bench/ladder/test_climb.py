@@ -9,6 +9,7 @@ import pytest
 from radar_service.bench import bench as bench_module
 from radar_service.bench import kept_plots
 from radar_service.bench.bench import Runs
+from radar_service.bench.blind import can_seal
 from radar_service.bench.ladder import climb as climb_module
 from radar_service.bench.ladder.climb import check_length, climb, losses_of, names_of, report
 from radar_service.bench.scenario import ScenarioError
@@ -151,3 +152,12 @@ def test_trackers_are_called_by_their_names_or_without_the_words_that_all_begin_
 def test_names_that_do_not_fit_are_refused(names: list[str]) -> None:
     with pytest.raises(ScenarioError, match="--name: a.*: each of 2 --tracker needs a name of its own, none gnn"):
         names_of(["x", "y"], names)
+
+
+@pytest.mark.skipif(not can_seal(), reason="Landlock is absent")
+def test_a_program_cannot_read_the_ladder_of_its_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = ladder(tmp_path)
+    reads = program(tmp_path, f"import sys; sys.stdin.readline(); open({str(own.file)!r}).read(); sys.exit('it is read')")
+    monkeypatch.setattr(climb_module, "REFERENCE", reads)
+    with pytest.raises(TrackerError, match="PermissionError"):
+        climb([own], 1, [reads], tmp_path / "out", blind=True)

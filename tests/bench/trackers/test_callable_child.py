@@ -69,7 +69,9 @@ def test_what_makes_no_tracker_is_one_sentence(
 
 def test_a_callable_makes_a_tracker_for_each_run_in_one_process(folder: Path) -> None:
     code = TRACKER.replace(
-        "    def update", "    runs = 0\n\n    def __init__(self):\n        Mine.runs += 1\n\n    def update"
+        "    def update",
+        "    runs = 0\n\n    def __init__(self):\n        Mine.runs += 1\n\n    def __len__(self):\n        return 0\n\n"
+        "    def update",
     )
     (folder / "mine.py").write_text(code.replace("str(os.getpid())", "str(self.runs)"))
     for run in ("1", "2", "3"):

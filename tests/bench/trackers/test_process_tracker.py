@@ -1,6 +1,7 @@
 """Trackers in other programs: JSON Lines on standard input and output, and every way in which they go wrong."""
 
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -186,3 +187,16 @@ def test_a_program_that_asks_for_it_gets_further_headers_and_others_start_anew(t
     tracker.update(given(0, ()))
     tracker.finish()
     assert tracker.status is not None
+
+
+def test_a_program_that_ends_while_it_waits_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    command, trackers = program(tmp_path, AGAIN.replace("flush=True)", "flush=True)\n        break")), list[ProcessTracker]()
+    for run in range(2):
+        trackers.append(ProcessTracker.ready(command, {"run": run}, (), ""))
+        trackers[-1].update(given(0, ()))
+        trackers[-1].finish()
+        while trackers[-1].status is None:
+            pass
+    assert len([*tmp_path.glob("tracker-*")]) == 1
+    end_waiting()
