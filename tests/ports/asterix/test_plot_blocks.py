@@ -73,7 +73,7 @@ def test_bearings_count_from_true_north_where_own_ship_is() -> None:
     assert abs((got.bearing - expected + 0.5) % 1.0 - 0.5) <= 0.51 / 65536
 
 
-@pytest.mark.parametrize("change", ["repeated", "heading lost", "standby"])
+@pytest.mark.parametrize("change", ["repeated", "heading lost", "standby", "labels end"])
 def test_what_has_no_bearing_or_comes_again_is_lost(change: str) -> None:
     port = UdpPort([got := Kept()])
     sink = PlotSink(port, 1, 0)
@@ -82,8 +82,9 @@ def test_what_has_no_bearing_or_comes_again_is_lost(change: str) -> None:
         first, scan = batch.block.index, batch.block.scan
         if change == "standby" and 300 <= scan * 720 + first < 1000:  # the rest of the first scan comes never
             continue
+        labels = np.zeros(batch.block.power.shape, dtype=np.uint32) if change == "labels end" and first < 300 else None
         lost = np.full(len(batch), math.nan) if change == "heading lost" and scan == 0 else batch.block.heading
         for _ in range(1 + (change == "repeated" and first == 0)):
-            sink.send(replace(batch, block=replace(batch.block, heading=lost)))
-    counts = {"repeated": (10, 32), "heading lost": (5, 720), "standby": (3, 0)}
+            sink.send(replace(batch, block=replace(batch.block, heading=lost, labels=labels)))
+    counts = {"repeated": (10, 32), "heading lost": (5, 720), "standby": (3, 0), "labels end": (10, 0)}
     assert (len(reports(got.pieces)), port.lost) == counts[change]
