@@ -57,9 +57,7 @@ class PlotSink:
         """Begins with the first scan."""
         known = radar.epoch.info.radar
         threshold = MarineThreshold(known)
-        threshold.of(
-            np.ones((known.azimuths, 64), dtype=np.float32)
-        )  # makes its tables, a second that no spoke waits for yet
+        threshold.of(np.ones((known.azimuths, 64), dtype=np.float32))  # makes its tables before spokes come
         self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, threshold, tell=_tell))
 
     def send(self, batch: SpokeBatch) -> None:
