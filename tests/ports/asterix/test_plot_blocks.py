@@ -60,8 +60,9 @@ def test_blocks_fit_a_frame_and_values_the_items() -> None:
     blocks = plot_blocks([plot] * (IN_BLOCK + 1), epoch, 0, 1)
     assert [len(reports([each])) for each in blocks] == [IN_BLOCK, 1] and all(len(each) <= 1400 for each in blocks)
     wide = replace(plot, range=1e6, snr_db=400.0, bearing_extent=(0.0, 6.0), time=1.0)  # a second behind midnight
-    (got,) = reports(plot_blocks([wide], epoch, 0, 1))
-    assert (got.range, got.run, got.amplitude, got.time) == (65535 * UNIT, 255 / 8192, 127, 0.0)
+    ring = replace(wide, bearing_extent=(1.0, 1.0))
+    for got in reports(plot_blocks([wide, ring], epoch, 0, 1)):
+        assert (got.range, got.run, got.amplitude, got.time) == (65535 * UNIT, 255 / 8192, 127, 0.0)
 
 
 def test_bearings_count_from_true_north_where_own_ship_is() -> None:
