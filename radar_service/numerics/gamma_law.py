@@ -5,9 +5,11 @@ import numpy as np
 
 def known_level_factor(pfa: float, pulses: int = 1) -> float:
     """Returns the factor on a known mean of the power of noise, averaged over so many pulses: of one -ln(pfa)."""
+    if pulses == 1:
+        return float(-np.log(pfa))
     from scipy.special import gammainccinv  # here: scipy would slow the start of the service
 
-    return float(-np.log(pfa) if pulses == 1 else gammainccinv(pulses, pfa) / pulses)
+    return float(gammainccinv(pulses, pfa) / pulses)
 
 
 def clutter_level_factor(pfa: float, clutter: float, pulses: int) -> float:
@@ -15,11 +17,11 @@ def clutter_level_factor(pfa: float, clutter: float, pulses: int) -> float:
 
     clutter: to noise. The power is |c + mean n|^2, exponential, and the variance of n, of a gamma law.
     """
+    if pulses == 1 or clutter <= 0.0:
+        return known_level_factor(pfa, pulses)
     from scipy.optimize import brentq  # here: scipy would slow the start of the service
     from scipy.special import gammainc, gammaincc
 
-    if pulses == 1 or clutter <= 0.0:
-        return known_level_factor(pfa, pulses)
     mean = clutter + 1.0 / pulses  # of the exponential part, over that of the noise
     rate = pulses - 1.0 / mean
 
