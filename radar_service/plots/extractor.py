@@ -225,6 +225,6 @@ class LivePlots:
         return ended + (self._ended() if block.index + len(block) == self._azimuths else [])
 
     def _ended(self) -> list[Plot]:
-        scan, self._parts = scan_of(self._parts, self._azimuths), []
+        parts, self._parts = self._parts, []
         with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
-            return list(self._extractor.add(scan).plots)
+            return list(self._extractor.add(scan_of(parts, self._azimuths)).plots)

@@ -119,7 +119,7 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
 
 
 def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
-    """Consecutive blocks of one scan as one."""
+    """Consecutive blocks of one scan as one; labels where all have them."""
     if len(blocks) == 1:
         return blocks[0]
 
@@ -133,6 +133,6 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
         blocks[0], time=array("time"), azimuth=array("azimuth"), heading=array("heading"), position=array("position"),
         course=array("course"), speed=array("speed"), field=array("field"), power=array("power"),
         true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
-        labels=None if blocks[0].labels is None else array("labels"),
+        labels=None if any(block.labels is None for block in blocks) else array("labels"),
         powers=None if blocks[0].powers is None else joined_powers(powers),
     )  # fmt: skip

@@ -37,7 +37,7 @@ def _record(plot: Plot, known: SpokeSourceInfo, start: datetime, sac: int, sic: 
     if origin is not None:
         own = plot.range * np.array([math.sin(bearing), math.cos(bearing)])
         bearing = float(true_bearing(bearing, np.array([plot.east, plot.north]) - own, origin))
-    run = (plot.bearing_extent[1] - plot.bearing_extent[0]) % (2.0 * math.pi)
+    run = (plot.bearing_extent[1] - plot.bearing_extent[0] - 1e-9) % (2.0 * math.pi)  # of a ring a whole turn, not none
     amplitude = 10.0 * math.log10(known.noise_power) + 30.0 + plot.snr_db  # dBm
     return struct.pack(
         ">BBB3sBHHBBb", ITEMS, sac, sic, time_of_day(start, plot.time), PRIMARY | SIMULATED,
@@ -57,9 +57,7 @@ class PlotSink:
         """Begins with the first scan."""
         known = radar.epoch.info.radar
         threshold = MarineThreshold(known)
-        threshold.of(
-            np.ones((known.azimuths, 64), dtype=np.float32)
-        )  # makes its tables, a second that no spoke waits for yet
+        threshold.of(np.ones((known.azimuths, 64), dtype=np.float32))  # makes its tables before spokes come
         self._plots = LivePlots(known.azimuths, lambda: PlotExtractor(known, threshold, tell=_tell))
 
     def send(self, batch: SpokeBatch) -> None:

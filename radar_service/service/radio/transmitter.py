@@ -124,11 +124,11 @@ class Transmitter:
             return scene.radar.first_scan(time), commands
 
     def go_on_with(self, worker: SpokeWorker) -> bool:
-        """Lets a spoke source take over that goes on with the running scene; returns False where it is late. Raises
-        SceneChanged."""
+        """Lets a spoke source take over that goes on with the running scene; returns False where it is late, or another one is
+        about to. Raises SceneChanged."""
         with self._group_clock.changed:
             self._check_scene(worker.spoke_source)
-            if is_early := worker.begins >= self._unsent_time:
+            if is_early := worker.begins >= self._unsent_time < self.supervisor.due:
                 self.supervisor.switch_to(worker)
                 self.pacer.interrupt()
         return is_early
@@ -159,6 +159,7 @@ class Transmitter:
             except Exception as error:  # of any kind: the clients must be notified
                 reason = str(error) if isinstance(error, SpokeSourceFault) else f"{type(error).__name__}: {error}"
                 instructions = self._tell(radio.Failed(reason, self._clock()))
+        self.supervisor.stop()  # one that was made meanwhile ends, too
 
     def _tell(self, event: radio.Event) -> Sequence[radio.Instruction]:
         """Tells the state an event; lets the command worker look again where it may go on."""
@@ -219,13 +220,13 @@ class Transmitter:
         return bool(self._tell(radio.Due(self._clock(), self.supervisor.due, self._unknown)))
 
     def _take_over(self, order: radio.TakeOver) -> None:
-        if self.state.fault:
-            self.commands.close(None)
         name = self.supervisor.take_over(self._begin)
         self._open(self._epoch(name, order.range))
 
     def _begin(self, worker: SpokeWorker) -> None:
         """Takes up the time and spokes of the new spoke source. The clock's lock is held."""
+        if self.state.fault and not self.pacer.stopping:
+            self.commands.close(None)
         self.pacer.begin(worker.begins)
         source = worker.spoke_source
         self._tell(radio.TakenOver(source.info.radar, worker.first, source.scene_request.goes_on))

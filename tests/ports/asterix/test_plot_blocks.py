@@ -60,8 +60,9 @@ def test_blocks_fit_a_frame_and_values_the_items() -> None:
     blocks = plot_blocks([plot] * (IN_BLOCK + 1), epoch, 0, 1)
     assert [len(reports([each])) for each in blocks] == [IN_BLOCK, 1] and all(len(each) <= 1400 for each in blocks)
     wide = replace(plot, range=1e6, snr_db=400.0, bearing_extent=(0.0, 6.0), time=1.0)  # a second behind midnight
-    (got,) = reports(plot_blocks([wide], epoch, 0, 1))
-    assert (got.range, got.run, got.amplitude, got.time) == (65535 * UNIT, 255 / 8192, 127, 0.0)
+    ring = replace(wide, bearing_extent=(1.0, 1.0))
+    for got in reports(plot_blocks([wide, ring], epoch, 0, 1)):
+        assert (got.range, got.run, got.amplitude, got.time) == (65535 * UNIT, 255 / 8192, 127, 0.0)
 
 
 def test_bearings_count_from_true_north_where_own_ship_is() -> None:
@@ -73,7 +74,7 @@ def test_bearings_count_from_true_north_where_own_ship_is() -> None:
     assert abs((got.bearing - expected + 0.5) % 1.0 - 0.5) <= 0.51 / 65536
 
 
-@pytest.mark.parametrize("change", ["repeated", "heading lost", "standby"])
+@pytest.mark.parametrize("change", ["repeated", "heading lost", "standby", "labels end"])
 def test_what_has_no_bearing_or_comes_again_is_lost(change: str) -> None:
     port = UdpPort([got := Kept()])
     sink = PlotSink(port, 1, 0)
@@ -82,8 +83,9 @@ def test_what_has_no_bearing_or_comes_again_is_lost(change: str) -> None:
         first, scan = batch.block.index, batch.block.scan
         if change == "standby" and 300 <= scan * 720 + first < 1000:  # the rest of the first scan comes never
             continue
+        labels = np.zeros(batch.block.power.shape, dtype=np.uint32) if change == "labels end" and first < 300 else None
         lost = np.full(len(batch), math.nan) if change == "heading lost" and scan == 0 else batch.block.heading
         for _ in range(1 + (change == "repeated" and first == 0)):
-            sink.send(replace(batch, block=replace(batch.block, heading=lost)))
-    counts = {"repeated": (10, 32), "heading lost": (5, 720), "standby": (3, 0)}
+            sink.send(replace(batch, block=replace(batch.block, heading=lost, labels=labels)))
+    counts = {"repeated": (10, 32), "heading lost": (5, 720), "standby": (3, 0), "labels end": (10, 0)}
     assert (len(reports(got.pieces)), port.lost) == counts[change]

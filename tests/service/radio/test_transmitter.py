@@ -16,7 +16,7 @@ from radar_service.processes.call import Progress
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.command_worker import NoRadarError
 from radar_service.service.radio.prefetch import SpokeWorker, prepared
-from radar_service.service.radio.radio_state import SPOKES_BETWEEN, State
+from radar_service.service.radio.radio_state import SPOKES_BETWEEN, State, TakeOver
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
@@ -303,12 +303,12 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.001)
 
 
-def going_on(transmitter: Transmitter, of: Scene) -> SpokeWorker:
+def going_on(transmitter: Transmitter, of: Scene, scans_later: int = 0) -> SpokeWorker:
     """Returns the worker of an engine that goes on with the running one."""
     engine = FakeEngine(of)
     engine.scene_request = SceneRequest(of, rpm=48.0, goes_on=True)
     scan, commands = transmitter.going_on(0.0, engine)
-    return prepared(engine, scan, commands=commands)
+    return prepared(engine, scan + scans_later, commands=commands)
 
 
 def test_a_long_life() -> None:
@@ -349,6 +349,65 @@ def test_an_engine_that_is_ready_takes_the_place_of_one_that_fails() -> None:
         turns.release(10)
         sink.wait_for(lambda: len(sink.epochs) == 2)
     assert transmitter.state.restarts == 0
+
+
+def when_it_decides_to_take_over(transmitter: Transmitter, act: Callable[[], object], patch: pytest.MonkeyPatch) -> None:
+    """Calls `act` between that decision and what follows from it."""
+    handle = transmitter.state.handle
+
+    def handled(event: Any) -> Any:
+        instructions = handle(event)
+        if any(isinstance(each, TakeOver) for each in instructions):
+            act()
+        return instructions
+
+    patch.setattr(transmitter.state, "handle", handled)
+
+
+def test_an_engine_that_is_about_to_take_over_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    turns, answers = threading.Semaphore(1), list[bool]()
+    with transmitting(FLAT_OUT, engine=FakeEngine(scene(), turns=turns)) as (transmitter, sink):
+        sink.wait_for(lambda: sink.spokes == 5)
+        first, later = (going_on(transmitter, scene_of(transmitter), scans) for scans in (0, 1))
+        when_it_decides_to_take_over(transmitter, lambda: answers.append(transmitter.go_on_with(later)), monkeypatch)
+        assert transmitter.go_on_with(first)
+        turns.release(10)
+        sink.wait_for(lambda: sink.batches[-1].epoch is not sink.batches[0].epoch)
+        later.stop()
+    numbers = [spoke for batch in sink.batches for spoke in range(batch.block.first, batch.block.first + len(batch))]
+    assert answers == [False] and numbers == list(range(len(numbers)))
+
+
+def test_a_radar_that_stops_while_another_scene_takes_over_refuses_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    with transmitting(engine=FakeEngine(scene(), dies_at=0), restarts=0) as (transmitter, _):
+        until(lambda: transmitter.state.now is State.FAILED)
+
+        def stop() -> None:
+            transmitter.pacer.stop()
+            transmitter.commands.close("stopping")
+
+        when_it_decides_to_take_over(transmitter, stop, monkeypatch)
+        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
+        until(lambda: transmitter.state.now is State.STOPPED)
+        assert transmitter.commands.fault == "stopping"
+
+
+def test_an_engine_that_is_made_while_the_radar_stops_ends_too() -> None:
+    made, making, may_go_on = list[FakeEngine](), threading.Event(), threading.Event()
+
+    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
+        making.set()
+        assert may_go_on.wait(SOON)
+        made.append(factory()(order, progress))
+        return made[0]
+
+    engine = FakeEngine(scene(), dies_at=0)
+    transmitter = Transmitter(engine, FLAT_OUT, (RecordingSink(),), time.monotonic, make)
+    transmitter.start()
+    assert making.wait(SOON)
+    transmitter.stop(0.0)
+    may_go_on.set()
+    until(lambda: bool(made) and made[0].closed)
 
 
 class FailingOnce(RecordingSink):
