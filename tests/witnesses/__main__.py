@@ -3,7 +3,8 @@
 `python -m tests.witnesses FOLDER [NAMES]`, which `.ci/witnesses` calls; ASTERIX, Garmin xHD, HALO and ROS 2 are in `dialects.py`.
 Ten ships move. gpsdecode decodes their AIS, and that of an aid to navigation and a SART, with the parts of static reports
 joined; it is compared with the truth. OpenCPN shows own ship and the ships on FOLDER/opencpn.png, to be looked at. The page is
-opened where MAYARA_GUI names its folder (`signalk_page.py`). What is absent is printed.
+opened where MAYARA_GUI names its folder (`signalk_page.py`), radar_pi in OpenCPN is in `opencpn_radar.py`. What is absent is
+printed.
 """
 
 import contextlib
@@ -22,7 +23,7 @@ from typing import Any
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from tests.reference.true_north import true_deg
-from tests.witnesses import dialects, signalk_page
+from tests.witnesses import dialects, opencpn_radar, signalk_page
 
 KNOT = 1852.0 / 3600.0
 START, START_SECOND = "2026-12-31T23:59:30", 30
@@ -192,6 +193,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "ASTERIX 240": ("unshare", "ip", "tshark"),
         "ASTERIX 048": ("unshare", "ip", "tshark"),
         "radar_pi": ("unshare", "ip", "g++", "wx-config"),
+        "radar_pi in OpenCPN": ("opencpn", "Xvfb", "xdotool", "import", "unshare", "ip", "g++", "make", "wx-config"),
         "halo_radar": ("unshare", "ip", "g++"),
         "mayara_pi": ("unshare", "ip", "g++"),
         "rosbags": (),
@@ -204,6 +206,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "ASTERIX 240": lambda: dialects.asterix(folder),
         "ASTERIX 048": lambda: dialects.asterix_plots(folder),
         "radar_pi": lambda: dialects.radar_pi(folder),
+        "radar_pi in OpenCPN": lambda: opencpn_radar.drawn(folder),
         "halo_radar": lambda: dialects.halo_radar(folder),
         "mayara_pi": lambda: dialects.mayara_pi(folder),
         "rosbags": lambda: dialects.ros2_bag(folder),

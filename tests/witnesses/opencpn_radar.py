@@ -1,0 +1,124 @@
+"""OpenCPN with the whole plugin radar_pi, built from its sources (`radar_pi.mk`), which draws the radar as a Garmin xHD.
+
+RADAR_PI names the sources with their submodule opencpn-libs. The plugin needs OpenCPN with OpenGL, which Xvfb draws in software,
+and lies where a user's plugins do: OpenCPN passes over others.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from tests.witnesses.dialects import alone, serving, truth
+
+MAKEFILE = Path(__file__).with_name("radar_pi.mk")
+SCREEN = ":78"
+NMEA = 10110
+ORIGIN = {"latitude_deg": 50.4, "longitude_deg": -1.3}
+WX = "base,core,adv,net,aui,gl,xml,html"
+LIBRARIES = ["api-18", "nmea0183/src", "nmea0183/include", "wxJSON/include"]
+INCLUDES = ["", *(f"/{name}" for name in ("emulator", "garminhd", "garminxhd", "navico", "raymarine"))]
+CONFIG = """
+#define API_VERSION "1.18"
+#define PLUGIN_VERSION_MAJOR 5
+#define PLUGIN_VERSION_MINOR 6
+#define PLUGIN_VERSION_PATCH 0
+#define PLUGIN_VERSION "5.6.0"
+#define PLUGIN_VERSION_WITH_DATE "5.6.0"
+#define PKG_PRERELEASE ""
+#define PKG_BUILD_INFO ""
+"""
+HEADING, RANGE = 33.0, 1852.0  # of own ship [degrees], of the picture [m]
+CENTRE, RADIUS = (599.5, 310.0), 252.0  # of the picture in the window [pixels]
+SETTINGS = f"""[Settings]
+OpenGL=1
+[Settings/GlobalState]
+VPLatLon=  50.4000,   -1.3000
+VPScale=0.05
+[Settings/NMEADataSource]
+DataConnections=1;0;127.0.0.1;{NMEA};0;;4800;1;0;0;;0;;0;0;0;0;1;;0;0;;
+[PlugIns/libradar_pi.so]
+bEnabled=1
+[Plugins/Radar]
+RadarCount=1
+Radar0Type=Garmin xHD
+Radar0Interface=172.16.2.0
+Show=1
+"""
+SHOWN = f"""Xvfb {SCREEN} -screen 0 1280x900x24 +extension GLX & screen=$!
+$SERVE >&2 & service=$!
+sleep 8
+opencpn & chart=$!
+sleep 10
+xdotool search --name Welcome windowraise; xdotool mousemove 817 628 click 1
+sleep 12
+xdotool search --name "Garmin xHD" windowmap %@ windowraise %@
+xdotool search --name "Garmin xHD" windowsize %@ 560 585 windowmove %@ 320 10
+sleep 15
+import -window root -crop 896x630+0+0 +repage "$PICTURE"
+kill $chart $service $screen
+"""
+
+
+def plugin(folder: Path, sources: Path) -> Path:
+    """Builds the plugin, some six minutes of processor time at first."""
+    build = folder / "radar_pi"
+    build.mkdir(exist_ok=True)
+    (build / "config.h").write_text(CONFIG)
+    folders = [f"-I{sources}/include{name}" for name in INCLUDES]
+    folders += [f"-I{sources}/opencpn-libs/{name}" for name in LIBRARIES]
+    command = [
+        "make",
+        "-s",
+        "-C",
+        str(build),
+        "-f",
+        str(MAKEFILE),
+        "-j2",
+        f"RADAR={sources}",
+        f"WX={WX}",
+        f"INCLUDES={' '.join(folders)}",
+    ]
+    subprocess.run(command, check=True)
+    return build / "libradar_pi.so"
+
+
+def drawn(folder: Path) -> str:
+    """Lets OpenCPN with radar_pi draw the reflectors on FOLDER/opencpn-radar.png. Raises AssertionError."""
+    if not (name := os.environ.get("RADAR_PI", "")):
+        return "not asked, without RADAR_PI"
+    sources, home, picture = Path(name).resolve(), folder / "opencpn-radar", folder / "opencpn-radar.png"
+    shutil.rmtree(home, ignore_errors=True)
+    for place in (".opencpn", ".local/lib/opencpn", ".local/share/opencpn/plugins/radar_pi"):
+        (home / place).mkdir(parents=True)
+    (home / ".opencpn" / "opencpn.conf").write_text(SETTINGS)
+    shutil.copy(plugin(folder, sources), home / ".local/lib/opencpn")
+    shutil.copytree(sources / "data", home / ".local/share/opencpn/plugins/radar_pi/data")
+    service = serving(folder, "--garmin-xhd", "br0", "--nmea-tcp", str(NMEA))
+    scene = folder / "reflectors.json"
+    scene.write_text(json.dumps(json.loads(scene.read_text()) | {"origin": ORIGIN}))
+    own = {"HOME": str(home), "DISPLAY": SCREEN, "SERVE": " ".join(service), "PICTURE": str(picture)}
+    picture.unlink(missing_ok=True)
+    command = alone(["sh", "-c", SHOWN])
+    subprocess.run(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    return f"{judged(picture):.1f} pixels of {RANGE / RADIUS:.1f} m at most from five reflectors; {picture} shows them"
+
+
+def judged(picture: Path) -> float:
+    """Returns how far [pixels] the reflectors are from the echoes that are nearest. Raises AssertionError."""
+    image = np.asarray(Image.open(picture).convert("RGB")).astype(int)
+    rows, columns = np.mgrid[: image.shape[0], : image.shape[1]]
+    inside = np.hypot(columns - CENTRE[0], rows - CENTRE[1]) < RADIUS
+    row, column = np.nonzero(inside & (image[..., 2] > 110) & (image[..., 0] < 80))
+    assert len(row) < 500, "more than five small echoes"
+    farthest = 0.0
+    for crossing in truth():
+        angle, away = crossing["bearing"] - np.radians(HEADING), crossing["range"] / RANGE * RADIUS
+        place = CENTRE[0] + away * np.sin(angle), CENTRE[1] - away * np.cos(angle)
+        farthest = max(farthest, float(np.hypot(column - place[0], row - place[1]).min()))
+    assert farthest < 2.0, farthest
+    return farthest
