@@ -32,9 +32,10 @@ SCENE: dict[str, Any] = {
 def children(process: int) -> list[int]:
     """Processes that a process has started, and theirs."""
     direct: list[int] = []
-    for listed in Path(f"/proc/{process}/task").glob("*/children"):
-        with contextlib.suppress(OSError):  # it has ended meanwhile
-            direct += [int(n) for n in listed.read_text().split()]
+    with contextlib.suppress(OSError):  # it ends meanwhile
+        for thread in os.listdir(f"/proc/{process}/task"):
+            with contextlib.suppress(OSError):
+                direct += [int(n) for n in Path(f"/proc/{process}/task/{thread}/children").read_text().split()]
     return [n for child in direct for n in (child, *children(child))]
 
 
