@@ -37,7 +37,7 @@ class FewTiles:
 
     def __init__(self, simulator: Simulator, threshold: Threshold, scans: int) -> None:
         self._simulator, self._radar, (self._prepared,) = simulator, simulator.scene.radar, simulator.pulses
-        self._level = float(threshold.of(np.empty((1, 1), dtype=np.float32))[0, 0])
+        self._level = threshold.of(np.empty((1, 1), dtype=np.float32))[0, 0]
         self._near = self._passed(scans)
 
     def _passed(self, scans: int) -> Flags:
@@ -48,7 +48,7 @@ class FewTiles:
         number = np.arange(scans)[:, None, None] * radar.azimuths + np.stack([starts, ends], axis=1)
         boresight, time = radar.schedule(number.ravel())
         antenna, near = scene.antenna(time), np.zeros(number.shape[:2], dtype=np.bool_)
-        reach = 2.0 * (self._simulator.fidelity.beam_extent * radar.beamwidth + MARGIN) + tile * radar.azimuth_step
+        reach = 2.0 * (self._simulator.fidelity.beam_extent * radar.beamwidth + MARGIN) + (tile + 2) * radar.azimuth_step
         for body in scene.bodies:
             offset = body.motion.pose(time).position - antenna
             bearing, distance = np.arctan2(offset[:, 0], offset[:, 1]), np.hypot(offset[:, 0], offset[:, 1])

@@ -125,7 +125,7 @@ class Labeller:
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
         transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths
-        if record.rows is None and not record.added:
+        if record.rows is None and not record.added and resting_loss(self._prepared, azimuths) is None:
             return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
         rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
         strongest = self._resting_part(azimuths, transmitting, rows.full_rows)

@@ -28,6 +28,9 @@ swerling = 1
 pfa = 3e-5
 """
 
+COARSE = FILE.replace("= 256", "= 64\ncoarse_azimuths = true").replace("_deg = 4", "_deg = 8")
+COARSE = COARSE.replace("[500, 300, 10]\nrcs_dbsm = -15", "[-1164, 607, 10]\nrcs_dbsm = 60")
+
 
 def scenario(tmp_path: Path, text: str) -> Scenario:
     path = tmp_path / "small.toml"
@@ -36,15 +39,16 @@ def scenario(tmp_path: Path, text: str) -> Scenario:
 
 
 @pytest.mark.same_bytes
-@pytest.mark.parametrize("more", [MOVES, "\n"])
-def test_the_bytes_are_those_of_whole_scans(more: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With noise over the threshold, and a body that comes near."""
-    made = scenario(tmp_path, FILE.format(scans=6) + more)
+@pytest.mark.parametrize("text", [FILE + MOVES, FILE, COARSE], ids=["moves", "plain", "coarse"])
+def test_the_bytes_are_those_of_whole_scans(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With noise over the threshold, a body that comes near, and a strong one a wide spoke beyond the beam's extent."""
+    made = scenario(tmp_path, text.format(scans=6))
     calls = list[int]()
     profiles = few_tiles.profiles
     monkeypatch.setattr(few_tiles, "profiles", lambda prepared, azimuths: (calls.append(1), profiles(prepared, azimuths))[1])
     few = [asdict(result) for result in observed(made, 5)]
-    assert 0 < len(calls) < 6 * 256 // simulator_of(made, 5).pulses[0].tile
+    (prepared,) = simulator_of(made, 5).pulses
+    assert 0 < len(calls) < 6 * -(-prepared.scene.radar.azimuths // prepared.tile)
     monkeypatch.setattr(run_module, "has_few", lambda *_: False)
     assert few == [asdict(result) for result in observed(made, 5)] and any(result["given"]["plots"] for result in few)
 

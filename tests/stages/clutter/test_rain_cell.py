@@ -103,11 +103,13 @@ def test_an_echo_behind_a_cell_is_weaker_by_its_way_through_it(own_ship: dict[st
     np.testing.assert_allclose([behind, beside], [2.0 * rain_db_per_km(100.0, "h", 9.41e9), 0.0], atol=0.02)
 
 
-def test_labels_and_sources_of_what_rests_lose_what_its_echoes_do() -> None:
+@pytest.mark.parametrize(("radar", "rcs"), [({}, -15), ({"power_w": 1e-5}, 58)], ids=["rain seen", "rain below noise"])
+def test_labels_and_sources_of_what_rests_lose_what_its_echoes_do(radar: dict[str, float], rcs: float) -> None:
     """A post behind 1 km of 300 mm/h leaves the noise, and the labels; a ship moves elsewhere."""
-    bodies = [point("post", 0, 5000, rcs_dbsm=-15), point("ship", 3000, 3000, speed_kn=9)]
+    bodies = [point("post", 0, 5000, rcs_dbsm=rcs), point("ship", 3000, 3000, speed_kn=9)]
     cell = {"outline_m": [[-500, 2000], [-500, 3000], [500, 3000], [500, 2000]], "rain_mm_h": 300.0}
-    dry, rain = (rs.Simulator(wet(bodies, noise=True, rain_cell=given), "fast", 3, labels=True) for given in ([], [cell]))
+    made = (wet(bodies, radar, noise=True, rain_cell=given) for given in ([], [cell]))
+    dry, rain = (rs.Simulator(each, "fast", 3, labels=True) for each in made)
     assert [BODY in np.asarray(sim.scan().labels) for sim in (dry, rain)] == [True, False]
     ratio = dry.source_powers(0)[BODY].max() / rain.source_powers(0)[BODY].max()
     assert 10.0 * np.log10(ratio) == pytest.approx(2.0 * rain_db_per_km(300.0, "h", 9.41e9), abs=0.02)
