@@ -110,7 +110,11 @@ class TakenOver(NamedTuple):
     goes_on: bool
 
 
-Event = Looked | Taken | Due | Sent | Commanded | Failed | Restarted | TakenOver
+class Opened(NamedTuple):
+    """The sinks have the epoch of the spoke source that took over."""
+
+
+Event = Looked | Taken | Due | Sent | Commanded | Failed | Restarted | TakenOver | Opened
 
 
 class Take(NamedTuple):
@@ -200,7 +204,7 @@ class RadioState:
     """The state of one radar. `handle` alone changes it; any thread may read `now`, `fault`, `sent`, `restarts` and `simulated`.
 
     now: what it does; reason: of the last failure; restarts: attempts to replace a failed spoke source.
-    fault: why it has failed, from FAILED until a spoke source takes over, also where it stops meanwhile.
+    fault: why it has failed, from FAILED until the sinks have another epoch, also where it stops meanwhile.
     radar: of the running spoke source; block: what is still to be sent of the last one.
     unsent: first spoke not given to the sinks, from t = 0; newest: time of the one before [s], -inf without one.
     number: of the next spoke in this epoch; sent: spokes since the start; simulated: time of the next spoke [s].
@@ -244,6 +248,8 @@ class RadioState:
                 return self._restarted(event.transmit)
             case TakenOver():
                 self._taken_over(event)
+            case Opened():
+                self.fault = None
         return ()
 
     def _look(self, look: Looked) -> Sequence[Instruction]:
@@ -322,14 +328,14 @@ class RadioState:
             self._go_on_from(self.unsent + self._gap)
 
     def _restarted(self, transmit: bool) -> Sequence[Instruction]:
-        self.now = State.SENDING
+        self.now, self.fault = State.SENDING, None
         if not transmit:
             return ()
         first, self.number = self.number, self.number + self._gap
         return (Skip(first, self._gap, f"the radar was started again after: {self.reason}"),)
 
     def _taken_over(self, taken: TakenOver) -> None:
-        self.now, self.fault, self.radar = State.SENDING, None, taken.radar
+        self.now, self.radar = State.SENDING, taken.radar
         self.number, self._last = 0, None
         self.simulated = taken.radar.time_of_spokes(float(taken.first))
         self.newest = self.newest if taken.goes_on else -math.inf

@@ -165,7 +165,7 @@ class Transmitter:
         """Tells the state an event; lets the command worker look again where it may go on."""
         with self._group_clock.changed:
             instructions = self.state.handle(event)
-            if isinstance(event, radio.Due | radio.Failed | radio.Restarted | radio.TakenOver):
+            if isinstance(event, radio.Due | radio.Failed | radio.Restarted | radio.TakenOver | radio.Opened):
                 self._group_clock.let_command()
         return instructions
 
@@ -222,6 +222,7 @@ class Transmitter:
     def _take_over(self, order: radio.TakeOver) -> None:
         name = self.supervisor.take_over(self._begin)
         self._open(self._epoch(name, order.range))
+        self._tell(radio.Opened())  # who joins from now on is told of this epoch
 
     def _begin(self, worker: SpokeWorker) -> None:
         """Takes up the time and spokes of the new spoke source. The clock's lock is held."""

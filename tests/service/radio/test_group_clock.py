@@ -68,6 +68,9 @@ def until(condition: Callable[[], bool]) -> None:
 
 def settled(*radars: Radar) -> None:
     """Waits until radars that are paused have sent all that they are to send."""
+    until(
+        lambda: all(radar.pacer.next > radar.times[-1] for radar in radars if radar.times)
+    )  # the clock knows what was sent
     until(lambda: all(radar.pacer.idle for radar in radars))
 
 
