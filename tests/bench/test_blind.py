@@ -34,6 +34,7 @@ def test_a_blind_run_tells_neither_scenario_nor_seed_and_the_report_tells_the_se
     again, _ = bench([small(tmp_path, 3)], 2, "gnn", tmp_path / "two", blind=True, salt=report["blind"]["salt"])
     assert again["scenarios"][0]["seeds"] == seeds  # who has the report can recompute it
     assert again["sheet"]["plots"] == report["sheet"]["plots"] and "not a type approval" in report["sheet"]["use"]
+    assert "noise: " in report["sheet"]["physics"] and "cross-sections as declared" in report["sheet"]["physics"]
     assert f"--salt {report['blind']['salt']}" in report["sheet"]["again"] and report["sheet"]["plots"] in page(
         report, {"small": None}
     )
