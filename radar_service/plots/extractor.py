@@ -226,5 +226,4 @@ class LivePlots:
 
     def _ended(self) -> list[Plot]:
         parts, self._parts = self._parts, []
-        with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
-            return list(self._extractor.add(scan_of(parts, self._azimuths)).plots)
+        return list(self._extractor.add(scan_of(parts, self._azimuths)).plots)

@@ -80,11 +80,11 @@ class MarineThreshold:
         curve = _stc(integral)
         flat = integral / curve
         level = self._averaged(flat)
-        flat /= level
-        level *= curve
-        clutter = level / np.float32(receiver_noise_power(self.radar)) - 1.0
-        factor = np.maximum(self._factors(flat, clutter), self._speckle_factors(clutter))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
+            flat /= level
+            level *= curve
+            clutter = level / np.float32(receiver_noise_power(self.radar)) - 1.0
+            factor = np.maximum(self._factors(flat, clutter), self._speckle_factors(clutter))
             factor *= power
             factor /= flat
         return factor
