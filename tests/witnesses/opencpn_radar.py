@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tests.witnesses.dialects import alone, serving, truth
+from tests.witnesses.dialects import alone, serving, still_scene, truth
 
 MAKEFILE = Path(__file__).with_name("radar_pi.mk")
 SCREEN = ":78"
@@ -32,7 +32,7 @@ CONFIG = """
 #define PKG_PRERELEASE ""
 #define PKG_BUILD_INFO ""
 """
-HEADING, RANGE = 33.0, 1852.0  # of own ship [degrees], of the picture [m]
+RANGE = 1852.0  # of the picture [m]
 CENTRE, RADIUS = (599.5, 310.0), 252.0  # of the picture in the window [pixels]
 SETTINGS = f"""[Settings]
 OpenGL=1
@@ -117,7 +117,10 @@ def judged(picture: Path) -> float:
     assert len(row) < 500, "more than five small echoes"
     farthest = 0.0
     for crossing in truth():
-        angle, away = crossing["bearing"] - np.radians(HEADING), crossing["range"] / RANGE * RADIUS
+        angle, away = (
+            crossing["bearing"] - np.radians(still_scene()["own_ship"]["heading_deg"]),
+            crossing["range"] / RANGE * RADIUS,
+        )
         place = CENTRE[0] + away * np.sin(angle), CENTRE[1] - away * np.cos(angle)
         farthest = max(farthest, float(np.hypot(column - place[0], row - place[1]).min()))
     assert farthest < 2.0, farthest
