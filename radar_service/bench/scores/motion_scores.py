@@ -11,13 +11,12 @@ from radar_service.bench.scores.scan_result import TargetTruth
 from radar_service.bench.scores.set_scores import velocity_error
 from radar_service.bench.scores.sightings import Sightings
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats
 from radar_service.truth.crossings import closest_approach
 
 MINUTES = (1, 3)
-NAUTICAL_MILE = 1852.0  # m
 AFTER_TURN = 120.0  # s after which the course of a target that has turned is judged
 TURN_RATE = math.radians(0.1)  # rad/s: a slower change of course is no turn
 TURN = math.radians(10.0)  # a smaller change of course is none either

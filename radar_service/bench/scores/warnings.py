@@ -9,17 +9,18 @@ import numpy as np
 
 from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan
 from radar_service.bench.trackers.tracker import CPA_LIMIT, TCPA_LIMIT, TrackState
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.truth.crossings import closest_approach
 
 SETTLED = 180.0  # s after a target is seen first
-CPA_ERROR, TCPA_ERROR = 0.3 * 1852.0, 30.0  # m, s: table 3, three minutes
+CPA_ERROR, TCPA_ERROR = 0.3 * NAUTICAL_MILE, 30.0  # m, s: table 3, three minutes
 CAPACITY = 20  # tracks of the smallest radar: table 1
 
 
 def warning_scores(run: JudgedRun) -> dict[str, float | None]:
     """Returns the metrics by name. What a tracker never says, or no target can be judged by, is left out."""
     states = [_said(run, body) for body in run.sightings]
-    cpa = [abs(track.cpa - true) / 1852.0 for some in states for track, true, _ in some if track.cpa is not None]
+    cpa = [abs(track.cpa - true) / NAUTICAL_MILE for some in states for track, true, _ in some if track.cpa is not None]
     tcpa = [abs(track.tcpa - true) / 60.0 for some in states for track, _, true in some if track.tcpa is not None]
     alarms = [alarm for some in states if (alarm := _alarms(some))]
     errors = {"lost_errors": [*_lost(run)], "full_errors": [*_full(run)], "false_alarms": [false for _, false in alarms]}

@@ -7,6 +7,7 @@ from datetime import datetime
 
 import numpy as np
 
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.plots.extractor import LivePlots, PlotExtractor
 from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.plot import Plot
@@ -21,7 +22,7 @@ from radar_service.world.geo import true_bearing
 CATEGORY = 48
 ITEMS, CHARACTERISTICS = 0xF2, 0x18  # 010, 140, 020, 040, 130; of the last one run length and amplitude
 PRIMARY, SIMULATED = 1 << 5, 1 << 4  # of item 020
-RANGE = 1852.0 / 256.0  # m: unit of range
+RANGE = NAUTICAL_MILE / 256.0  # m: unit of range
 RUN = 2.0 * math.pi / 8192  # unit of run length
 IN_BLOCK = (MAX_DATAGRAM - 3) // 14  # records
 

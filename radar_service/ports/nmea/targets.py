@@ -8,7 +8,7 @@ from datetime import datetime
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
 from radar_service.ports.nmea.sentences import RADAR, bearing, clock, fixed, latitude_longitude, sentence
 from radar_service.records.truth import BodyTruth, Truth
 from radar_service.world.geo import Origin, true_bearing
@@ -16,7 +16,6 @@ from radar_service.world.geo import Origin, true_bearing
 MARK = "TRUTH"
 MAX_TARGETS = 99  # numbers of two digits
 MAX_MINUTES = 99.9  # of TCPA
-NAUTICAL_MILE = 1852.0  # m
 SLOWEST = 1e-9  # m/s: below it two ships neither approach nor part
 RESERVED = str.maketrans(dict.fromkeys(",*$!\\^~", " "))  # characters that a field must not have
 NAME = 11  # characters of a name: what the longest TTM of 82 has room for
