@@ -11,8 +11,8 @@ from radar_service.bench.detection.clutter import BANDS, ClutterCase, clutter_st
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError, load_scenario
-from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
 from radar_service.commands.shared_options import add_jobs, executor_of
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.scene_file.load import load_scene
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.output_files import make_folder

@@ -17,7 +17,7 @@ from radar_service.batch.jobs import Executor, Job, Progress, run
 from radar_service.bench.detection.detection import Target, ground_distance, spoke_gains
 from radar_service.bench.run import extractor_of
 from radar_service.bench.scenario import Scenario, ScenarioError
-from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.plot import Plot

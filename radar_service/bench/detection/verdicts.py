@@ -16,7 +16,7 @@ from radar_service.bench.detection.detection import (
     predicted_curve,
     spoke_gains,
 )
-from radar_service.bench.scores.motion_scores import NAUTICAL_MILE
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.world.environment import Environment
