@@ -98,7 +98,7 @@ class PlotErrors(Table):
 
     range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
