@@ -26,7 +26,7 @@ class OwnShipReport:
 
     utc: of the instant.
     position: latitude and longitude [degrees, WGS 84]; None where the scene has no origin.
-    heading, course: from true north at its position [rad], from the map's north without a position; None while the heading is lost.
+    heading, course: from true north at its position [rad], from the map's north without a position; None without heading.
     speed: over ground [m/s].
     turn_rate: to starboard [rad/s].
     water, ground: speed ahead and to starboard [m/s].
