@@ -37,12 +37,13 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
     return answered(observed(scenario, seed), tracker)
 
 
-def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields scans with what a tracker answers to each. Raises TrackerError, and what the tracker raises."""
+def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
+    """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
+    video is made, does not count. Raises TrackerError, and what the tracker raises."""
     for result in results:
         began = perf_counter()
-        tracks = tuple(tracker.update(result.given))
-        seconds = perf_counter() - began
+        tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))
+        seconds = 0.0 if on_video else perf_counter() - began
         check_times(tracks, result.given)
         memory = tracker.memory if isinstance(tracker, LineTracker) else None
         yield replace(result, tracks=tracks, seconds=seconds, memory=memory)

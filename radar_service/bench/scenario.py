@@ -129,6 +129,7 @@ class Scenario(Table):
     plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
+    input: what a program gets: plots, or the video of the radar, which it reads from a service.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -149,6 +150,7 @@ class Scenario(Table):
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
     draw_biases: bool = False
+    input: Literal["plots", "video"] = "plots"
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -255,6 +257,14 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
     kept = {"folder": scenario.folder, "file": scenario.file}
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+
+
+def with_video(scenario: Scenario) -> Scenario:
+    """Returns a scenario whose video a program reads; errors of its plots are not in it. Raises ScenarioError for a recording."""
+    if scenario.recorded:
+        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
+    kept = {"folder": scenario.folder, "file": scenario.file}
+    return Scenario(**{**scenario.model_dump(), "plot_errors": None, "input": "video", **kept})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

@@ -20,6 +20,7 @@ from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
+from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.scene_file.load import load_scene
 from radar_service.terminal.progress import progress
@@ -38,13 +39,18 @@ def single_run(
     """
     made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
     run = observed_run(None if sealed == () else plots, scenario, seed)
-    try:
-        tracker = tracker_for(tracker_name, header_of(scenario, seed if sealed is None else None), sealed)
-    except TrackerError as error:
-        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
     name = f"{scenario.name}, seed {seed}: {tracker_name}"
     scans = progress(run.results, len(run.results), "scans", lambda _: name, within=True)
-    results, failed = _tracked(scans, tracker)
+    header = header_of(scenario, seed if sealed is None else None)
+    try:
+        if scenario.input == "video":
+            with video_of(scenario, seed, plots) as video:
+                tracker = tracker_for(program_on_video(tracker_name), {**header, "video": video.header}, sealed)
+                results, failed = _tracked(scans, tracker, video)
+        else:
+            results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
+    except TrackerError as error:
+        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
     centred = judged(at_power_centroids(results))
     return {
         **made_of, "scenario": scenario.name, "seed": seed,
@@ -105,17 +111,23 @@ def same_for_all(tracker: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tracked(observed: Iterable[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
-    """The scans that a tracker answered, and how it failed; None where it did not."""
+def _tracked(
+    observed: Iterable[ScanResult], tracker: Tracker, video: Video | None = None
+) -> tuple[list[ScanResult], dict[str, Any] | None]:  # fmt: skip
+    """The scans that a tracker answered, and how it, or its video, failed; None where it did not."""
     results: list[ScanResult] = []
     line_tracker = tracker if isinstance(tracker, LineTracker) else None
     try:
-        results.extend(answered(observed, tracker))
+        results.extend(answered(observed, tracker, video is not None))
+        if video and (fault := video.fault()):
+            raise TrackerError(f"video: {fault}")
     except BaseException as error:
         if line_tracker:
             line_tracker.close()
         if not isinstance(error, TrackerError):
             raise
+        if video and not str(error).startswith("video:") and (fault := video.fault()):
+            error = type(error)(f"video: {fault}; then {error}")
         last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
         return results, _failed(error, len(results), *last)
     if line_tracker:

@@ -21,6 +21,7 @@ from radar_service.bench.scenario import (
     load_scenarios,
     scenarios,
     with_profile,
+    with_video,
 )
 from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -43,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail")
     parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
     parser.add_argument("--salt", metavar="SALT", help="of an earlier report: its seeds")
+    parser.add_argument("--input", choices=["plots", "video"], default="plots", help="what a program reads (default plots)")
     parser.add_argument("--profile", choices=sorted(PROFILES), help="plots err as those of a real set do")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
@@ -90,6 +92,8 @@ def _bench(options: argparse.Namespace) -> int:
     loaded = load_scenarios(options.scenarios)
     if options.profile:
         loaded = [with_profile(scenario, options.profile) for scenario in loaded]
+    if options.input == "video":
+        loaded = [with_video(scenario) for scenario in loaded]
     looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
     print(_plan(options.seeds, options.smoke, looks))
     with executor_of(options) as executor:
