@@ -202,6 +202,7 @@ def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blin
         "uncertainty": "`lower`, `upper` of a share of misses (95 %, one-sided, by fixed runs), `standard_error` of a mean.",
         "again": f"radar-service bench-tracker {names} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
         f"{'--input video ' * any(each.input == 'video' for each in loaded.values())}"
+        f"{'--answers plots ' * any(each.answers == 'plots' for each in loaded.values())}"
         f"{''.join(f'--profile {name} ' for name in profiles)}--tracker {shlex.quote(tracker)} -o again",
     }
 

@@ -49,6 +49,19 @@ def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = F
         yield replace(result, tracks=tracks, seconds=seconds, memory=memory)
 
 
+def extracted(results: Iterable[ScanResult], extractor: LineTracker) -> Iterator[ScanResult]:
+    """Yields scans with the plots that an extractor answers to the video of each. Raises TrackerError."""
+    for result in results:
+        plots = extractor.plots(replace(result.given, plots=()))
+        late = [plot.time for plot in plots if plot.time > result.given.time + ROUNDING]
+        if late:
+            raise TrackerError(
+                f"tracker: the answer to scan {result.given.scan} has a plot at {late[0]:.6g} s, after the end of the scan at "
+                f"{result.given.time:.6g} s; give the time at which the beam met it"
+            )
+        yield replace(result, given=replace(result.given, plots=plots))
+
+
 def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
     """Raises TrackerError for a state from the future."""
     for track in tracks:

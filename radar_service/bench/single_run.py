@@ -10,10 +10,11 @@ import numpy as np
 
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
 from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE
-from radar_service.bench.run import answered, pfa_of, threshold_kind
+from radar_service.bench.run import answered, extracted, pfa_of, threshold_kind
 from radar_service.bench.scenario import PlotErrors, Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
 from radar_service.bench.scores.judged_scan import JudgedScan, judged, nearest_distances
+from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
@@ -46,16 +47,17 @@ def single_run(
         if scenario.input == "video":
             with video_of(scenario, seed, plots) as video:
                 tracker = tracker_for(program_on_video(tracker_name), {**header, "video": video.header}, sealed)
-                results, failed = _tracked(scans, tracker, video)
+                results, failed = _tracked(scans, tracker, video, scenario.answers)
         else:
             results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
     except TrackerError as error:
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
+    of_plots = scenario.answers == "plots"
     centred = judged(at_power_centroids(results))
     return {
         **made_of, "scenario": scenario.name, "seed": seed,
-        **(failed or {"failure": None, "metrics": metrics_of(results, run.around)}),
-        "remark": run.remark, "events": [asdict(event) for event in events_of(centred)],
+        **(failed or {"failure": None, "metrics": plot_metrics(results) if of_plots else metrics_of(results, run.around)}),
+        "remark": run.remark, "events": [] if of_plots else [asdict(event) for event in events_of(centred)],
         "scans": [_scan_data(scan) for scan in centred.scans],
     }  # fmt: skip
 
@@ -112,13 +114,16 @@ def same_for_all(tracker: str) -> dict[str, Any]:
 
 
 def _tracked(
-    observed: Iterable[ScanResult], tracker: Tracker, video: Video | None = None
+    observed: Iterable[ScanResult], tracker: Tracker, video: Video | None = None, answers: str = "tracks"
 ) -> tuple[list[ScanResult], dict[str, Any] | None]:  # fmt: skip
     """The scans that a tracker answered, and how it, or its video, failed; None where it did not."""
     results: list[ScanResult] = []
     line_tracker = tracker if isinstance(tracker, LineTracker) else None
     try:
-        results.extend(answered(observed, tracker, video is not None))
+        if line_tracker and answers == "plots":
+            results.extend(extracted(observed, line_tracker))
+        else:
+            results.extend(answered(observed, tracker, video is not None))
         if video and (fault := video.fault()):
             raise TrackerError(f"video: {fault}")
     except BaseException as error:

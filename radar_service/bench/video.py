@@ -93,10 +93,13 @@ def _header(scenario: Scenario, address: str, radar: str) -> dict[str, Any]:
     return {
         "feed": f"ws://{address}/api/radars/{radar}/feed", "address": address, "id": radar,
         "radar": {key: value for key, value in own.items() if key not in ("id", "name", "platform")},
-        "plots": settings.model_dump(),
+        "answers": scenario.answers, "plots": settings.model_dump(),
     }  # fmt: skip
 
 
-def program_on_video(tracker: str) -> str:
-    """Returns the program or server behind a tracker's name: one that takes plots runs behind the product's own extractor."""
-    return tracker if is_program(tracker) else shlex.join([sys.executable, "-m", CHILD, tracker])
+def program_on_video(tracker: str = "") -> str:
+    """Returns the program or server behind a tracker's name: one that takes plots runs behind the product's own extractor, which
+    answers plots without one."""
+    return (
+        tracker if tracker and is_program(tracker) else shlex.join([sys.executable, "-m", CHILD, *filter(None, [tracker])])
+    )
