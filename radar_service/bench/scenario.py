@@ -53,6 +53,9 @@ class Limit(FrozenTable):
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
 
 
+PLOT_METRICS = (
+    "detected", "detected_worst", "resolved", "false_plots", "range_bias_m", "range_sd_m", "bearing_bias_deg", "bearing_sd_deg",
+)  # fmt: skip
 OURS = "this project, in every scenario"
 GENERAL = tuple(
     Limit(metric=metric, source=OURS, where_judged=True, **bound)
@@ -129,6 +132,8 @@ class Scenario(FrozenTable):
     plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
+    input: what a program gets: plots, or the video of the radar, which it reads from a service.
+    answers: what it answers: tracks, or the plots of the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -149,6 +154,8 @@ class Scenario(FrozenTable):
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
     draw_biases: bool = False
+    input: Literal["plots", "video"] = "plots"
+    answers: Literal["tracks", "plots"] = "tracks"
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -255,6 +262,18 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
     kept = {"folder": scenario.folder, "file": scenario.file}
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+
+
+def with_video(scenario: Scenario, answers: str = "tracks") -> Scenario:
+    """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
+    on plots alone judge it. Raises ScenarioError for a recording."""
+    if scenario.recorded:
+        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "folder": scenario.folder, "file": scenario.file}
+    if answers == "plots":
+        limits = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
+        changed |= {"answers": answers, "judges": "plots", "limit": limits}
+    return Scenario(**{**scenario.model_dump(), **changed})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:
