@@ -99,9 +99,10 @@ class PlotSettings(FrozenTable):
 class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
-    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam; those of noise are in
+    the plots already.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation; None: of each its own.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -110,7 +111,7 @@ class PlotErrors(FrozenTable):
     range_sd_m: Annotated[float, Field(ge=0)] = 0.0
     bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
     range_step_m: Annotated[float, Field(ge=0)] = 0.0
-    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] | None = None
     roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     roll_period_s: Annotated[float, Field(gt=0)] = 10.0
     missed: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -118,7 +119,7 @@ class PlotErrors(FrozenTable):
 
 
 # Plots of a small dome in a canal: the middle of what five encounters of the recorded set of Trondheim have, to 500 m.
-PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1, others=2.5)}
+PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, glint_length_m=0.0, missed=0.1, others=2.5)}
 OTHERS_M = 500.0
 
 
