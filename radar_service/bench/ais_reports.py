@@ -1,7 +1,4 @@
-"""AIS beside the plots: what the stations of a scenario report of a run, from its truth, and when it is received.
-
-Intervals are those of the transponders of scenes. Plots stay as they are, so that runs without AIS stay the same.
-"""
+"""AIS beside the plots: what the stations of a scenario report of a run, from its truth, and when it is received."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +21,7 @@ Received = tuple[float, AisTarget, str | None]  # time of reception [s], report,
 
 
 def with_ais(results: Sequence[ScanResult], stations: Sequence[AisStation], seed: int) -> Sequence[ScanResult]:
-    """Returns the scans of a run with the reports received in each; the same scans where there are no stations."""
+    """Returns the scans of a run with the reports received in each."""
     if not stations or not results:
         return results
     truths: dict[str, list[TargetTruth]] = {}
@@ -82,7 +79,7 @@ def _ghost(station: AisStation, time: float) -> tuple[Floats, Floats, float]:
 
 
 def _ship(station: AisStation) -> AisShip:
-    """What decides how often it reports; nobody asks for the rest."""
+    """A transponder of its class."""
     return AisShip(
         body=station.body, mmsi=station.mmsi, station_class=station.station_class, name="", call_sign="", ship_type=0, imo=0,
         destination="", antenna=(0.0, 0.0), to_bow=0.0, to_stern=0.0, to_port=0.0, to_starboard=0.0, draught=0.0,

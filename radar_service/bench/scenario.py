@@ -53,6 +53,9 @@ class Limit(FrozenTable):
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
 
 
+PLOT_METRICS = (
+    "detected", "detected_worst", "resolved", "false_plots", "range_bias_m", "range_sd_m", "bearing_bias_deg", "bearing_sd_deg",
+)  # fmt: skip
 OURS = "this project, in every scenario"
 GENERAL = tuple(
     Limit(metric=metric, source=OURS, where_judged=True, **bound)
@@ -121,11 +124,10 @@ OTHERS_M = 500.0
 
 
 class AisStation(FrozenTable):
-    """A transponder beside the plots: its reports come as often as those of its class.
+    """A transponder, whose reports a tracker gets beside the plots.
 
-    body: the target that has it; None: a ghost, which goes from position_m (east, north) with course_deg and speed_kn.
-    latency_s: from the second of a state to its reception, beside the slot. position_error_m: standard deviation of each axis.
-    offset_m: east and north of what it reports. From swap_s on it reports the motion of the target `swap_body`.
+    body: its target; None: a ghost, at position_m (east, north) at time 0. latency_s: of reception, beside the slot.
+    position_error_m: standard deviation of each axis. From swap_s on it reports the motion of the target `swap_body`.
     """
 
     mmsi: Annotated[int, Field(ge=1, le=999_999_999)]
@@ -153,9 +155,10 @@ class Scenario(FrozenTable):
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
     plot_errors: of points; none by default. Of a recording they say what its plots have.
-    ais: transponders, whose reports a tracker gets beside the plots; none by default.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
+    input: what a program gets: plots, or the video of the radar, which it reads from a service.
+    answers: what it answers: tracks, or the plots of the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -177,6 +180,8 @@ class Scenario(FrozenTable):
     plot_errors: PlotErrors | None = None
     ais: tuple[AisStation, ...] = ()
     draw_biases: bool = False
+    input: Literal["plots", "video"] = "plots"
+    answers: Literal["tracks", "plots"] = "tracks"
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -293,6 +298,18 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
     kept = {"folder": scenario.folder, "file": scenario.file}
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+
+
+def with_video(scenario: Scenario, answers: str = "tracks") -> Scenario:
+    """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
+    on plots alone judge it. Raises ScenarioError for a recording."""
+    if scenario.recorded:
+        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "folder": scenario.folder, "file": scenario.file}
+    if answers == "plots":
+        limits = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
+        changed |= {"answers": answers, "judges": "plots", "limit": limits}
+    return Scenario(**{**scenario.model_dump(), **changed})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

@@ -53,6 +53,11 @@ class Epoch:
         return {key: value for key, value in vars(self).items() if key not in ("spoke_source", "commands")}
 
     @property
+    def is_blind(self) -> bool:
+        """Whether clients are told neither the seed nor the number of bodies."""
+        return self.scene_request is not None and self.scene_request.blind
+
+    @property
     def goes_on(self) -> bool:
         """Whether it goes on with the time, the commands and the errors of a scene that ran."""
         return self.scene_request is not None and self.scene_request.goes_on

@@ -1,8 +1,7 @@
 """Which AIS target is associated with which track, and whose data are displayed: MSC.192(79) 5.30.
 
-One physical target is one: an MMSI is owed to the track of the target whose state it reports (5.30.1), and is wrong on any other
-(5.30.3). Nothing is judged before it has reported one target for SETTLED, nor after its reports ended.
-Of an associated target the data of AIS are displayed, of any other those of the radar (5.30.1; no user changes it: 5.30.2).
+An MMSI is owed to the track of the target that it reports (5.30.1), and wrong on any other (5.30.3), from SETTLED after its first
+report of this target on. Of an associated target the data of AIS are displayed, of others those of the radar (5.30.1).
 """
 
 from collections.abc import Iterator
@@ -18,10 +17,10 @@ AssociationKind = Literal["right", "misassociated", "unassociated", "priority"]
 
 @dataclass(frozen=True)
 class Association:
-    """What is right or wrong in a scan of one MMSI, or of the priority of one track.
+    """An MMSI, or the priority of a track, in one scan.
 
     kind: "misassociated": on a track of another target; "unassociated": on no track; "priority": data of the other sensor.
-    body: the target of the track, or of the reports; empty: none. is_owed: whether the MMSI is owed to a track. what: a sentence.
+    body: the target, empty: none. is_owed: whether a track should have the MMSI. what: a sentence.
     """
 
     kind: AssociationKind
@@ -40,21 +39,21 @@ class _Claim:
 
 
 def association_scores(run: JudgedRun) -> dict[str, float | None]:
-    """Returns the metrics by name. What a tracker never says, or no target can be judged by, is left out."""
+    """Returns the metrics by name, without what a tracker never says."""
     tracks = [track for scan in run.scans for track in scan.result.tracks]
-    found = [one for scan in associations(run) for one in scan]
-    count = {kind: sum(one.kind == kind for one in found) for kind in ("right", "misassociated", "priority")}
-    said, owed = count["right"] + count["misassociated"], [one.kind for one in found if one.is_owed]
+    results = [result for scan in associations(run) for result in scan]
+    count = {kind: sum(result.kind == kind for result in results) for kind in ("right", "misassociated", "priority")}
+    associated, owed = count["right"] + count["misassociated"], [result.kind for result in results if result.is_owed]
     scores: dict[str, float | None] = {}
     if any(track.mmsi is not None for track in tracks):
-        scores |= {"ais_wrong": count["misassociated"] / said} if said else {}
+        scores |= {"ais_wrong": count["misassociated"] / associated} if associated else {}
         shares = {"ais_right": owed.count("right"), "ais_missed": owed.count("unassociated")}
         scores |= {name: number / len(owed) for name, number in shares.items() if owed}
     return scores | ({"priority_errors": float(count["priority"])} if any(track.priority for track in tracks) else {})
 
 
 def associations(run: JudgedRun) -> Iterator[list[Association]]:
-    """Yields what is judged in each scan; nothing of MMSIs where no track of the run ever has one."""
+    """Yields what is judged in each scan; nothing of MMSIs where no track ever has one."""
     claims: dict[int, _Claim] = {}
     says = any(track.mmsi is not None for scan in run.scans for track in scan.result.tracks)
     for scan in run.scans:
@@ -63,12 +62,12 @@ def associations(run: JudgedRun) -> Iterator[list[Association]]:
             known = claims.get(report.mmsi)
             claims[report.mmsi] = _Claim(body, known.since if known and known.body == body else end, end)
         settled = {mmsi: claim for mmsi, claim in claims.items() if end - claim.since >= SETTLED}
-        found = [one for mmsi, claim in settled.items() if says and (one := _judged(scan, mmsi, claim))]
-        yield [*found, *_priorities(scan)]
+        results = [result for mmsi, claim in settled.items() if says and (result := _judged(scan, mmsi, claim))]
+        yield [*results, *_priorities(scan)]
 
 
 def _judged(scan: JudgedScan, mmsi: int, claim: _Claim) -> Association | None:
-    """Whether an MMSI is on the track of its target; None where neither is to be said."""
+    """Whether an MMSI is on the track of its target; None: not judged."""
     target_of = {track: body for body, track in scan.pairs.items()}
     track = next((track.track for track in scan.result.tracks if track.mmsi == mmsi), None)
     is_present = claim.body in scan.due and claim.body in scan.pairs

@@ -104,12 +104,12 @@ def _duplicates(run: JudgedRun) -> Iterator[Event]:
 
 
 def _associations(run: JudgedRun) -> Iterator[Event]:
-    """Errors of association and of priority, each over the scans in a row in which it stays the same."""
+    """Errors of association and priority, over scans in a row."""
     scans: dict[tuple[Kind, str, str], list[int]] = {}
-    for number, found in enumerate(associations(run)):
-        for one in found:
-            if one.kind != "right":
-                scans.setdefault((one.kind, one.body, one.what), []).append(number)
+    for number, results in enumerate(associations(run)):
+        for result in results:
+            if result.kind != "right":
+                scans.setdefault((result.kind, result.body, result.what), []).append(number)
     for (kind, body, what), numbers in scans.items():
         yield from (Event(kind, first, last, body, "", what) for first, last in _stretches(numbers))
 

@@ -1,4 +1,4 @@
-"""A tracker whose tracks get the MMSI of the AIS target that is the same ship, by position and motion: MSC.192(79) 5.30.1."""
+"""AIS targets are associated with tracks by position and motion: MSC.192(79) 5.30.1."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +17,7 @@ OLDEST = 60.0  # s of a report
 
 
 class AssociatingTracker:
-    """A tracker.Tracker that adds `mmsi` and `priority` to the tracks of another one where the scans have AIS."""
+    """A tracker.Tracker that adds MMSI and priority to the tracks of another."""
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker

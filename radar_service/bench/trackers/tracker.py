@@ -49,11 +49,7 @@ class DataSheet:
 
 @dataclass(frozen=True, kw_only=True)
 class AisTarget:
-    """A report of position of an AIS target. SI on the map, angles [rad] from true north.
-
-    time: of the state [s], which is a whole second before that of the reception.
-    station_class: "A", "B-SO" or "B-CS".
-    """
+    """A report of an AIS target: its state at a time [s], on the map. SI, angles [rad]. station_class: A, B-SO or B-CS."""
 
     time: float
     mmsi: int
@@ -87,7 +83,7 @@ class TrackerInput:
     ais: tuple[AisTarget, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data: the names of the fields, and `type`; no `ais` where there is none."""
+        """Plain data: the names of the fields, and `type`; no `ais` where it is None."""
         data = {"type": "scan", **asdict(self)}
         return data if self.ais is not None else {key: value for key, value in data.items() if key != "ais"}
 
