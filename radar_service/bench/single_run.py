@@ -19,7 +19,7 @@ from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, begin_run
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.numerics.arithmetic import arithmetic
@@ -154,7 +154,7 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
     return {
         "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
         "plots": [[plot.east, plot.north] for plot in result.given.plots],
-        "tracks": [{**asdict(track), "stale": track.track not in scan.tracks} for track in result.tracks],
+        "tracks": [{**_track_data(track), "stale": track.track not in scan.tracks} for track in result.tracks],
         "targets": [
             {
                 "body": body, "position": truth.position, "track": scan.pairs.get(body), "nearest": nearest.get(body),
@@ -163,3 +163,8 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
             for body, truth in scan.truths.items()
         ],
     }  # fmt: skip
+
+
+def _track_data(track: TrackState) -> dict[str, Any]:
+    """A track, without what it does not say of AIS."""
+    return {key: value for key, value in asdict(track).items() if value is not None or key not in ("mmsi", "priority")}
