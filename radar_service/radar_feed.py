@@ -321,7 +321,9 @@ def service(
                 if not start:
                     process.wait(STOP_TIMEOUT)
                     errors.seek(0)
-                    raise RuntimeError(f"the service did not start: {errors.read().strip()}")
+                    raise RuntimeError(
+                        f"the service did not start: {errors.read().strip() or f'exit status {process.returncode}'}"
+                    )
                 yield RunningService(address.strip().rstrip("/"), process, errors)
             finally:
                 process.terminate()

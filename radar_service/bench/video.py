@@ -75,7 +75,7 @@ def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
         try:
             started = running.__enter__()
         except RuntimeError as error:
-            raise TrackerError(f"video: {error}") from None
+            raise TrackerError(f"video: {scenario.name}: {error}") from None
     try:
         release(started.address, [other for other in ids if other != radar])
         yield Video(_header(scenario, started.address, radar), started)
