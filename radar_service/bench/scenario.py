@@ -27,13 +27,13 @@ class ScenarioError(Exception):
     """A scenario that cannot be used. Its text names the file, the key and the remedy."""
 
 
-class Table(BaseModel):
+class FrozenTable(BaseModel):
     """A table of a file: it is frozen, and has no other keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Limit(Table):
+class Limit(FrozenTable):
     """One limit on a metric. Only limits whose source was read decide; the others are shown.
 
     where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
@@ -78,7 +78,7 @@ GENERAL = tuple(
 )  # fmt: skip
 
 
-class PlotSettings(Table):
+class PlotSettings(FrozenTable):
     """How plots are extracted; see docs/plots.md.
 
     threshold: "auto" is "marine" where the scene has sea, rain or land, and "known" elsewhere.
@@ -96,12 +96,12 @@ class PlotSettings(Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
-class PlotErrors(Table):
+class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
     range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -122,7 +122,7 @@ PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1,
 OTHERS_M = 500.0
 
 
-class Scenario(Table):
+class Scenario(FrozenTable):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.

@@ -143,7 +143,7 @@ class SpokeSink(Protocol):
         """Receives the notice that no spokes come until another epoch opens."""
 
 
-class Sent(NamedTuple):
+class SentSpokes(NamedTuple):
     """Spokes of a scan that were sent, for those who do not need them: times of the first and the last one [s].
 
     ends: whether they end the scan; commands: how many act until then.
@@ -163,7 +163,7 @@ class SentListener(Protocol):
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch: the spokes of another scene or range follow."""
 
-    def sent(self, what: Sent) -> None:
+    def sent(self, what: SentSpokes) -> None:
         """Takes the notice of the next spokes."""
 
     def close(self, reason: str) -> None:
@@ -183,7 +183,7 @@ class SentNotices:
         ends = block.index + len(block) == epoch.info.radar.azimuths
         commands = epoch.commands.acting_at(block.first + len(block) - 1)
         self._listener.sent(
-            Sent(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
+            SentSpokes(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
         )
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
