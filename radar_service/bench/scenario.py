@@ -159,7 +159,8 @@ class Scenario(FrozenTable):
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
     input: what a program gets: plots, or the video of the radar, which it reads from a service.
-    answers: what it answers: tracks, or the plots of the video.
+    answers: what it answers: tracks, also as TTM of a program of others in real time, or the plots of the video.
+    serve: further options of the service that gives the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -182,7 +183,8 @@ class Scenario(FrozenTable):
     ais: tuple[AisStation, ...] = ()
     draw_biases: bool = False
     input: Literal["plots", "video"] = "plots"
-    answers: Literal["tracks", "plots"] = "tracks"
+    answers: Literal["tracks", "ttm", "plots"] = "tracks"
+    serve: tuple[str, ...] = ()
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -301,15 +303,15 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
 
 
-def with_video(scenario: Scenario, answers: str = "tracks") -> Scenario:
+def with_video(scenario: Scenario, answers: str = "tracks", serve: Sequence[str] = ()) -> Scenario:
     """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
     on plots alone judge it. Raises ScenarioError for a recording."""
     if scenario.recorded:
         raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
-    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "folder": scenario.folder, "file": scenario.file}
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "answers": answers, "serve": tuple(serve)}
+    changed |= {"folder": scenario.folder, "file": scenario.file}
     if answers == "plots":
-        limits = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
-        changed |= {"answers": answers, "judges": "plots", "limit": limits}
+        changed |= {"judges": "plots", "limit": [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]}
     return Scenario(**{**scenario.model_dump(), **changed})
 
 

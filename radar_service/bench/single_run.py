@@ -46,7 +46,9 @@ def single_run(
     try:
         if scenario.input == "video":
             with video_of(scenario, seed, plots) as video:
-                tracker = tracker_for(program_on_video(tracker_name), {**header, "video": video.header}, sealed)
+                tracker = tracker_for(
+                    program_on_video(tracker_name, scenario.answers), {**header, "video": video.header}, sealed
+                )
                 results, failed = _tracked(scans, tracker, video, scenario.answers)
         else:
             results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
