@@ -44,7 +44,7 @@ def test_a_sea_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     path, out = tmp_path / "buoy.toml", tmp_path / "out"
     path.write_text(FILE)
     sea = ["--sea-state", "1,3", "--rain-mm-h", "2", "--at-nm", "0.5", "--pfa", "0.01", "--swerling", "1", "--band", "s"]
-    common = ["bench-detection", str(path), "--scans", "20", "--jobs", "1", "-o", str(out), *sea]
+    common = ["bench-detection", str(path), "--scans", "40", "--jobs", "1", "-o", str(out), *sea]
     assert main([*common, "--looks", "8/10"]) == 0
     printed = capsys.readouterr().out
     assert printed.count("rain 2 mm/h, Pfa 0.01, 8 of 10 scans") == 2 and printed.count("downwind") == 2
