@@ -320,10 +320,6 @@ def commanded_and_replayed(seconds: float) -> int:
     return len(recorded)
 
 
-def test_minutes_of_commands_replay_to_the_same_bytes() -> None:
-    assert commanded_and_replayed(DAY / 400) > 4
-
-
 @pytest.mark.study
 def test_a_day_of_commands_replays_to_the_same_bytes() -> None:
     assert commanded_and_replayed(DAY) > 1000

@@ -197,7 +197,7 @@ def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
     mesh = np.concatenate([hull, sheet([-1.0, 0.0, 0.3], [2.0, 0, 0], [0, 0, 1.6], 1)])
     antenna = np.array([0.7, -60.0, 15.0])
     echoes = seen(optics(welded(mesh), 1), antenna, 0.0, 0.3)
-    brute = narrow_beams.profile(mesh, antenna, 0.012, bounces=1, water=0.0).field.sum(axis=1)
+    brute = narrow_beams.profile(mesh, antenna, 0.024, bounces=1, water=0.0).field.sum(axis=1)
     for way in range(3):
         assert abs(echoes.amplitude[echoes.ways == way].sum() - brute[way]) < 0.01 * np.abs(brute).max()
 
