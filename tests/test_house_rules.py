@@ -287,8 +287,8 @@ def test_arguments_that_do_not_exist_are_found() -> None:
 
 
 def mirrored(file: Path) -> list[Path]:
-    """Where the tests of a module may stand: radar_service/echo/moving.py has tests/echo/test_moving.py; where there are few,
-    as of radar_service/world/outline.py, in that of the folder below `# outline: ...`. A study may do without: one runs all."""
+    """Where the tests of a module may stand: radar_service/echo/moving.py has tests/echo/test_moving.py; where few, as for
+    radar_service/world/outline.py, in that of the folder below `# outline: ...`. A study may do without: one test runs all."""
     parts = list(file.relative_to(ROOT).with_suffix("").parts)
     parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
     stem = parts[-1].strip("_")

@@ -37,15 +37,29 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
     return answered(observed(scenario, seed), tracker)
 
 
-def answered(results: Iterable[ScanResult], tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields scans with what a tracker answers to each. Raises TrackerError, and what the tracker raises."""
+def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
+    """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
+    video is made, does not count. Raises TrackerError, and what the tracker raises."""
     for result in results:
         began = perf_counter()
-        tracks = tuple(tracker.update(result.given))
-        seconds = perf_counter() - began
+        tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))
+        seconds = 0.0 if on_video else perf_counter() - began
         check_times(tracks, result.given)
         memory = tracker.memory if isinstance(tracker, LineTracker) else None
         yield replace(result, tracks=tracks, seconds=seconds, memory=memory)
+
+
+def extracted(results: Iterable[ScanResult], extractor: LineTracker) -> Iterator[ScanResult]:
+    """Yields scans with the plots that an extractor answers to the video of each. Raises TrackerError."""
+    for result in results:
+        plots = extractor.plots(replace(result.given, plots=()))
+        late = [plot.time for plot in plots if plot.time > result.given.time + ROUNDING]
+        if late:
+            raise TrackerError(
+                f"tracker: the answer to scan {result.given.scan} has a plot at {late[0]:.6g} s, after the end of the scan at "
+                f"{result.given.time:.6g} s; give the time at which the beam met it"
+            )
+        yield replace(result, given=replace(result.given, plots=plots))
 
 
 def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:

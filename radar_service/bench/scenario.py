@@ -27,13 +27,13 @@ class ScenarioError(Exception):
     """A scenario that cannot be used. Its text names the file, the key and the remedy."""
 
 
-class Table(BaseModel):
+class FrozenTable(BaseModel):
     """A table of a file: it is frozen, and has no other keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Limit(Table):
+class Limit(FrozenTable):
     """One limit on a metric. Only limits whose source was read decide; the others are shown.
 
     where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
@@ -53,6 +53,9 @@ class Limit(Table):
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
 
 
+PLOT_METRICS = (
+    "detected", "detected_worst", "resolved", "false_plots", "range_bias_m", "range_sd_m", "bearing_bias_deg", "bearing_sd_deg",
+)  # fmt: skip
 OURS = "this project, in every scenario"
 GENERAL = tuple(
     Limit(metric=metric, source=OURS, where_judged=True, **bound)
@@ -75,7 +78,7 @@ GENERAL = tuple(
 )  # fmt: skip
 
 
-class PlotSettings(Table):
+class PlotSettings(FrozenTable):
     """How plots are extracted; see docs/plots.md.
 
     threshold: "auto" is "marine" where the scene has sea, rain or land, and "known" elsewhere.
@@ -93,12 +96,12 @@ class PlotSettings(Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
-class PlotErrors(Table):
+class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
     range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -119,7 +122,7 @@ PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1,
 OTHERS_M = 500.0
 
 
-class Scenario(Table):
+class Scenario(FrozenTable):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
@@ -129,6 +132,8 @@ class Scenario(Table):
     plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
+    input: what a program gets: plots, or the video of the radar, which it reads from a service.
+    answers: what it answers: tracks, or the plots of the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -149,6 +154,8 @@ class Scenario(Table):
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
     draw_biases: bool = False
+    input: Literal["plots", "video"] = "plots"
+    answers: Literal["tracks", "plots"] = "tracks"
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -255,6 +262,18 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
     kept = {"folder": scenario.folder, "file": scenario.file}
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+
+
+def with_video(scenario: Scenario, answers: str = "tracks") -> Scenario:
+    """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
+    on plots alone judge it. Raises ScenarioError for a recording."""
+    if scenario.recorded:
+        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "folder": scenario.folder, "file": scenario.file}
+    if answers == "plots":
+        limits = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
+        changed |= {"answers": answers, "judges": "plots", "limit": limits}
+    return Scenario(**{**scenario.model_dump(), **changed})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

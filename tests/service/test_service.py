@@ -5,7 +5,7 @@ import math
 import pytest
 
 import radar_service as rs
-from radar_service.service.blind import told_plan, told_warnings
+from radar_service.service.blind import told_fields, told_plan, told_warnings
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.scene_request import ProcessSimulator, cell_layout
 from radar_service.service.settings import Pace
@@ -29,6 +29,12 @@ def test_without_the_truth_a_plan_has_its_methods_and_no_body() -> None:
 @pytest.mark.parametrize(("knows", "told"), [(True, ["body[0]: odd"]), (False, [])])
 def test_warnings_name_bodies(knows: bool, told: list[str]) -> None:
     assert told_warnings(("body[0]: odd",), knows) == told
+
+
+def test_a_program_under_test_learns_neither_the_seed_nor_how_many_bodies_there_are() -> None:
+    fields = {"seed": 7, "scene": {"name": "n", "bodies": 3}, "rpm": 24.0}
+    assert told_fields(fields, True) == {"seed": 0, "scene": {"name": "n", "bodies": 0}, "rpm": 24.0}
+    assert told_fields(fields, False) == fields
 
 
 # feed_request: views: equal ones share their bytes.

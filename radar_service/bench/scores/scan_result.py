@@ -67,8 +67,8 @@ def at_end(truth: TargetTruth, end: float) -> TargetTruth:
 
 
 def as_reported(truth: TargetTruth) -> TargetTruth:
-    """Returns a target in the frame that own ship reports: turned about her by the error of the azimuth, from where she says
-    that she is. That is where plots and tracks of it are, and no tracker can know better."""
+    """Returns a target in the frame that own ship reports: turned about it by the error of the azimuth, from where it says
+    that it is. That is where plots and tracks of it are, and no tracker can know better."""
     own, own_velocity = np.array(truth.own_position), np.array(truth.own_velocity)
     position = own + truth.own_error + _turned(truth.position - own, truth.azimuth_error)
     velocity = own_velocity + _turned(truth.velocity - own_velocity, truth.azimuth_error)

@@ -1,6 +1,6 @@
 """All metrics of a run: of its plots, and of its tracks.
 
-Where the power of an extended target lies, not at her reference point, is measured here: no tracker can
+Where the power of an extended target lies, not at its reference point, is measured here: no tracker can
 know the one from the other.
 """
 
@@ -59,7 +59,7 @@ def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
 
 
 def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
-    """A target at the mean of its centroids in these scans, with her heading of this one."""
+    """A target at the mean of its centroids in these scans, with its heading of this one."""
     if not truth.length:
         return truth
     offsets = [

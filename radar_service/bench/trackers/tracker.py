@@ -49,7 +49,7 @@ class DataSheet:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerInput:
-    """The plots of one scan, and own ship as her sensors report her at the end of it. SI, angles [rad] from true north.
+    """The plots of one scan, and own ship as its sensors report it at the end of it. SI, angles [rad] from true north.
 
     scan: its number.
     time: end of the scan [s].

@@ -43,7 +43,7 @@ class Reporting:
         self._ship, self._last, self._next, self._static = ship, -math.inf, math.nan, math.nan
 
     def is_due(self, second: int, speed: float, turn_rate: float) -> bool:
-        """Whether she reports her position of this second. Seconds rise by one."""
+        """Whether the ship reports its position of this second. Seconds rise by one."""
         if self._ship.kind == "sart":
             return self._in_burst(second) == "position"
         every = interval(self._ship, speed, turn_rate)
@@ -57,7 +57,7 @@ class Reporting:
         return True
 
     def is_static_due(self, second: int) -> bool:
-        """Whether she sends static reports in this second, or a SART its text."""
+        """Whether the ship sends static reports in this second, or a SART its text."""
         if self._ship.kind != "ship":
             return self._in_burst(second) == "text"
         if math.isnan(self._static):
