@@ -63,9 +63,9 @@ class Plotter:
         """Takes the sentences of the program."""
         for line in lines:
             with self._changed, suppress(ValueError, KeyError):  # of a TTM that is not understood
-                if self._own["time"] >= 0.0 and (told := track_of(line, self._own)):
-                    self._tracks.pop(told[0], None)
-                    self._tracks |= {told[0]: told[1]} if told[1] else {}
+                if self._own["time"] >= 0.0 and (report := track_of(line, self._own)):
+                    self._tracks.pop(report[0], None)
+                    self._tracks |= {report[0]: report[1]} if report[1] else {}
         self._end("the program has ended its output")
 
     def _end(self, why: str) -> None:
