@@ -6,10 +6,10 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Literal, Protocol, Self, TextIO
 
 import numpy as np
 from typing_extensions import override
@@ -33,7 +33,9 @@ from radar_service.world.scene import Scene, known_radar
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
 STOP_TIMEOUT = 20.0  # s
+LAST_WORDS = 300  # characters of what a service that has ended wrote last
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
+OwnShip = Mapping[str, float]  # time, east, north, heading, course, speed
 SceneInput = str | Path | Mapping[str, Any] | Scene
 
 
@@ -133,16 +135,19 @@ class ProcessFeed(RadarFeed):
 class RemoteFeed:
     """A RadarFeed of a service that runs, which waits for this client (mode `lossless`). hello: of the feed."""
 
-    def __init__(self, address: str, radar: str = "0", labels: bool = False, powers: PowersOf = ()) -> None:
-        """address: of the service, as 127.0.0.1:8000; it is started with --truth. A radar on the air begins with its next whole
-        scan. labels, powers: as RadarFeeds. Raises RuntimeError for a service that refuses, and OSError."""
+    def __init__(
+        self, address: str, radar: str = "0", labels: bool = False, powers: PowersOf = (), truth: bool = True
+    ) -> None:  # fmt: skip
+        """address: of the service, as 127.0.0.1:8000; it is started with --truth, but where `truth` is False. A radar on the air
+        begins with its next whole scan. labels, powers: as RadarFeeds. Raises RuntimeError for a service that refuses, and
+        OSError."""
         request = source_request(labels, powers)
         self.address, self._radar = address, radar
         self.crossings: list[Crossing] = []
         self.snapshots: list[Snapshot] = []
         self._ending = ExitStack()
         try:
-            self._truth = self._connection("truth/stream")  # before the feed, which releases spoke 0
+            self._truth = self._connection("truth/stream") if truth else None  # before the feed, which releases spoke 0
             query = ("&labels=1" if request.labels else "") + (
                 f"&powers={text_of(request.powers)}" if request.powers else ""
             )
@@ -201,7 +206,7 @@ class RemoteFeed:
 
     def _read_truth(self, scan: int) -> None:
         """Reads the truth up to the end of a scan."""
-        while not self.snapshots or self.snapshots[-1].scan < scan:
+        while self._truth and (not self.snapshots or self.snapshots[-1].scan < scan):
             line = json.loads(self._truth.recv(RECEIVE_TIMEOUT))
             if line["type"] == "crossing":
                 self.crossings.append(crossing_from_line(line))
@@ -220,12 +225,9 @@ class WebsocketFeed(RemoteFeed):
     ) -> None:  # fmt: skip
         """radar: which of the scene's radars."""
         self._service = ExitStack()
-        address = self._service.enter_context(service(scene, seed, pace, fidelity))
+        address = self._service.enter_context(service(scene, seed, pace, fidelity)).address
         super().__init__(address, radar, request.labels, request.powers)
-        for other in radars:  # the group waits for a client of each; one that leaves again is enough
-            if other != radar:
-                with connect(f"ws://{address}/api/radars/{other}/feed", close_timeout=CLOSE_TIMEOUT) as client:
-                    client.recv(RECEIVE_TIMEOUT)
+        release(address, [other for other in radars if other != radar])
 
     def close(self) -> None:
         """Disconnects and ends the service."""
@@ -273,9 +275,49 @@ def _tupled(line: Mapping[str, Any]) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in line.items()}
 
 
+def own_ships(feed: str) -> Iterator[OwnShip]:
+    """Yields own ship at each message of a feed, until it ends."""
+    with connect(f"{feed}?bins=1", max_size=wire.MAX_MESSAGE, compression=None) as messages:
+        for message in messages:
+            fields = wire.unpack(bytes(message))  # type: ignore[arg-type]
+            if fields["type"] == "spokes":
+                rows = SpokeRows.of(fields)
+                position = rows.position[-1].tolist()
+                yield {
+                    "time": float(rows.time[-1]), "east": position[0], "north": position[1],
+                    "heading": float(rows.heading[-1]), "course": float(rows.course[-1]), "speed": float(rows.speed[-1]),
+                }  # fmt: skip
+
+
+def release(address: str, radars: Sequence[str]) -> None:
+    """Connects to radars and leaves them: a group waits for a client of each."""
+    for radar in radars:
+        with connect(f"ws://{address}/api/radars/{radar}/feed", close_timeout=CLOSE_TIMEOUT) as client:
+            client.recv(RECEIVE_TIMEOUT)
+
+
+@dataclass(frozen=True)
+class RunningService:
+    """A service of this machine. address: as 127.0.0.1:8000; errors: of what it writes to its standard error."""
+
+    address: str
+    process: "subprocess.Popen[str]"
+    errors: TextIO
+
+    @property
+    def end(self) -> str | None:
+        """How it has ended, with its last words; None where it runs."""
+        if self.process.poll() is None:
+            return None
+        self.errors.seek(0)
+        return f"exit status {self.process.returncode}; {self.errors.read().strip()[-LAST_WORDS:]}".rstrip("; ")
+
+
 @contextmanager
-def service(scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str) -> Iterator[str]:
-    """Runs a service on a free port, which waits for one client, and gives its address.
+def service(
+    scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, options: Sequence[str] = ("--truth",)
+) -> Iterator[RunningService]:
+    """Runs a service on a free port, which waits for one client. options: further ones of `serve`.
 
     Raises RuntimeError with what the service says where it does not start.
     """
@@ -285,7 +327,7 @@ def service(scene: str | Path | Mapping[str, Any], seed: int, pace: float | str,
             scene = path
         command = [
             sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--seed", str(seed), "--pace", str(pace),
-            "--fidelity", fidelity, "--truth", "--wait-for", "1",
+            "--fidelity", fidelity, "--wait-for", "1", *options,
         ]  # fmt: skip
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process:
             assert process.stdout is not None
@@ -294,7 +336,9 @@ def service(scene: str | Path | Mapping[str, Any], seed: int, pace: float | str,
                 if not start:
                     process.wait(STOP_TIMEOUT)
                     errors.seek(0)
-                    raise RuntimeError(f"the service did not start: {errors.read().strip()}")
-                yield address.strip().rstrip("/")
+                    raise RuntimeError(
+                        f"the service did not start: {errors.read().strip() or f'exit status {process.returncode}'}"
+                    )
+                yield RunningService(address.strip().rstrip("/"), process, errors)
             finally:
                 process.terminate()

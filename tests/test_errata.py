@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from radar_service.engine.documented import DocumentedEngine, Hits
+from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import direction
 from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
@@ -57,17 +57,17 @@ def scene(*bodies: dict[str, Any], **radar: Any) -> Scene:
 class Listening(DocumentedEngine):
     """The documented chain, remembering the hits of its last azimuth and their amplitudes."""
 
-    hits: Hits
+    hits: AzimuthHits
     amplitudes: np.ndarray
 
-    def amplitude(self, hits: Hits) -> np.ndarray:
+    def amplitude(self, hits: AzimuthHits) -> np.ndarray:
         self.hits, self.amplitudes = hits, super().amplitude(hits)
         return self.amplitudes
 
 
 def observed(body: dict[str, Any], **radar: Any) -> Listening:
     chain = Listening(scene(body, **radar), PRESETS["documented"], seed=5)
-    chain.hits = Hits(*(np.zeros(0) for _ in range(4)))
+    chain.hits = AzimuthHits(*(np.zeros(0) for _ in range(4)))
     chain.amplitudes = np.zeros(0)
     chain.azimuth_field(0, 0)
     return chain

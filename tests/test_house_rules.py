@@ -287,17 +287,19 @@ def test_arguments_that_do_not_exist_are_found() -> None:
 
 
 def mirrored(file: Path) -> list[Path]:
-    """Where the tests of a module stand: radar_service/echo/moving.py has tests/echo/test_moving.py. A study may also do
-    without a file of its own, as one test runs all of them."""
+    """Where the tests of a module may stand: radar_service/echo/moving.py has tests/echo/test_moving.py; where few, as for
+    radar_service/world/outline.py, in that of the folder below `# outline: ...`. A study may do without: one test runs all."""
     parts = list(file.relative_to(ROOT).with_suffix("").parts)
     parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
     stem = parts[-1].strip("_")
     folder = ROOT / "tests" / Path(*parts[:-1])
+    of_folder = folder / f"test_{folder.name}.py"
+    part = of_folder.is_file() and f"# {stem}: " in of_folder.read_text(encoding="utf-8")
     of_all = [folder.parent / "test_stability.py"] if folder.name == "studies" else []
-    return [folder / f"test_{stem}.py", *of_all]
+    return [folder / f"test_{stem}.py", *[of_folder] * part, *of_all]
 
 
-def test_each_module_has_a_namesake_test() -> None:
+def test_each_module_has_a_test_that_mirrors_it() -> None:
     missing = [
         f"{name_of(file)} has no {name_of(mirrored(file)[0])}"
         for file in SOURCES

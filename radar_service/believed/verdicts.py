@@ -24,7 +24,7 @@ NOT_COMPUTED = "the engine cannot express it"
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RowVerdict:
     """A row and what the engine has for it.
 
     figures: ours with their limits; reason: why a row is outside, or not counted; seconds: of processor time.
@@ -70,7 +70,7 @@ def chosen_rows(names: Sequence[str]) -> list[Row]:
     return [known[name] for name in names] or rows
 
 
-def measured(rows: Iterable[Row], folder: Path) -> Iterator[Verdict]:
+def measured(rows: Iterable[Row], folder: Path) -> Iterator[RowVerdict]:
     """Yields the verdict of each row. folder: gets the scenes of each row, in a folder of its name. Raises OSError."""
     for row in rows:
         make_folder(folder / row.id)
@@ -84,10 +84,10 @@ def measured(rows: Iterable[Row], folder: Path) -> Iterator[Verdict]:
             reason = NOT_COMPUTED
         if not reason and not all(figure.inside for figure in figures):
             reason = REASONS.get(row.id, "not explained")
-        yield Verdict(row, figures, reason, process_time() - begin)
+        yield RowVerdict(row, figures, reason, process_time() - begin)
 
 
-def row_text(verdict: Verdict, folder: Path) -> str:
+def row_text(verdict: RowVerdict, folder: Path) -> str:
     """Returns a row as lines of text: its number, its source, ours, and where its scenes lie."""
     row, computed = verdict.row, verdict.computed.replace("**", "")
     lines = [f"{row.id}, {verdict.word}. {row.quantity}: {row.condition}", f"published: {row.published}; {row.tolerance}"]
@@ -114,7 +114,7 @@ of ships (`[radar] set`), on the scale that shows all that is asked, with power 
 """
 
 
-def page(verdicts: Sequence[Verdict]) -> str:
+def page(verdicts: Sequence[RowVerdict]) -> str:
     """Returns the page: misses first, each row with its source, its number, ours, its tolerance and the reason of a miss."""
     groups = {word: [each for each in verdicts if each.word == word] for word in ORDER}
     counted = len(groups["outside"]) + len(groups["inside"])
@@ -126,7 +126,7 @@ def page(verdicts: Sequence[Verdict]) -> str:
     return "\n".join([*lines, CAPTURED])
 
 
-def _table(verdicts: Sequence[Verdict]) -> list[str]:
+def _table(verdicts: Sequence[RowVerdict]) -> list[str]:
     last = "why" if verdicts[0].word != "inside" else "kind"
     rows = [
         (each.row.id, f"{each.row.quantity}: {each.row.condition}", each.row.published, each.computed, each.row.tolerance,
@@ -141,7 +141,7 @@ COLOURS = {"inside": "#0072B2", "outside": "#D55E00", "shown": "#999999"}
 REACH = 3.0  # half widths of tolerance at which figures are cut
 
 
-def write_picture(verdicts: Sequence[Verdict], path: Path) -> None:
+def write_picture(verdicts: Sequence[RowVerdict], path: Path) -> None:
     """Draws the figures of each row over its tolerance, misses first. Raises MissingExtra and OSError."""
     with extra("pictures", "pictures of `believed`"):
         from matplotlib.figure import Figure as Drawing

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from radar_service.bench.run_picture import run_picture
+from radar_service.bench.scenario import PLOT_METRICS
 from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
 
@@ -98,6 +99,19 @@ def comparison(report: Mapping[str, Any], compared: Mapping[str, Any]) -> str:
             lines.append(
                 f"{scenario['name'][:32]:32} {metric[:26]:26} {number_of(value):>14} {number_of(second.get(metric)):>14}"
             )
+    return "\n".join(lines) + "\n"
+
+
+def plot_table(report: Mapping[str, Any]) -> str:
+    """Returns a table of the metrics of plots as text: means of the runs of each scenario, with their standard errors."""
+    lines = [f"{'scenario':32} {'metric':18} {'mean':>10} {'standard error':>15} unit"]
+    for scenario in report["scenarios"]:
+        means, errors = scenario["metrics"], scenario["standard_error"]
+        lines += [
+            f"{scenario['name'][:32]:32} {name:18} {number_of(means.get(name)):>10} {number_of(errors.get(name)):>15} "
+            f"{unit_of(name)}".rstrip()
+            for name in PLOT_METRICS
+        ]
     return "\n".join(lines) + "\n"
 
 

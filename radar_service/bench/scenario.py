@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
@@ -27,13 +27,13 @@ class ScenarioError(Exception):
     """A scenario that cannot be used. Its text names the file, the key and the remedy."""
 
 
-class Table(BaseModel):
+class FrozenTable(BaseModel):
     """A table of a file: it is frozen, and has no other keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Limit(Table):
+class Limit(FrozenTable):
     """One limit on a metric. Only limits whose source was read decide; the others are shown.
 
     where_judged: whether it asks nothing of runs that cannot judge the metric, as a turn where nobody turns.
@@ -53,6 +53,9 @@ class Limit(Table):
         return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
 
 
+PLOT_METRICS = (
+    "detected", "detected_worst", "resolved", "false_plots", "range_bias_m", "range_sd_m", "bearing_bias_deg", "bearing_sd_deg",
+)  # fmt: skip
 OURS = "this project, in every scenario"
 GENERAL = tuple(
     Limit(metric=metric, source=OURS, where_judged=True, **bound)
@@ -71,11 +74,12 @@ GENERAL = tuple(
     for metric, maximum, clause in (
         ("said_cpa_nm", 0.3, "table 3"), ("said_tcpa_min", 0.5, "table 3"), ("alarm_late_scans", 2.0, "5.29.1"),
         ("false_alarms", 0.0, "5.29.1"), ("lost_errors", 0.0, "5.29.4"), ("full_errors", 0.0, "5.25.2.2"),
+        ("ais_missed", 0.05, "5.30.1"), ("ais_wrong", 0.02, "5.30.3"), ("priority_errors", 0.0, "5.30.1"),
     )
 )  # fmt: skip
 
 
-class PlotSettings(Table):
+class PlotSettings(FrozenTable):
     """How plots are extracted; see docs/plots.md.
 
     threshold: "auto" is "marine" where the scene has sea, rain or land, and "known" elsewhere.
@@ -93,12 +97,13 @@ class PlotSettings(Table):
     nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
-class PlotErrors(Table):
+class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
-    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam; those of noise are in
+    the plots already.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along her, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation; None: of each its own.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -107,7 +112,7 @@ class PlotErrors(Table):
     range_sd_m: Annotated[float, Field(ge=0)] = 0.0
     bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
     range_step_m: Annotated[float, Field(ge=0)] = 0.0
-    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] | None = None
     roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     roll_period_s: Annotated[float, Field(gt=0)] = 10.0
     missed: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -115,11 +120,35 @@ class PlotErrors(Table):
 
 
 # Plots of a small dome in a canal: the middle of what five encounters of the recorded set of Trondheim have, to 500 m.
-PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1, others=2.5)}
+PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, glint_length_m=0.0, missed=0.1, others=2.5)}
 OTHERS_M = 500.0
 
 
-class Scenario(Table):
+class AisStation(FrozenTable):
+    """A transponder, whose reports a tracker gets beside the plots.
+
+    body: its target; None: a ghost, at position_m (east, north) at time 0. latency_s: of reception, beside the slot.
+    position_error_m: standard deviation of each axis. From swap_s on it reports the motion of the target `swap_body`.
+    """
+
+    mmsi: Annotated[int, Field(ge=1, le=999_999_999)]
+    body: str | None = None
+    station_class: Literal["A", "B-SO", "B-CS"] = "A"
+    latency_s: Annotated[float, Field(ge=0, le=600)] = 0.0
+    position_error_m: Annotated[float, Field(ge=0)] = 10.0
+    offset_m: tuple[float, float] = (0.0, 0.0)
+    swap_s: float | None = None
+    swap_body: str | None = None
+    position_m: tuple[float, float] = (0.0, 0.0)
+    course_deg: float = 0.0
+    speed_kn: Annotated[float, Field(ge=0)] = 0.0
+
+    def body_at(self, time: float) -> str | None:
+        """Returns the target whose motion it reports at a time [s]."""
+        return self.body if self.swap_s is None or time < self.swap_s else self.swap_body
+
+
+class Scenario(FrozenTable):
     """One scenario.
 
     name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
@@ -129,6 +158,9 @@ class Scenario(Table):
     plot_errors: of points; none by default. Of a recording they say what its plots have.
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
+    input: what a program gets: plots, or the video of the radar, which it reads from a service.
+    answers: what it answers: tracks, also as TTM of a program of others in real time, or the plots of the video.
+    serve: further options of the service that gives the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -148,7 +180,11 @@ class Scenario(Table):
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
+    ais: tuple[AisStation, ...] = ()
     draw_biases: bool = False
+    input: Literal["plots", "video"] = "plots"
+    answers: Literal["tracks", "ttm", "plots"] = "tracks"
+    serve: tuple[str, ...] = ()
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -157,6 +193,14 @@ class Scenario(Table):
     recorded: str | None = None
     folder: Annotated[Path | None, Field(exclude=True)] = None
     file: Annotated[Path | None, Field(exclude=True)] = None
+
+    @model_validator(mode="after")
+    def _ais_is_of_targets(self) -> "Scenario":
+        for name in {name for station in self.ais for name in (station.body, station.swap_body)} - {None, *self.tracked}:
+            raise ValueError(f"ais: there is no target {name!r}")
+        if len({station.mmsi for station in self.ais}) < len(self.ais):
+            raise ValueError("ais: two stations have one mmsi")
+        return self
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:
@@ -178,7 +222,9 @@ class Scenario(Table):
     @cached_property
     def digest(self) -> str:
         """A hash of all that the scenario says: runs of another one are not mixed with its own."""
-        return hashlib.blake2b(self.model_dump_json().encode(), digest_size=8).hexdigest()
+        return hashlib.blake2b(
+            self.model_dump_json(exclude=None if self.ais else {"ais"}).encode(), digest_size=8
+        ).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:
         """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone, and biases of
@@ -255,6 +301,18 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
         raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
     kept = {"folder": scenario.folder, "file": scenario.file}
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+
+
+def with_video(scenario: Scenario, answers: str = "tracks", serve: Sequence[str] = ()) -> Scenario:
+    """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
+    on plots alone judge it. Raises ScenarioError for a recording."""
+    if scenario.recorded:
+        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "answers": answers, "serve": tuple(serve)}
+    changed |= {"folder": scenario.folder, "file": scenario.file}
+    if answers == "plots":
+        changed |= {"judges": "plots", "limit": [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]}
+    return Scenario(**{**scenario.model_dump(), **changed})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:

@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
-from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE
-from radar_service.bench.run import answered, pfa_of, threshold_kind
+from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, lengths_of
+from radar_service.bench.run import answered, extracted, pfa_of, threshold_kind
 from radar_service.bench.scenario import PlotErrors, Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
 from radar_service.bench.scores.judged_scan import JudgedScan, judged, nearest_distances
+from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, begin_run
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
+from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.scene_file.load import load_scene
 from radar_service.terminal.progress import progress
@@ -38,18 +40,26 @@ def single_run(
     """
     made_of = same_for_all(tracker_name) | {"digest": scenario.digest}
     run = observed_run(None if sealed == () else plots, scenario, seed)
-    try:
-        tracker = tracker_for(tracker_name, header_of(scenario, seed if sealed is None else None), sealed)
-    except TrackerError as error:
-        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
     name = f"{scenario.name}, seed {seed}: {tracker_name}"
     scans = progress(run.results, len(run.results), "scans", lambda _: name, within=True)
-    results, failed = _tracked(scans, tracker)
+    header = header_of(scenario, seed if sealed is None else None)
+    try:
+        if scenario.input == "video":
+            with video_of(scenario, seed, plots) as video:
+                tracker = tracker_for(
+                    program_on_video(tracker_name, scenario.answers), {**header, "video": video.header}, sealed
+                )
+                results, failed = _tracked(scans, tracker, video, scenario.answers)
+        else:
+            results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
+    except TrackerError as error:
+        return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
+    of_plots = scenario.answers == "plots"
     centred = judged(at_power_centroids(results))
     return {
         **made_of, "scenario": scenario.name, "seed": seed,
-        **(failed or {"failure": None, "metrics": metrics_of(results, run.around)}),
-        "remark": run.remark, "events": [asdict(event) for event in events_of(centred)],
+        **(failed or {"failure": None, "metrics": plot_metrics(results) if of_plots else metrics_of(results, run.around)}),
+        "remark": run.remark, "events": [] if of_plots else [asdict(event) for event in events_of(centred)],
         "scans": [_scan_data(scan) for scan in centred.scans],
     }  # fmt: skip
 
@@ -68,12 +78,12 @@ def data_sheet(scenario: Scenario) -> DataSheet:
     cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
     gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
     bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
-    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
+    lengths = [*lengths_of(scenario).values(), *(body.length for body in scene.bodies if body.name in scenario.tracked)]
     return DataSheet(
         rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
         range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
         bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
-        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
+        glint=max(lengths, default=0.0) * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
         sensors=scenario.scene.get("errors", {}).get("profile", "none"),
     )  # fmt: skip
 
@@ -105,17 +115,26 @@ def same_for_all(tracker: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tracked(observed: Iterable[ScanResult], tracker: Tracker) -> tuple[list[ScanResult], dict[str, Any] | None]:
-    """The scans that a tracker answered, and how it failed; None where it did not."""
+def _tracked(
+    observed: Iterable[ScanResult], tracker: Tracker, video: Video | None = None, answers: str = "tracks"
+) -> tuple[list[ScanResult], dict[str, Any] | None]:  # fmt: skip
+    """The scans that a tracker answered, and how it, or its video, failed; None where it did not."""
     results: list[ScanResult] = []
     line_tracker = tracker if isinstance(tracker, LineTracker) else None
     try:
-        results.extend(answered(observed, tracker))
+        if line_tracker and answers == "plots":
+            results.extend(extracted(observed, line_tracker))
+        else:
+            results.extend(answered(observed, tracker, video is not None))
+        if video and (fault := video.fault()):
+            raise TrackerError(f"video: {fault}")
     except BaseException as error:
         if line_tracker:
             line_tracker.close()
         if not isinstance(error, TrackerError):
             raise
+        if video and not str(error).startswith("video:") and (fault := video.fault()):
+            error = type(error)(f"video: {fault}; then {error}")
         last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
         return results, _failed(error, len(results), *last)
     if line_tracker:
@@ -137,7 +156,7 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
     return {
         "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
         "plots": [[plot.east, plot.north] for plot in result.given.plots],
-        "tracks": [{**asdict(track), "stale": track.track not in scan.tracks} for track in result.tracks],
+        "tracks": [{**_track_data(track), "stale": track.track not in scan.tracks} for track in result.tracks],
         "targets": [
             {
                 "body": body, "position": truth.position, "track": scan.pairs.get(body), "nearest": nearest.get(body),
@@ -146,3 +165,8 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
             for body, truth in scan.truths.items()
         ],
     }  # fmt: skip
+
+
+def _track_data(track: TrackState) -> dict[str, Any]:
+    """A track, without what it does not say of AIS."""
+    return {key: value for key, value in asdict(track).items() if value is not None or key not in ("mmsi", "priority")}

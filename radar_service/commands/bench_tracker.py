@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from radar_service.batch.jobs import JobsFailed
 from radar_service.bench.bench import bench
 from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
 from radar_service.bench.junit import write_junit
-from radar_service.bench.report import comparison, summary_table, verdict_table, write_report
+from radar_service.bench.report import comparison, plot_table, summary_table, verdict_table, write_report
 from radar_service.bench.run import simulator_of
 from radar_service.bench.scenario import (
     PROFILES,
@@ -21,10 +22,12 @@ from radar_service.bench.scenario import (
     load_scenarios,
     scenarios,
     with_profile,
+    with_video,
 )
 from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.trackers import is_built_in
+from radar_service.bench.trackers.trackers import is_built_in, is_program
+from radar_service.bench.video import program_on_video
 from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.terminal.arguments import UsageError, add_whole_number
@@ -43,6 +46,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail")
     parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
     parser.add_argument("--salt", metavar="SALT", help="of an earlier report: its seeds")
+    parser.add_argument("--input", choices=["plots", "video"], default="plots", help="what a program reads (default plots)")
+    parser.add_argument(
+        "--answers", choices=["tracks", "ttm", "plots"], default="tracks",
+        help="to video: ttm of an unmodified program, plots of an extractor",
+    )  # fmt: skip
+    parser.add_argument("--serve", default="", metavar="OPTIONS", help="of the service of the video: further ports")
     parser.add_argument("--profile", choices=sorted(PROFILES), help="plots err as those of a real set do")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
@@ -90,6 +99,15 @@ def _bench(options: argparse.Namespace) -> int:
     loaded = load_scenarios(options.scenarios)
     if options.profile:
         loaded = [with_profile(scenario, options.profile) for scenario in loaded]
+    of_plots = options.answers == "plots"
+    if options.input != "video" and (options.serve or options.answers != "tracks"):
+        raise UsageError("--answers and --serve: they are of the video; give --input video too")
+    if options.answers == "ttm" and not is_program(options.tracker):
+        raise UsageError("--answers ttm: give --tracker with the command of a program that writes TTM")
+    if of_plots and not is_program(options.tracker):
+        options.tracker = program_on_video()
+    if options.input == "video":
+        loaded = [with_video(scenario, options.answers, shlex.split(options.serve)) for scenario in loaded]
     looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
     print(_plan(options.seeds, options.smoke, looks))
     with executor_of(options) as executor:
@@ -109,7 +127,8 @@ def _bench(options: argparse.Namespace) -> int:
     write_report(report, {scenario.name: drawn_run(scenario, runs[scenario.name]) for scenario in loaded}, options.out)
     if options.junit:
         write_junit(report, options.junit, options.strict)
-    print(f"{summary_table(report)}\n{verdict_table(report)}" + str(options.out / "report.html"))
+    print(plot_table(report) if of_plots else summary_table(report))
+    print(f"{verdict_table(report)}" + str(options.out / "report.html"))
     for scenario in loaded if options.record else ():
         numbers = {run["seed"]: number for number, run in enumerate(runs[scenario.name])}
         _record(scenario, failed_runs(scenario, runs[scenario.name]), numbers, options.out)

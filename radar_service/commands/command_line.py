@@ -13,7 +13,7 @@ from typing import Protocol, cast
 from radar_service import __version__, plug_ins
 
 
-class Command(Protocol):
+class CommandModule(Protocol):
     """What the module of a command has."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
@@ -23,9 +23,9 @@ class Command(Protocol):
         """Runs the command; returns the exit status. Raises UsageError, SceneError and OSError."""
 
 
-def module_of(command: str) -> Command:
+def module_of(command: str) -> CommandModule:
     """Returns the module of a command, by its name on the command line. Raises PlugInError."""
-    return cast(Command, plug_ins.load("commands", command))
+    return cast(CommandModule, plug_ins.load("commands", command))
 
 
 def parser(command: str | None = None) -> argparse.ArgumentParser:

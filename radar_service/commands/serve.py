@@ -6,6 +6,7 @@ Scenes start in processes of their own, and meanwhile the server: what takes lon
 import argparse
 import contextlib
 import gc
+import secrets
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -52,6 +53,7 @@ class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
+BLIND_HELP = "for a program under test: it may read losslessly, change nothing, and is told neither seed nor bodies"
 EXAMPLES = """examples:
   radar-service serve harbour --truth
   radar-service serve mine.toml --host 0.0.0.0 --token-file token.txt --record day.mcap"""
@@ -63,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     groups = service_groups(parser)
     groups["what"].add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {SCENE_HELP}")
     add_network(groups)
+    groups["who may"].add_argument("--blind", action="store_true", help=BLIND_HELP)
     add_exactness(groups["how exact"])
     add_threads(groups["how fast"])
     add_ports(parser, groups)
@@ -80,7 +83,7 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
     make_simulator: makes the simulator of a scene, in the scene's own process; open_ports: opens the ports that options ask for.
     Raises StartError, SceneError, OSError, and what a port raises that cannot open.
     """
-    access = access_for(options)
+    access = _blind(options) if options.blind else access_for(options)
     logs.configure(options.log)
     gc.disable()  # until the service runs: a tenth of the time of imports
     with contextlib.ExitStack() as on_end:
@@ -100,7 +103,8 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
 
         make = SceneProcessMaker(fork_server, make_simulator)
         scene_requests = [
-            SceneRequest(scene_input, options.sandbox_all, measured_later=True) for scene_input in options.scenes
+            SceneRequest(scene_input, options.sandbox_all, measured_later=True, blind=options.blind)
+            for scene_input in options.scenes
         ]
         scenes += _started(partial(make, progress=start), scene_requests)
         from radar_service.ports.running import run
@@ -156,6 +160,13 @@ def access_for(options: argparse.Namespace) -> Access:
             "--token-for-reading: protects nothing where everybody may command; give --token-file FILE as well"
         )
     return Access(command, read, frozenset(name.lower() for name in (options.host, *options.allow_host)))
+
+
+def _blind(options: argparse.Namespace) -> Access:
+    """Access to a radar for a program under test: nobody knows the token to command."""
+    if options.truth:
+        raise AccessError("--blind: --truth tells all; leave one of them out")
+    return replace(access_for(options), command=secrets.token_hex(32), lossless=True)
 
 
 def token(text: str | None, path: Path | None) -> str | None:

@@ -34,7 +34,7 @@ ON_SURFACE = 1e-9  # of the range: a surface does not occlude a point that lies 
 
 
 @dataclass(frozen=True)
-class Hits:
+class AzimuthHits:
     """Hits (H,) of the rays of one azimuth: slant range and height above the sea [m], offsets from boresight [rad]."""
 
     range: Floats
@@ -115,7 +115,7 @@ class DocumentedEngine:
             received[: self._transmitted.size] = 0.0
         return compress(received, self._transmitted, self._window, radar.bins).astype(np.complex64)
 
-    def amplitude(self, hits: Hits) -> Floats:
+    def amplitude(self, hits: AzimuthHits) -> Floats:
         """Amplitude (H,) of each hit, relative; declared cross-sections do not enter. Source:
         docs/specification.md eq. 8."""
         radar, environment = self._scene.radar, self._scene.environment
@@ -123,7 +123,7 @@ class DocumentedEngine:
         loss = printed_atmosphere(hits.range, environment.gas_db_per_km)
         return gain / (hits.range**2 + 1.0) * loss * self._multipath(hits)  # eq. 8
 
-    def _multipath(self, hits: Hits) -> Floats | float:
+    def _multipath(self, hits: AzimuthHits) -> Floats | float:
         radar, environment = self._scene.radar, self._scene.environment
         if not environment.multipath:
             return 1.0
@@ -139,7 +139,7 @@ class DocumentedEngine:
         )
         return np.abs(factor) ** 2
 
-    def _hits(self, boresight: float, time: float, random: np.random.Generator) -> Hits:
+    def _hits(self, boresight: float, time: float, random: np.random.Generator) -> AzimuthHits:
         """Hits of the rays of one azimuth [rad] at `time` [s]; each visible point body adds one."""
         radar = self._scene.radar
         antenna = self._scene.antenna(time)[0]
@@ -152,7 +152,7 @@ class DocumentedEngine:
         distance = np.append(distance, points.range)
         met = distance < radar.range_max
         height = antenna[2] + distance[met] * np.sin(elevation[met] + radar.tilt)
-        return Hits(distance[met], azimuth[met], elevation[met], height)
+        return AzimuthHits(distance[met], azimuth[met], elevation[met], height)
 
     def _in_sector(self, boresight: float, antenna: Floats, time: float) -> list[Solid]:
         """The bodies whose bounding sphere reaches into the rays of this azimuth."""
@@ -171,7 +171,7 @@ class DocumentedEngine:
         chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max) & self._presences.at(time))
         return [Solid(triangles[k], position[k], rotations[k]) for k in chosen]
 
-    def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
+    def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> AzimuthHits:
         """Points within 1.5 beamwidths both ways that no surface occludes, as hits."""
         radar = self._scene.radar
         positions = self._point_poses.at(np.array([time])).position[0]
@@ -184,7 +184,7 @@ class DocumentedEngine:
         chosen = np.flatnonzero(inside & self._point_presences.at(time))
         first_hit = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         visible = chosen[first_hit >= polar.range[chosen] * (1.0 - ON_SURFACE)]
-        return Hits(polar.range[visible], azimuth[visible], elevation[visible], positions[visible, 2])
+        return AzimuthHits(polar.range[visible], azimuth[visible], elevation[visible], positions[visible, 2])
 
 
 def ground_plane(reach: float) -> tuple[Floats, Indices]:

@@ -40,7 +40,7 @@ class SidelobeGate:
         """
         spoke, cell, power = every.spoke[peak], every.cell[peak], every.power[peak]
 
-        def may(query: Indices, boxes: Boxes, box: Indices) -> Flags:
+        def may(query: Indices, boxes: DetectionBoxes, box: Indices) -> Flags:
             echo = every.power[boxes.strongest[box]]
             near, far = distances(spoke[query], boxes.spoke[:, box])
             across = np.maximum(self._azimuth[near], self._azimuth[far])
@@ -99,7 +99,7 @@ def _envelope(power: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Boxes:
+class DetectionBoxes:
     """Boxes (B,) about detections. spoke, cell: from and to (2, B); strongest: number of the strongest detection in each."""
 
     spoke: Indices
@@ -107,7 +107,7 @@ class Boxes:
     strongest: Indices
 
 
-May = Callable[[Indices, Boxes, Indices], Flags]  # queries (P,), boxes, number of the box of each query (P,)
+May = Callable[[Indices, DetectionBoxes, Indices], Flags]  # queries (P,), boxes, number of the box of each query (P,)
 Does = Callable[[Indices, Indices], Flags]  # queries (P,), a detection for each (P,)
 
 
@@ -117,7 +117,9 @@ class DetectionTree:
 
     def __init__(self, detections: Detections) -> None:
         order = np.lexsort((detections.cell, detections.spoke // STRIPE))
-        self._levels = [Boxes(np.stack([detections.spoke[order]] * 2), np.stack([detections.cell[order]] * 2), order)]
+        self._levels = [
+            DetectionBoxes(np.stack([detections.spoke[order]] * 2), np.stack([detections.cell[order]] * 2), order)
+        ]
         while len(self._levels[-1].strongest) > FANOUT:
             self._levels.append(_larger(self._levels[-1], detections))
 
@@ -148,13 +150,13 @@ class DetectionTree:
                 query, box = np.broadcast_to(query[:, None], below.shape)[exists], below[exists]
 
 
-def _larger(boxes: Boxes, detections: Detections) -> Boxes:
+def _larger(boxes: DetectionBoxes, detections: Detections) -> DetectionBoxes:
     """Boxes about FANOUT boxes each."""
     count = len(boxes.strongest)
     start = np.arange(0, count, FANOUT)
     power = detections.power[boxes.strongest]
     padded = np.concatenate([power, np.full(-count % FANOUT, -1.0)]).reshape(-1, FANOUT)
-    return Boxes(
+    return DetectionBoxes(
         np.stack([np.minimum.reduceat(boxes.spoke[0], start), np.maximum.reduceat(boxes.spoke[1], start)]),
         np.stack([np.minimum.reduceat(boxes.cell[0], start), np.maximum.reduceat(boxes.cell[1], start)]),
         boxes.strongest[start + padded.argmax(axis=1)],

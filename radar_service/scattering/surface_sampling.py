@@ -145,7 +145,7 @@ def sample_surface(
     return Scatterers(drawn.position, normal[drawn.triangle], drawn.area, drawn.triangle, phasor, middle, span)
 
 
-class _Points(NamedTuple):
+class _SurfaceSamples(NamedTuple):
     """Points (M,) on a mesh: position (M, 3) [m], triangle (M,), and area (M,) that each stands for [m^2]."""
 
     position: Floats
@@ -180,13 +180,15 @@ def _small_surface(mesh: Mesh) -> _Surface:
 
 def _along_mesh(
     mesh: Mesh, area: Floats, expected: Floats, count: int, rng: np.random.Generator, uv: Floats | None
-) -> _Points:
+) -> _SurfaceSamples:
     """Systematic sampling along the cumulated expectation (F,). A triangle that expects less than one point is represented by
     its neighbours, so the area is right in the mean. uv: (2, count) of 0 to 1, positions within the triangles; None: random."""
     cumulated = np.cumsum(expected)
     steps = (np.arange(count) + rng.random(count)) * (cumulated[-1] / count)
     triangle, position = points_in_triangles(mesh, cumulated, steps, rng.random((2, count)) if uv is None else uv)
-    return _Points(position, triangle, cumulated[-1] / count * (area / np.where(expected > 0, expected, 1.0))[triangle])
+    return _SurfaceSamples(
+        position, triangle, cumulated[-1] / count * (area / np.where(expected > 0, expected, 1.0))[triangle]
+    )
 
 
 def points_in_triangles(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats) -> tuple[Indices, Floats]:
@@ -225,7 +227,7 @@ def _even_steps(number: int) -> Floats:
 
 
 def _strata(
-    points: _Points, direction: Floats, parts: int, halvings: int, pick: Indices, sea: float
+    points: _SurfaceSamples, direction: Floats, parts: int, halvings: int, pick: Indices, sea: float
 ) -> tuple[Indices, Floats, Floats, Floats]:
     """Of points (N,) with normals `direction` (N, 3), the one of number `pick` (S,) in each of as many strata, the area that it
     stands for, and that area's middle height and vertical extent [m]; sea: its height in the body's frame [m]."""
@@ -241,7 +243,7 @@ def _split_counts(count: int) -> tuple[int, int]:
     return int(np.ceil(count / 2**halvings)), halvings
 
 
-def _patch_heights(mesh: Mesh, normal: Floats, points: _Points, sea: float) -> tuple[Floats, Floats]:
+def _patch_heights(mesh: Mesh, normal: Floats, points: _SurfaceSamples, sea: float) -> tuple[Floats, Floats]:
     """Middle heights and vertical extents (M,) [m] of square patches about points, kept within their triangles."""
     height = mesh.vertices[:, 2][mesh.faces[points.triangle]]
     low, high = (np.maximum(end, sea) for end in (height.min(axis=1), height.max(axis=1)))

@@ -24,7 +24,7 @@ DRAUGHT_PER_BEAM = 0.4  # of cargo ships; of boats somewhat less
 STABILITY_PER_BEAM = 0.1  # metacentric height over beam: cargo ships have 0.05 to 0.1, boats 0.1 to 0.2
 
 
-class Extent(NamedTuple):
+class HullExtent(NamedTuple):
     """Length and breadth [m] of a body, how deep it reaches [m], and its middle, starboard and forward [m]."""
 
     length: float
@@ -33,24 +33,24 @@ class Extent(NamedTuple):
     middle: tuple[float, float]
 
 
-OWN_SHIP = Extent(75.0, 12.5, 0.0, (0.0, 0.0))  # that is no body
+OWN_SHIP = HullExtent(75.0, 12.5, 0.0, (0.0, 0.0))  # that is no body
 
 
-def extent_of(mesh: Mesh, up: float) -> Extent:
+def extent_of(mesh: Mesh, up: float) -> HullExtent:
     """Returns the extent of a mesh whose origin is `up` [m] above the sea."""
     low, high = mesh.used_vertices.min(axis=0), mesh.used_vertices.max(axis=0)
     beam, length = (high - low)[:2].tolist()
     east, north = ((low + high) / 2.0)[:2].tolist()
-    return Extent(length, beam, max(0.0, -float(low[2]) - up), (east, north))
+    return HullExtent(length, beam, max(0.0, -float(low[2]) - up), (east, north))
 
 
-def hull_from_model(model: HullModel, extent: Extent | None, draught: float | None, location: str) -> HullForm:
+def hull_from_model(model: HullModel, extent: HullExtent | None, draught: float | None, location: str) -> HullForm:
     """Returns the hull of a ship; extent: of its mesh, None without one. draught: of the body, or None. Raises SceneError.
 
     Its roll period by default is 2 C B / sqrt(GM), C = 0.373 + 0.023 B / T - 0.043 L / 100: IMO MSC.267(85), 2008 Intact
     Stability Code, part A, 2.3.4. Its waterplane by default is that of Schneekluth and Bertram 1998, (1 + 2 C_B) / 3.
     """
-    extent = Extent(0.0, 0.0, 0.0, (0.0, 0.0)) if extent is None else extent
+    extent = HullExtent(0.0, 0.0, 0.0, (0.0, 0.0)) if extent is None else extent
     length, breadth = model.length_m or extent.length, model.beam_m or extent.breadth
     if not length or not breadth:
         missing = "length_m" if not length else "beam_m"

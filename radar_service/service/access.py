@@ -36,7 +36,8 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True)
 class Access:
-    """command: the token that is needed to change anything; read: the token to read; None: no token is needed.
+    """command: the token that is needed to change anything; read: the token to read; None: no token is needed. lossless: whether
+    who may read may delay the radar.
 
     hosts: names that requests may call this server by, None for any. Addresses and localhost are always allowed: a page of
     another site can direct its own name to this server, but not an address.
@@ -45,6 +46,7 @@ class Access:
     command: str | None = None
     read: str | None = None
     hosts: frozenset[str] | None = None
+    lossless: bool = False
 
     def role(self, authorization: str) -> Role | None:
         """Returns the role that an Authorization header gives; None for the rights of everybody."""

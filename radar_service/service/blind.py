@@ -24,6 +24,12 @@ def told_plan(plan: Mapping[str, Any], knows_truth: bool) -> dict[str, Any]:
     return {**plan, **hidden, **({"choices": choices} if "choices" in plan else {})}
 
 
+def told_fields(fields: Mapping[str, Any], is_blind: bool) -> dict[str, Any]:
+    """Returns fields of a radar; where it is blind, with 0 for the seed and the number of bodies, which tell the truth of a known
+    scene."""
+    return {**fields, "seed": 0, "scene": {**fields["scene"], "bodies": 0}} if is_blind else dict(fields)
+
+
 def told_warnings(warnings: tuple[str, ...], knows_truth: bool) -> list[str]:
     """Returns the warnings of a scene; none without the truth."""
     return list(warnings) if knows_truth else []

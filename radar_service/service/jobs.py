@@ -35,7 +35,7 @@ class DuplicateJob(Exception):
     """Another job has that name."""
 
 
-class Job(Progress):
+class WatchedJob(Progress):
     """One piece of work, and its progress for the function that does it. Belongs to the event loop, but for that.
 
     It runs until `JobQueue.run` has what it made: until then what ends it early closes that, afterwards it is the caller's.
@@ -67,7 +67,7 @@ class Job(Progress):
                 self.result.cancel()
             self.close()
 
-    def perform(self, work: Callable[["Job"], Result]) -> Result:
+    def perform(self, work: Callable[["WatchedJob"], Result]) -> Result:
         """Runs the work in this thread. Raises the errors of the work, and Cancelled."""
         with self._ending:
             if self.state == "cancelled":
@@ -106,19 +106,19 @@ class JobQueue:
     def __init__(self, workers: int = WORKERS, waiting: int = MAX_WAITING) -> None:
         self._maximum = workers + waiting
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="job")
-        self._jobs: dict[str, Job] = {}
+        self._jobs: dict[str, WatchedJob] = {}
         self._closed = False
 
     @property
-    def jobs(self) -> list[Job]:
+    def jobs(self) -> list[WatchedJob]:
         """Jobs that wait or run, and the last ones that have ended."""
         return list(self._jobs.values())
 
-    def job(self, name: str) -> Job:
+    def job(self, name: str) -> WatchedJob:
         """Returns the job of that name. Raises KeyError."""
         return self._jobs[name]
 
-    async def run(self, kind: str, work: Callable[[Job], Result], name: str | None = None) -> Result:
+    async def run(self, kind: str, work: Callable[[WatchedJob], Result], name: str | None = None) -> Result:
         """Returns work(job), computed in a thread of the queue; `work` must end when the job is cancelled.
 
         name: of the job, by default a random one. Raises Busy, DuplicateJob, what the work raises, and Cancelled, at once: the
@@ -144,17 +144,17 @@ class JobQueue:
             job.cancel()
         self._threads.shutdown(wait=False)
 
-    def _add(self, kind: str, name: str) -> Job:
+    def _add(self, kind: str, name: str) -> WatchedJob:
         running = [job for job in self._jobs.values() if not job.is_over]
         if name in {job.name for job in running}:
             raise DuplicateJob(f'job: "{name}" runs already; give another name')
         if self._closed or len(running) >= self._maximum:
             raise Busy(f"{len(running)} jobs run or wait; try again later")
         self._jobs.pop(name, None)
-        job = self._jobs[name] = Job(name, kind)
+        job = self._jobs[name] = WatchedJob(name, kind)
         return job
 
-    def _finish(self, job: Job) -> None:
+    def _finish(self, job: WatchedJob) -> None:
         """Forgets what the job has made, and the oldest jobs that have ended, beyond MAX_FINISHED."""
         job.result = None
         if not job.is_over:  # the request was cancelled, its work was not

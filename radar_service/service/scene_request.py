@@ -24,6 +24,7 @@ class SceneRequest:
     goes_on: whether it goes on with the time, the commands and the errors of a scene that runs.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this scene request before; it is not made again.
+    blind: whether clients are told neither the seed nor the number of bodies.
     measured_later: whether its first spokes come before the counts and costs of its plan.
     folder: kept while this scene request exists; it owns the files of an upload.
     """
@@ -35,6 +36,7 @@ class SceneRequest:
     goes_on: bool = False
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+    blind: bool = False
     measured_later: bool = field(default=False, compare=False)
     folder: object = field(default=None, compare=False, repr=False)
 

@@ -53,6 +53,11 @@ class Epoch:
         return {key: value for key, value in vars(self).items() if key not in ("spoke_source", "commands")}
 
     @property
+    def is_blind(self) -> bool:
+        """Whether clients are told neither the seed nor the number of bodies."""
+        return self.scene_request is not None and self.scene_request.blind
+
+    @property
     def goes_on(self) -> bool:
         """Whether it goes on with the time, the commands and the errors of a scene that ran."""
         return self.scene_request is not None and self.scene_request.goes_on
@@ -138,7 +143,7 @@ class SpokeSink(Protocol):
         """Receives the notice that no spokes come until another epoch opens."""
 
 
-class Sent(NamedTuple):
+class SentSpokes(NamedTuple):
     """Spokes of a scan that were sent, for those who do not need them: times of the first and the last one [s].
 
     ends: whether they end the scan; commands: how many act until then.
@@ -158,7 +163,7 @@ class SentListener(Protocol):
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch: the spokes of another scene or range follow."""
 
-    def sent(self, what: Sent) -> None:
+    def sent(self, what: SentSpokes) -> None:
         """Takes the notice of the next spokes."""
 
     def close(self, reason: str) -> None:
@@ -178,7 +183,7 @@ class SentNotices:
         ends = block.index + len(block) == epoch.info.radar.azimuths
         commands = epoch.commands.acting_at(block.first + len(block) - 1)
         self._listener.sent(
-            Sent(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
+            SentSpokes(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
         )
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:

@@ -34,7 +34,7 @@ STANDARD_STREAMS = 3  # descriptors that a child keeps
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
 
 
-class Order(NamedTuple):
+class TileRequest(NamedTuple):
     """What a process is to compute: tiles of a scan that hold requested azimuths (A,), under commands.
 
     goes_on: whether those of the scans after it follow, until the order is given up.
@@ -166,7 +166,7 @@ class TileProcesses:
             child.wait()
             share = requested & np.repeat(self._shares.owners == number, self._length)[: len(requested)]
             if share.any():
-                child.order(Order(due.scan, share, goes_on, due.sources, 0, due.commands))
+                child.order(TileRequest(due.scan, share, goes_on, due.sources, 0, due.commands))
 
     def _received(self, number: int) -> SourceTile:
         """The next tile from its process, while tiles that come from others wait."""
@@ -197,7 +197,7 @@ class _Child:
         self._commands: Sequence[Command] = ()
         self._ending = weakref.finalize(self, _end, channel, process, self._handle)
 
-    def order(self, order: Order) -> None:
+    def order(self, order: TileRequest) -> None:
         """Gives an order, with all its commands, to a process that has none. Raises OSError where it has died."""
         known, self._commands = self._commands, order.commands
         kept = same_at_first(self._commands, known)
@@ -289,7 +289,9 @@ def _live(channel: Channel, tiles: SourceTiles, steering: Steering) -> NoReturn:
         os._exit(0)
 
 
-def _obey(sender: TileSender, tiles: SourceTiles, steering: Steering, order: Order, commands: Sequence[Command]) -> None:
+def _obey(
+    sender: TileSender, tiles: SourceTiles, steering: Steering, order: TileRequest, commands: Sequence[Command]
+) -> None:
     """Sends the tiles of an order until it is given up, then DONE or an error."""
     answer: str | Exception = DONE
     sender.begin()

@@ -23,7 +23,7 @@ from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.resting import RestingField, resting_fields, resting_numbers
-from radar_service.sources.rows import Windows, source_rows
+from radar_service.sources.rows import WindowedSources, source_rows
 
 Cells = NDArray[np.int32]
 EVERY = slice(None)
@@ -152,7 +152,7 @@ class Labeller:
         radar = self._prepared.scene.radar
         return unlabelled(azimuths, radar.bins, self._noise, int(self._numbers.max()), radar.label_floor)
 
-    def _offer_windows(self, strongest: Strongest, windows: Windows) -> None:
+    def _offer_windows(self, strongest: Strongest, windows: WindowedSources) -> None:
         """Offers sources that stand in few columns, as far as they may exceed the noise."""
         if not len(windows.number):
             return

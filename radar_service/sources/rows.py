@@ -16,7 +16,7 @@ from radar_service.numerics.types import Flags, Indices, Profiles
 
 
 @dataclass(frozen=True)
-class Windows:
+class WindowedSources:
     """Sources (S,) that stand in windows of their own on one grid.
 
     number: (S,) source numbers.
@@ -42,7 +42,7 @@ class SourceRows:
     """
 
     full_rows: dict[int, Profiles]
-    windows: tuple[Windows, ...]
+    windows: tuple[WindowedSources, ...]
 
 
 def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, full_rows: Collection[int] = ()) -> SourceRows:
@@ -75,8 +75,8 @@ def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, ful
         spread[~record.transmitting] = 0.0
     alone = np.flatnonzero(shared)[np.argsort(begin[shared])]
     windows = (
-        Windows(present[alone], begin[alone], begin[alone], width[alone], record.rows),
-        Windows(present[again], begin[again], at[:-1], width[again], grid),
+        WindowedSources(present[alone], begin[alone], begin[alone], width[alone], record.rows),
+        WindowedSources(present[again], begin[again], at[:-1], width[again], grid),
     )
     return SourceRows({int(present[s]): row for s, row in rows.items()}, windows)
 

@@ -17,8 +17,8 @@ from radar_service.scene_file.document import scene_content, scene_path, validat
 from radar_service.scene_file.key_paths import put
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.platform import radar_entries
-from radar_service.sweep.runs import Run, Runs
-from radar_service.sweep.spec import SweepError, SweepSpec, Values, load_spec
+from radar_service.sweep.runs import Runs, SweepRun
+from radar_service.sweep.spec import KeyValues, SweepError, SweepSpec, load_spec
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene, known_radar
@@ -47,7 +47,7 @@ class Inputs:
         """All runs. Raises SweepError."""
         return Runs(self.spec)
 
-    def content(self, run: Run) -> dict[str, Any]:
+    def content(self, run: SweepRun) -> dict[str, Any]:
         """Returns the content of the scene of a run, with its values. Raises SweepError."""
         source = self.scenes[run.scene]
         content = deepcopy(dict(source.content))
@@ -58,7 +58,7 @@ class Inputs:
             raise SweepError(str(error)) from None
         return content
 
-    def radar(self, run: Run) -> Radar:
+    def radar(self, run: SweepRun) -> Radar:
         """Returns the radar of a run. Raises SweepError where the scene is not valid, as far as that shows without its files."""
         try:
             entries = {entry.id: entry.model for entry in radar_entries(validated(self.content(run)).radar)}
@@ -66,7 +66,7 @@ class Inputs:
         except ValueError as error:
             raise SweepError(_with_values(error, run, self.scenes[run.scene].name)) from None
 
-    def scene(self, run: Run) -> Scene:
+    def scene(self, run: SweepRun) -> Scene:
         """Returns the scene of a run, as its radar has it. Raises SweepError."""
         source = self.scenes[run.scene]
         content = self.content(run)
@@ -149,7 +149,7 @@ def _source(name: str, folder: Path, spec: SweepSpec) -> SceneSource:
     beside = folder / name
     path = scene_path(beside if beside.is_file() else name)
     content = json.loads(_json(scene_content(path)))
-    varied = [values.choice if isinstance(values, Values) else values for values in spec.vary.values()]
+    varied = [values.choice if isinstance(values, KeyValues) else values for values in spec.vary.values()]
     named = named_files([content, varied], path.parent)
     return SceneSource(name, content, {text: file.read_bytes() for text, file in named.items() if _stays_inside(text)})
 
@@ -162,7 +162,7 @@ def _hash(content: bytes) -> str:
     return hashlib.blake2b(content, digest_size=16).hexdigest()
 
 
-def _with_values(error: Exception, run: Run, name: str) -> str:
+def _with_values(error: Exception, run: SweepRun, name: str) -> str:
     """The text of an error, with the values that a run has."""
     values = "".join(f", {key} = {value!r:.60}" for key, value in run.values.items())
     return f"{name}{values}: {error}"

@@ -12,7 +12,7 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.sources.numbers import source_names
 from radar_service.sweep.inputs import Inputs
-from radar_service.sweep.runs import Run
+from radar_service.sweep.runs import SweepRun
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.variables import Variable, bins_of, variables
 from radar_service.world.scene import Scene
@@ -110,7 +110,7 @@ def layout_of(inputs: Inputs) -> StoreLayout:
     return layout.in_chunks(spec.scans_per_chunk)
 
 
-def _check_sizes(inputs: Inputs, radars: list[tuple[Run, Radar]]) -> None:
+def _check_sizes(inputs: Inputs, radars: list[tuple[SweepRun, Radar]]) -> None:
     """Raises SweepError where radars have different numbers of azimuths or bins."""
     (first, reference), spec = radars[0], inputs.spec
     for run, radar in radars:

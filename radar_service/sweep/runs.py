@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics.random import SWEEP_DRAW, SWEEP_LIST, SWEEP_SEED, generator, name_key
-from radar_service.sweep.spec import MAX_RUNS, SweepError, SweepSpec, Values
+from radar_service.sweep.spec import MAX_RUNS, KeyValues, SweepError, SweepSpec
 
 
 @dataclass(frozen=True)
-class Run:
+class SweepRun:
     """One run.
 
     number: from 0.
@@ -34,7 +34,7 @@ class Run:
     radar: str | None
 
 
-class Runs(Sequence[Run]):
+class Runs(Sequence[SweepRun]):
     """All runs of a specification, each made when it is asked for."""
 
     def __init__(self, spec: SweepSpec) -> None:
@@ -64,14 +64,14 @@ class Runs(Sequence[Run]):
         scene, *positions, _, radar = (int(k) for k in np.unravel_index(number, self.shape))
         group = number // len(self._radars)
         seed = int(generator(self.spec.seed, SWEEP_SEED, group).integers(2**63))
-        return Run(number, scene, self._values(positions, group), seed, self._radars[radar])
+        return SweepRun(number, scene, self._values(positions, group), seed, self._radars[radar])
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
         """The keys of which each run draws its own value."""
         return tuple(key for key, values in self._lists.items() if values is None)
 
-    def corners(self) -> list[Run]:
+    def corners(self) -> list[SweepRun]:
         """Returns runs that have, between them, each scene, each radar, each listed value, and the first draws."""
         firsts = [0] * len(self.shape)
         numbers = {0, len(self) - 1}
@@ -92,9 +92,9 @@ class Runs(Sequence[Run]):
         }
 
 
-def _listed(spec: SweepSpec, key: str, values: Values | tuple[Any, ...]) -> Sequence[Any] | None:
+def _listed(spec: SweepSpec, key: str, values: KeyValues | tuple[Any, ...]) -> Sequence[Any] | None:
     """The values that are crossed; None where each run draws its own."""
-    if not isinstance(values, Values):
+    if not isinstance(values, KeyValues):
         return values
     if values.range is not None:
         numbers: list[float] = np.linspace(*values.range, values.count or 2).tolist()
@@ -105,7 +105,7 @@ def _listed(spec: SweepSpec, key: str, values: Values | tuple[Any, ...]) -> Sequ
 def _draw(spec: SweepSpec, key: str, purpose: int, group: int, count: int = 1) -> list[Any]:
     """Values drawn for a key, which depend on the seed of the sweep, the key, and what they are for."""
     values, rng = spec.vary[key], generator(spec.seed, purpose, group, name_key(key))
-    assert isinstance(values, Values)
+    assert isinstance(values, KeyValues)
     if values.choice is not None:
         return [values.choice[k] for k in rng.integers(len(values.choice), size=count)]
     if values.integers is not None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, ValidationError, WithJsonSchema, field_validator, model_validator
 
-from radar_service.bench.scenario import PlotSettings, Table
+from radar_service.bench.scenario import FrozenTable, PlotSettings
 from radar_service.records.fidelity import PRESETS
 from radar_service.terminal.arguments import UsageError
 
@@ -24,7 +24,7 @@ class SweepError(UsageError):
     """A sweep that cannot run. The text names the key, the value and the remedy."""
 
 
-class Values(Table):
+class KeyValues(FrozenTable):
     """Values of a key, in place of a list of them: one of the first six keys.
 
     range: from and to; `count` values, evenly, both ends among them.
@@ -67,8 +67,8 @@ class Values(Table):
 
 Listed = tuple[Any, ...]
 AnyValues = Annotated[
-    Annotated[Values, Tag("table")] | Annotated[Listed, Tag("list")],
-    Discriminator(lambda values: "table" if isinstance(values, Mapping | Values) else "list"),
+    Annotated[KeyValues, Tag("table")] | Annotated[Listed, Tag("list")],
+    Discriminator(lambda values: "table" if isinstance(values, Mapping | KeyValues) else "list"),
 ]
 
 
@@ -77,7 +77,7 @@ ONE_OR_MORE = {
 }
 
 
-class SweepSpec(Table):
+class SweepSpec(FrozenTable):
     """One sweep.
 
     scene: one or several: packaged scenes by name, or files beside this one.
@@ -128,10 +128,10 @@ class SweepSpec(Table):
 
     @field_validator("vary")
     @classmethod
-    def _check_values(cls, vary: Mapping[str, Values | Listed]) -> Mapping[str, Values | Listed]:
+    def _check_values(cls, vary: Mapping[str, KeyValues | Listed]) -> Mapping[str, KeyValues | Listed]:
         for key, values in vary.items():
-            listed = (values.choice or ()) if isinstance(values, Values) else values
-            if not isinstance(values, Values) and not 1 <= len(values) <= MAX_VALUES:
+            listed = (values.choice or ()) if isinstance(values, KeyValues) else values
+            if not isinstance(values, KeyValues) and not 1 <= len(values) <= MAX_VALUES:
                 raise ValueError(f"{key!r} has {len(values)} values; give 1 to {MAX_VALUES}")
             if not all(map(_is_plain, listed)):
                 raise ValueError(

@@ -10,7 +10,7 @@ from radar_service.numerics.arithmetic import arithmetic
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs, program
-from radar_service.sweep.runs import Run
+from radar_service.sweep.runs import SweepRun
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore
 from radar_service.sweep.variables import ScanReader
@@ -56,7 +56,7 @@ def run(task: RunTask) -> None:
     _last.simulator = simulator
 
 
-def write_run(store: SweepStore, inputs: Inputs, run: Run, simulator: Simulator) -> None:
+def write_run(store: SweepStore, inputs: Inputs, run: SweepRun, simulator: Simulator) -> None:
     """Computes the scans of a run chunk by chunk, and writes them; the mark comes last. Raises SweepError and OSError."""
     reader = ScanReader(simulator, inputs.spec, store.variables, store.sizes, store.body_names())
     scans, per_chunk = store.sizes["scan"], store.scans_per_chunk

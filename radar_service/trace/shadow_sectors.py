@@ -81,7 +81,7 @@ def points_behind(
     bodies = _among(sectors, azimuth, farthest)
     first, last = _edges(rising, sectors.middle[bodies], sectors.half[bodies])
     tops, lines = (np.zeros(len(sectors.begin)), np.zeros(len(azimuth))) if slopes is None else slopes
-    points = _Points(order, distance[order], lines[order])
+    points = _SightPoints(order, distance[order], lines[order])
     pairs: list[tuple[Indices, Indices]] = []
     for part in batches(np.maximum(last - first, 0).sum(axis=1), PAIRS // 2):
         row = np.repeat(bodies[part], TURNS)
@@ -93,7 +93,7 @@ def points_behind(
         yield _joined(pairs)
 
 
-class _Points(NamedTuple):
+class _SightPoints(NamedTuple):
     """Points (E,) by rising azimuth: their order, ground distances [m] and slopes of the lines of sight."""
 
     order: Indices
@@ -102,7 +102,7 @@ class _Points(NamedTuple):
 
 
 def _in_sectors(
-    body: Indices, first: Indices, last: Indices, begin: Floats, top: Floats, points: _Points
+    body: Indices, first: Indices, last: Indices, begin: Floats, top: Floats, points: _SightPoints
 ) -> tuple[Indices, Indices]:
     """Pairs (P,) of the bodies of sectors (S,) and those of their points, from `first` to `last`, that lie behind.
 

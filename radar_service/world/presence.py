@@ -125,7 +125,7 @@ class Presences:
         yield from zip([0, *edges.tolist()], [*edges.tolist(), len(time)], strict=True)
 
 
-class _Track:
+class _PresenceTrack:
     """What commands have made of a presence. current: what `at` follows; taken: with all commands."""
 
     def __init__(self, first: Presence) -> None:
@@ -173,8 +173,8 @@ class SteeredPresence(Presence):
         return PastPresence(np.zeros(1), np.ones(1, dtype=np.bool_), steered=self)
 
     @cached_property
-    def _track(self) -> _Track:
-        return _Track(Presence(*(getattr(self, field.name) for field in fields(Presence))))
+    def _track(self) -> _PresenceTrack:
+        return _PresenceTrack(Presence(*(getattr(self, field.name) for field in fields(Presence))))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -117,7 +117,7 @@ class MotionSegment(NamedTuple):
         return np.asarray(displacement[0])
 
 
-class _Track:
+class _MotionTrack:
     """What commands have made of a motion.
 
     first: the motion before the first command. current: the motion that `pose` follows.
@@ -245,8 +245,8 @@ class SteeredMotion(CommandedMotion):
         return [(segment == number, motions[number]) for number in np.unique(segment).tolist()]
 
     @cached_property
-    def _track(self) -> _Track:
-        return _Track(Motion(**_fields(self)))
+    def _track(self) -> _MotionTrack:
+        return _MotionTrack(Motion(**_fields(self)))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,16 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench.bench import report
-from radar_service.bench.report import comparison, gravest_first, page, summary_table, unit_of, verdict_table, write_report
+from radar_service.bench.report import (
+    comparison,
+    gravest_first,
+    page,
+    plot_table,
+    summary_table,
+    unit_of,
+    verdict_table,
+    write_report,
+)
 from radar_service.bench.scenario import Limit, Scenario
 from tests.bench.test_scenario import SMALL
 
@@ -109,6 +118,14 @@ def test_the_summary_has_the_gravest_scenario_first() -> None:
     assert (
         text.index("scan 1: break") < text.index("<h2") < text.index("seed 0 misses held none") < text.index("seed 1 misses")
     )
+
+
+def test_the_metrics_of_plots_are_a_table() -> None:
+    runs = [{**RUN, "metrics": {"detected": share, "range_sd_m": 2.0}} for share in (0.5, 1.0)]
+    made = report({"small": Scenario(**{**SMALL, "judges": "plots"})}, {"small": runs}, "mine")
+    lines = [line.split() for line in plot_table(made).splitlines()]
+    assert lines[1] == "small detected 0.75 0.25".split() and lines[6] == "small range_sd_m 2 0 m".split()
+    assert lines[2] == "small detected_worst none none".split()
 
 
 def test_more_failed_runs_and_events_are_counted() -> None:

@@ -44,6 +44,9 @@ def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.Captu
         (["crossing-cpa-500"], "name at least one scenario and a folder"),
         (["fly", "-o", "x"], "there is no such scenario"),
         (["crossing-cpa-500", "-o", "x", "--tracker", "no-such-program --x"], "could not be started"),
+        (["crossing-cpa-500", "-o", "x", "--answers", "plots"], "they are of the video; give --input video too"),
+        (["crossing-cpa-500", "-o", "x", "--input", "video", "--answers", "ttm"], "a program that writes TTM"),
+        (["real/autoferry-2", "-o", "x", "--input", "video"], "its plots are recorded, without video"),
         (["--compare", "a.json", "b.json"], "a.json: No such file"),
     ],
 )

@@ -14,7 +14,7 @@ from fastapi import FastAPI
 
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
-from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED, StartError, access_for, serve
+from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED, AccessError, StartError, access_for, serve
 from radar_service.ports.http.server import MAX_PER_ADDRESS, Server
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.registry import opened
@@ -115,6 +115,14 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"].values())
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen)
+
+
+def test_with_blind_nobody_commands_and_readers_may_be_lossless(scene: Path, seen: dict[str, Any]) -> None:
+    assert serve(options(str(scene), "--port", "0", "--blind"), FakeEngine, opened) == 0
+    assert seen["access"].lossless and not seen["access"].may("read", "command")
+    assert all(station.epoch.is_blind for station in seen["stations"].values())
+    with pytest.raises(AccessError, match="--blind: --truth tells all; leave one of them out"):
+        serve(options(str(scene), "--blind", "--truth"), FakeEngine, opened)
 
 
 def several(tmp_path: Path, *ids: str) -> str:

@@ -3,7 +3,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.engine.documented import DocumentedEngine, Hits
+from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
@@ -42,9 +42,9 @@ def chain(*bodies: dict[str, Any], fidelity: Fidelity = EMBREE, seed: int = 0, *
 class Listening(DocumentedEngine):
     """The chain, remembering the hits that it weighed last."""
 
-    hits: Hits
+    hits: AzimuthHits
 
-    def amplitude(self, hits: Hits) -> np.ndarray:
+    def amplitude(self, hits: AzimuthHits) -> np.ndarray:
         self.hits = hits
         return super().amplitude(hits)
 

@@ -14,7 +14,7 @@ from radar_service.records.cell_sources import UNKNOWN
 from radar_service.records.spokes import SpokeBlock
 from tests.scenes import radar
 from tests.spoke_blocks import block_of
-from tests.world.test_error_settings import settings
+from tests.world.test_world import settings
 
 AZIMUTHS = 64
 RADAR = radar(azimuths=AZIMUTHS, beamwidth_deg=8, range_max_m=256, rpm=60)

@@ -5,7 +5,14 @@ import pytest
 
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.detections import Detections
-from radar_service.plots.sidelobes import Boxes, DetectionTree, SidelobeGate, azimuth_envelope, distances, range_envelope
+from radar_service.plots.sidelobes import (
+    DetectionBoxes,
+    DetectionTree,
+    SidelobeGate,
+    azimuth_envelope,
+    distances,
+    range_envelope,
+)
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
@@ -112,7 +119,7 @@ class Near:
     def __init__(self, detections: Detections) -> None:
         self.all, self.pairs = detections, 0
 
-    def may(self, query: Indices, boxes: Boxes, box: Indices) -> Flags:
+    def may(self, query: Indices, boxes: DetectionBoxes, box: Indices) -> Flags:
         self.pairs += len(query)
         near = self.all.power[boxes.strongest[box]] > self.all.power[query]
         for position, interval in ((self.all.spoke, boxes.spoke), (self.all.cell, boxes.cell)):

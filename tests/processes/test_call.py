@@ -6,7 +6,7 @@ from radar_service.processes import call
 from radar_service.processes.call import ProcessFault, Progress, call_in_process
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.limits import SET_UP_NICENESS, MachineBusyError
-from radar_service.service.jobs import Job
+from radar_service.service.jobs import WatchedJob
 from tests.descriptors import descriptors_left
 from tests.processes import tasks
 
@@ -50,7 +50,7 @@ def test_without_descriptors_it_is_to_be_tried_again(fork_server: ForkServer) ->
 
 
 def test_cancelling_ends_it(fork_server: ForkServer) -> None:
-    class Cancelling(Job):
+    class Cancelling(WatchedJob):
         def ends_with(self, close: object) -> None:
             super().ends_with(close)  # type: ignore[arg-type]
             self.cancel()

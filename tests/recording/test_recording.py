@@ -1,11 +1,14 @@
 """A recording in process: the spokes, scans and truth of the simulator that it was made of, to the bit."""
 
 import json
+import subprocess
+import sys
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 import radar_service as rs
 from radar_service import wire
@@ -13,12 +16,15 @@ from radar_service.commands.record import record_scans
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
 from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.json_schema import COMPRESSED_IMAGE, SCENE, schema_of, truth_schema
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import Spoke
+from radar_service.records.truth import Crossing
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.terminal.extras import install_command
 from radar_service.world.commands import CommandLog
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
 from tests.service.fake import FakeEngine, labels_of, scene
@@ -218,3 +224,54 @@ def test_commands_are_recorded_and_the_engine_gives_the_same_bytes_with_them(tmp
     for scan in result.scans():
         assert scan.field.tobytes() == again.scan().field.tobytes()
     assert read(recorded(tmp_path / "plain.mcap", 1)).commands == ()
+
+
+# json_schema: the schemas describe what the channels hold.
+@pytest.mark.parametrize(("channel", "schema"), [("scene", SCENE), ("truth", truth_schema()), ("ppi", COMPRESSED_IMAGE)])
+def test_every_message_fits_its_schema(channel: str, schema: dict[str, object], recording: Path) -> None:
+    table = ChunkTable(recording)
+    lines = [json.loads(message.data) for message in table.messages(f"/radar/0/{channel}")]
+    assert len(lines) >= {"scene": 1, "truth": 7, "ppi": 3}[channel]
+    for line in lines:
+        Draft202012Validator(schema).validate(line)
+
+
+def test_a_schema_knows_the_types_of_a_record() -> None:
+    properties = schema_of(Crossing)["properties"]
+    assert properties["range"] == {"type": "number"} and properties["scan"] == {"type": "integer"}
+    assert properties["position"] == {"type": "array", "items": {"type": "number"}}
+    assert properties["mmsi"] == {"anyOf": [{"type": "integer"}, {"type": "null"}]}
+    assert properties["own_ship"]["properties"]["heading"] == {"type": "number"}
+    assert not Draft202012Validator(truth_schema()).is_valid({"type": "crossing", "range": "far"})
+
+
+# mcap_library: without the package `mcap`: a clear error, and everything else works.
+HIDE = "import sys; sys.modules['mcap'] = None; sys.modules['mcap.data_stream'] = None\n"
+
+
+def run(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", HIDE + code], capture_output=True, text=True, timeout=60)
+
+
+def test_commands_name_the_extra(tmp_path: Path) -> None:
+    (path := tmp_path / "x.mcap").touch()
+    commands = ["record", "one", "-o", str(path)], ["replay", str(path)], ["serve", "--record", str(path)]
+    result = run(f"from radar_service.__main__ import main\nprint(*map(main, {commands}))")
+    assert result.stdout.split() == ["2"] * len(commands)
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(commands) and all(line.startswith("recordings need the package mcap") for line in lines)
+    assert all(line.endswith(f"run: `{install_command('record')}`") for line in lines)
+
+
+def test_a_file_that_is_missing_is_named_before_the_extra() -> None:
+    result = run("from radar_service.__main__ import main\nsys.exit(main(['replay', 'nofile.mcap']))")
+    assert (result.returncode, result.stderr) == (2, "nofile.mcap: there is no such file; give a recording\n")
+
+
+def test_reading_names_the_extra() -> None:
+    result = run("import radar_service.recording\nradar_service.recording.read('x.mcap')")
+    assert "MissingExtra: recordings need the package mcap" in result.stderr
+
+
+def test_other_commands_do_without() -> None:
+    assert run("from radar_service.__main__ import main\nsys.exit(main(['check', 'worked-example']))").returncode == 0

@@ -8,7 +8,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene_file.describe import describe
 from radar_service.scene_file.model.seaway import HullModel
-from radar_service.scene_file.seaways import Extent, extent_of, hull_from_model
+from radar_service.scene_file.seaways import HullExtent, extent_of, hull_from_model
 from radar_service.world.motion import Motion
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.shapes import shape_mesh
@@ -91,7 +91,7 @@ def test_a_list_without_a_seaway_leans_a_ship_for_ever() -> None:
 def test_hulls_have_the_sizes_of_their_meshes() -> None:
     mesh = shape_mesh("box", {"length_m": 40.0, "width_m": 9.0, "height_m": 7.0}, 0.1)
     extent = extent_of(mesh, -2.5)
-    assert extent == Extent(40.0, 9.0, 2.5, (0.0, 0.0)) and extent_of(mesh, 1.0).depth == 0.0
+    assert extent == HullExtent(40.0, 9.0, 2.5, (0.0, 0.0)) and extent_of(mesh, 1.0).depth == 0.0
     form = hull_from_model(HullModel(), extent, None, "body[0]")
     assert (form.length, form.breadth, form.draught, form.block, form.roll_damping) == (40.0, 9.0, 2.5, 0.7, 0.1)
     assert form.waterplane == pytest.approx(0.8)
@@ -100,7 +100,7 @@ def test_hulls_have_the_sizes_of_their_meshes() -> None:
 
 
 def test_keys_of_a_hull_come_before_its_mesh() -> None:
-    extent = Extent(40.0, 9.0, 0.0, (1.0, 2.0))
+    extent = HullExtent(40.0, 9.0, 0.0, (1.0, 2.0))
     assert hull_from_model(HullModel(), extent, None, "").draught == pytest.approx(3.6)
     assert hull_from_model(HullModel(), extent, 3.0, "").draught == 3.0
     given = {"length_m": 30.0, "beam_m": 8.0, "draught_m": 2.0, "block": 0.5, "waterplane": 0.75}

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.service.jobs import MAX_FINISHED, Busy, Cancelled, DuplicateJob, Job, JobQueue
+from radar_service.service.jobs import MAX_FINISHED, Busy, Cancelled, DuplicateJob, JobQueue, WatchedJob
 
 
 def play(test: Callable[[JobQueue], Awaitable[None]], workers: int = 1, waiting: int = 1) -> None:
@@ -30,7 +30,7 @@ class Gate:
     def __init__(self) -> None:
         self.began, self.open = threading.Event(), threading.Event()
 
-    def __call__(self, job: Job) -> str:
+    def __call__(self, job: WatchedJob) -> str:
         job.ends_with(self.open.set)
         job.stage("in the middle")
         self.began.set()
@@ -108,7 +108,7 @@ def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> No
     ended = threading.Event()
 
     class Slow(Gate):
-        def __call__(self, job: Job) -> str:
+        def __call__(self, job: WatchedJob) -> str:
             super().__call__(job)
             assert ended.wait(60)
             return "too late"
@@ -140,7 +140,7 @@ def test_a_job_that_is_listed_keeps_no_result() -> None:
 
 
 def test_an_error_of_the_work_is_raised_and_noted() -> None:
-    def fail(job: Job) -> None:
+    def fail(job: WatchedJob) -> None:
         raise ValueError("it broke")
 
     async def test(queue: JobQueue) -> None:
@@ -187,7 +187,7 @@ class Scene:
 def test_a_job_that_has_ended_keeps_nothing_that_it_has_made(end: str) -> None:
     made = list[weakref.ref[Scene]]()
 
-    def work(job: Job) -> None:
+    def work(job: WatchedJob) -> None:
         scene = Scene()
         made.append(weakref.ref(scene))
         if end == "cancelled before its turn":
@@ -198,7 +198,7 @@ def test_a_job_that_has_ended_keeps_nothing_that_it_has_made(end: str) -> None:
         if end == "cancelled":
             job.cancel()
 
-    job = Job("a", "scene")
+    job = WatchedJob("a", "scene")
     with contextlib.suppress(ValueError, Cancelled):
         job.perform(work)
         job.succeed()
@@ -223,7 +223,7 @@ def test_a_job_that_is_cancelled_before_anyone_waits_for_it_returns_nothing(monk
     closed = threading.Event()
 
     async def test(queue: JobQueue) -> None:
-        def work(job: Job) -> str:
+        def work(job: WatchedJob) -> str:
             job.cancel()
             job.ends_with(closed.set)
             return "too late"
@@ -273,7 +273,7 @@ class Preempted(contextlib.AbstractContextManager[None]):
 
 
 def test_a_job_that_is_cancelled_just_before_it_begins_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    job, began = Job("a", "scene"), threading.Event()
+    job, began = WatchedJob("a", "scene"), threading.Event()
     monkeypatch.setattr(job, "_ending", Preempted(job.cancel))
     with pytest.raises(Cancelled):
         job.perform(lambda job: began.set())
@@ -281,7 +281,7 @@ def test_a_job_that_is_cancelled_just_before_it_begins_does_nothing(monkeypatch:
 
 
 def test_work_that_tells_how_it_ends_just_before_it_is_cancelled_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    job, closed = Job("a", "scene"), threading.Event()
+    job, closed = WatchedJob("a", "scene"), threading.Event()
     monkeypatch.setattr(job, "_ending", Preempted(lambda: job.ends_with(closed.set)))
     job.cancel()
     assert job.state == "cancelled" and closed.is_set()

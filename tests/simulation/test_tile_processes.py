@@ -21,7 +21,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.records.spokes import SpokeBlock
 from radar_service.simulation import tile_processes
-from radar_service.simulation.tile_processes import Order
+from radar_service.simulation.tile_processes import TileRequest
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
@@ -116,11 +116,11 @@ def test_what_was_computed_ahead_is_dropped_where_the_next_scan_is_another(chang
 
 def test_processes_go_on_without_an_order(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the next scan, of which a sector is known from its second time on; shares stay where others were not much better."""
-    orders: list[Order] = []
+    orders: list[TileRequest] = []
     original = Channel.send
 
     def send(channel: Channel, message: object) -> None:
-        orders.extend([message] if isinstance(message, Order) else [])
+        orders.extend([message] if isinstance(message, TileRequest) else [])
         original(channel, message)
 
     monkeypatch.setattr(Channel, "send", send)

@@ -63,7 +63,7 @@ class ClutterCase:
 
 
 @dataclass(frozen=True)
-class Hits:
+class TargetPowers:
     """What scans gave of a target, at R ranges in D directions. power: (S, R, D, K) of its cell on the spokes of the beam [W];
     plotted: (S, R, D) whether a plot is at it."""
 
@@ -103,7 +103,7 @@ def clutter_study(
             sum(part.plots for part in empty),
         )
         joined = [
-            Hits(np.concatenate([part.power for part in some]), np.concatenate([part.plotted for part in some]))
+            TargetPowers(np.concatenate([part.power for part in some]), np.concatenate([part.plotted for part in some]))
             for some in hits
         ]
         series.append(
@@ -175,7 +175,9 @@ def places(scene: Scene, case: ClutterCase) -> tuple[Indices, Indices]:
     ) % radar.azimuths
 
 
-def sampled(scenario: Scenario, case: ClutterCase, target: Target | None, seed: int, scans: int) -> Hits | Background:
+def sampled(
+    scenario: Scenario, case: ClutterCase, target: Target | None, seed: int, scans: int
+) -> TargetPowers | Background:
     """Returns what some scans of a case give, after one that begins the plots. Raises as `clutter_scene`."""
     scene = clutter_scene(scenario, case, target)
     simulator = Simulator(scene, scenario.fidelity, 2 * seed + (target is None))
@@ -197,7 +199,7 @@ def sampled(scenario: Scenario, case: ClutterCase, target: Target | None, seed: 
     every = np.stack(power).astype(np.float64)
     if target is None:
         return Background(every, np.sum(alarms, axis=0), np.sum(plots, axis=0))
-    return Hits(every, np.stack(plotted))
+    return TargetPowers(every, np.stack(plotted))
 
 
 def _silent(_: str) -> None:
@@ -240,7 +242,9 @@ def _counted(plots: Sequence[Plot], scene: Scene, case: ClutterCase) -> Indices:
     return result
 
 
-def _series(scenario: Scenario, case: ClutterCase, background: Background, hits: Mapping[str, Hits]) -> dict[str, Any]:
+def _series(
+    scenario: Scenario, case: ClutterCase, background: Background, hits: Mapping[str, TargetPowers]
+) -> dict[str, Any]:
     noise = receiver_noise_power(clutter_scene(scenario, case, None).radar)
     rows = [
         _row(case, background, target, measured, (r, d), noise)
@@ -251,7 +255,7 @@ def _series(scenario: Scenario, case: ClutterCase, background: Background, hits:
 
 
 def _row(
-    case: ClutterCase, background: Background, target: str, hits: Hits, place: tuple[int, int], noise: float
+    case: ClutterCase, background: Background, target: str, hits: TargetPowers, place: tuple[int, int], noise: float
 ) -> dict[str, Any]:
     """A target at a place: index of its range and of its direction."""
     r, d = place

@@ -1,7 +1,7 @@
 """Detection by range, measured on simulated scans and compared with the radar equation.
 
 Every target of a scenario stands at many ranges at once, each on a spoke and in the middle of a range cell, so that no power is
-lost between spokes or cells. A scan detects a target where her cell exceeds the threshold on any spoke of the half-power beam.
+lost between spokes or cells. A scan detects a target where its cell exceeds the threshold on any spoke of the half-power beam.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class TargetCells:
 
 
 @dataclass(frozen=True)
-class Counts:
+class BodyCounts:
     """What scans gave for each body (B,). scans: number; hits: detections; snr, square: sums of the SNR and of its square."""
 
     scans: int
@@ -55,9 +55,9 @@ class Counts:
     snr: Floats
     square: Floats
 
-    def plus(self, other: "Counts") -> "Counts":
+    def plus(self, other: "BodyCounts") -> "BodyCounts":
         """Both together."""
-        return Counts(self.scans + other.scans, self.hits + other.hits, self.snr + other.snr, self.square + other.square)
+        return BodyCounts(self.scans + other.scans, self.hits + other.hits, self.snr + other.snr, self.square + other.square)
 
 
 def detection_study(
@@ -85,7 +85,7 @@ def detection_study(
     counted = run(count, parts, executor, progress=progress)
     series = []
     for number, multipath in enumerate(kinds):
-        every = reduce(Counts.plus, counted[number * len(shares) : (number + 1) * len(shares)])
+        every = reduce(BodyCounts.plus, counted[number * len(shares) : (number + 1) * len(shares)])
         series.append(_series(study_scene(scenario, multipath, ranges), targets, every, multipath))
     return {
         "schema": SCHEMA, "scenario": scenario.name, "question": scenario.question, "source": scenario.source, "scans": scans,
@@ -147,7 +147,7 @@ def cells_of(scene: Scene, target: Target, ranges: int) -> list[int]:
     return cells
 
 
-def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: int) -> Counts:
+def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: int) -> BodyCounts:
     """Returns what some scans of a study give. Raises as `study_scene`."""
     scene, cells = study_scene(scenario, multipath, ranges)
     simulator, noise = Simulator(scene, scenario.fidelity, seed), receiver_noise_power(scene.radar)
@@ -156,14 +156,16 @@ def count(scenario: Scenario, multipath: bool, ranges: int, seed: int, scans: in
     power = np.stack([simulator.scan().power[beam, cells.cell[:, None]] for _ in range(scans)]).astype(np.float64) / noise
     snr = power[:, :, half] - 1.0
     factor = known_level_factor(PFA, scene.radar.pulses_integrated)
-    return Counts(scans, (power.max(axis=2) > factor).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
+    return BodyCounts(scans, (power.max(axis=2) > factor).sum(axis=0), snr.sum(axis=0), (snr**2).sum(axis=0))
 
 
 def _sea(multipath: bool) -> str:
     return "over the sea" if multipath else "free space"
 
 
-def _series(study: tuple[Scene, TargetCells], targets: Sequence[Target], counts: Counts, multipath: bool) -> dict[str, Any]:
+def _series(
+    study: tuple[Scene, TargetCells], targets: Sequence[Target], counts: BodyCounts, multipath: bool
+) -> dict[str, Any]:
     scene, cells = study
     return {
         "environment": _sea(multipath),
@@ -171,7 +173,7 @@ def _series(study: tuple[Scene, TargetCells], targets: Sequence[Target], counts:
     }
 
 
-def _judged(scene: Scene, cells: TargetCells, counts: Counts, target: Target, own: Flags) -> dict[str, Any]:
+def _judged(scene: Scene, cells: TargetCells, counts: BodyCounts, target: Target, own: Flags) -> dict[str, Any]:
     """One target of a series. own: which bodies (B,) are hers."""
     measured = Measured(
         np.asarray((cells.cell[own] + 0.5) * scene.radar.range_step, dtype=np.float64), cells.predicted[own], counts.scans,

@@ -25,7 +25,7 @@ APART = "cannot be told apart"
 
 
 @dataclass(frozen=True)
-class Figure:
+class MeanScore:
     """A mean over seeds, and its interval. place: 1 and the number of trackers that are better, as `leaderboard` knows it."""
 
     tracker: str
@@ -61,7 +61,7 @@ def seeds_needed(comparisons: int) -> int:
     return 1 + ceil(log2(max(comparisons, 1) / LEVEL))
 
 
-def leaderboard(losses: Mapping[str, Floats], reference: str) -> tuple[list[Figure], list[Pair]]:
+def leaderboard(losses: Mapping[str, Floats], reference: str) -> tuple[list[MeanScore], list[Pair]]:
     """Returns trackers, the best first, and pairs of the reference with each other one.
 
     losses: of each tracker by seed (N,), smaller is better. Trackers that are better than the reference come before it and those
@@ -71,7 +71,7 @@ def leaderboard(losses: Mapping[str, Floats], reference: str) -> tuple[list[Figu
     rank = dict.fromkeys(losses, 0)
     rank |= {pair.second: 1 if pair.better == reference else -1 for pair in pairs if pair.better}
     figures = [
-        Figure(tracker, 1 + sum(other < rank[tracker] for other in rank.values()), *interval(values))
+        MeanScore(tracker, 1 + sum(other < rank[tracker] for other in rank.values()), *interval(values))
         for tracker, values in losses.items()
     ]
     return sorted(figures, key=lambda figure: (figure.place, figure.mean)), pairs

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from radar_service.bench.scenario import SUFFIX, Scenario, ScenarioError, Table, file_errors, load_scenario
+from radar_service.bench.scenario import SUFFIX, FrozenTable, Scenario, ScenarioError, file_errors, load_scenario
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.key_paths import put
 from radar_service.world.error import SceneError
 
 
-class Ladder(Table):
+class Ladder(FrozenTable):
     """One ladder.
 
     name: of its file. question, expected, source: in sentences. base: a scenario, packaged or a file beside this one.

@@ -197,7 +197,7 @@ def _course_change(before: TargetTruth, after: TargetTruth) -> float:
 
 
 def target_errors(track: TrackState, truth: TargetTruth, own: TrackerInput) -> dict[str, float]:
-    """Returns the errors of QUANTITIES but the last, none below 0, at the track's time. own: as her sensors report her.
+    """Returns the errors of QUANTITIES but the last, none below 0, at the track's time. own: as its sensors report it.
 
     nan: the truth has no such quantity, as the course of a body at rest; inf: the truth has a TCPA and the track has none.
     """

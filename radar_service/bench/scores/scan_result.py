@@ -37,13 +37,15 @@ class TargetTruth:
 
 @dataclass(frozen=True)
 class ScanResult:
-    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
-    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
+    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; ais_of: of
+    each AIS report in `given` the target whose state it is, None: none that is there; flood: of the plot extractor; seconds,
+    memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
+    ais_of: tuple[str | None, ...] = ()
     seconds: float = field(default=0.0, compare=False)
     memory: int | None = field(default=None, compare=False)
 
@@ -67,8 +69,8 @@ def at_end(truth: TargetTruth, end: float) -> TargetTruth:
 
 
 def as_reported(truth: TargetTruth) -> TargetTruth:
-    """Returns a target in the frame that own ship reports: turned about her by the error of the azimuth, from where she says
-    that she is. That is where plots and tracks of it are, and no tracker can know better."""
+    """Returns a target in the frame that own ship reports: turned about it by the error of the azimuth, from where it says
+    that it is. That is where plots and tracks of it are, and no tracker can know better."""
     own, own_velocity = np.array(truth.own_position), np.array(truth.own_velocity)
     position = own + truth.own_error + _turned(truth.position - own, truth.azimuth_error)
     velocity = own_velocity + _turned(truth.velocity - own_velocity, truth.azimuth_error)

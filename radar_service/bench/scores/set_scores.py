@@ -8,7 +8,7 @@ from radar_service.bench.scores.judged_scan import CUTOFF, JudgedRun, JudgedScan
 
 ORDER = 2.0
 LAST = 20  # scans that `held` is averaged over, the last ones with a target that is due
-POINT = 15.0  # m that a track of a point may be off; of a ship LENGTH_SHARE of her length where that is more
+POINT = 15.0  # m that a track of a point may be off; of a ship LENGTH_SHARE of its length where that is more
 LENGTH_SHARE = 1.0 / 6.0  # the glint of A.823(19) appendix 3
 
 

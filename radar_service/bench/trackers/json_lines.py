@@ -3,19 +3,24 @@
 import json
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from threading import Thread
-from typing import Any
+from typing import Any, TypeVar
 
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.plots.plot import Plot
 
 ANSWER_SECONDS = 60.0  # that a tracker may take for one scan
 MAX_LINE = 2**24  # characters of an answer
 MAX_TRACKS = 1000  # of an answer: metrics compare each with each target
 MAX_NAME = 100  # characters of a track's name
 MAX_VALUE = 1e9  # m, m/s and s: the square of a larger one may overflow
+MAX_PLOTS = 10_000  # of an answer
+PLOT_KEYS = ("time", "range", "bearing")
 KEYS = ("time", "east", "north", "velocity_east", "velocity_north")
 NUMBERS, FLAGS = ("cpa", "tcpa"), ("coasting", "alarm", "lost", "full")  # that it may have
+T = TypeVar("T")
 
 
 class TrackerError(Exception):
@@ -59,6 +64,11 @@ class LineTracker(ABC):
         if scan.scan == 0:
             self.again = json.loads(line).get("again") is True
         return tracks
+
+    def plots(self, scan: TrackerInput) -> tuple[Plot, ...]:
+        """Returns the plots of an extractor in a scan of the video. Raises TrackerError."""
+        self.send(scan.as_dict())
+        return plots_from_line(self.answer(scan.scan), scan)
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Sends one line, from a thread of its own: a tracker that reads nothing would block this one for ever. Raises
@@ -121,24 +131,32 @@ class LineTracker(ABC):
 
 def tracks_from_line(line: str, scan: int) -> tuple[TrackState, ...]:
     """Returns the tracks of one answer. Raises TrackerError where it is none, or that to another scan."""
+    tracks = _records(line, scan, "tracks", MAX_TRACKS, _state)
+    if len({track.track for track in tracks}) < len(tracks):
+        raise TrackerError(f"tracker: the answer to scan {scan} names a track twice")
+    return tracks
+
+
+def plots_from_line(line: str, scan: TrackerInput) -> tuple[Plot, ...]:
+    """Returns the plots of one answer of an extractor. Raises TrackerError where it is none, or that to another scan."""
+    return _records(line, scan.scan, "plots", MAX_PLOTS, partial(_plot, scan))
+
+
+def _records(line: str, scan: int, key: str, most: int, record: Callable[[Any], T]) -> tuple[T, ...]:
+    """The records of one answer, which has them under its type."""
     try:
         answer = json.loads(line)
-        if answer["type"] != "tracks" or answer["scan"] != scan:
+        if answer["type"] != key or answer["scan"] != scan:
             raise TrackerError(
                 f"tracker: the answer to scan {scan} has type {_shown(answer['type'])}, scan {_shown(answer['scan'])}"
             )
-        if len(answer["tracks"]) > MAX_TRACKS:
-            raise TrackerError(
-                f"tracker: the answer to scan {scan} has {len(answer['tracks'])} tracks; at most {MAX_TRACKS}"
-            )
-        tracks = tuple(_state(track) for track in answer["tracks"])
+        if len(answer[key]) > most:
+            raise TrackerError(f"tracker: the answer to scan {scan} has {len(answer[key])} {key}; at most {most}")
+        return tuple(map(record, answer[key]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise TrackerError(
             f"tracker: the answer to scan {scan} is not understood ({_shown(error)}): {line[:80]!r}"
         ) from None
-    if len({track.track for track in tracks}) < len(tracks):
-        raise TrackerError(f"tracker: the answer to scan {scan} names a track twice")
-    return tracks
 
 
 def _shown(value: object) -> str:
@@ -150,16 +168,34 @@ def _state(track: Mapping[str, Any]) -> TrackState:
     name = track["track"]
     if not isinstance(name, str | int) or len(str(name)) > MAX_NAME:
         raise ValueError(f"track is {_shown(name)}; a name of at most {MAX_NAME} characters, or a whole number, is needed")
-    values: dict[str, Any] = {
-        key: float(track[key]) for key in (*KEYS, *(key for key in NUMBERS if track.get(key) is not None))
-    }
+    values: dict[str, Any] = _numbers(track, (*KEYS, *(key for key in NUMBERS if track.get(key) is not None)))
+    flags: dict[str, Any] = {key: track[key] for key in FLAGS if track.get(key) is not None}
+    for key, flag in flags.items():
+        if not isinstance(flag, bool):
+            raise ValueError(f"{key} is {_shown(flag)}; true or false is needed")
+    mmsi, priority = track.get("mmsi"), track.get("priority")
+    if mmsi is not None and (not isinstance(mmsi, int) or isinstance(mmsi, bool)):
+        raise ValueError(f"mmsi is {_shown(mmsi)}; a whole number is needed")
+    if priority not in (None, "ais", "radar"):
+        raise ValueError(f"priority is {_shown(priority)}; ais or radar is needed")
+    return TrackState(track=str(name), **values, **flags, mmsi=mmsi, priority=priority)
+
+
+def _numbers(record: Mapping[str, Any], keys: Sequence[str]) -> dict[str, float]:
+    values = {key: float(record[key]) for key in keys}
     for key, value in values.items():
         if not math.isfinite(value):
             raise ValueError(f"{key} is {value}; a finite number is needed")
         if abs(value) > MAX_VALUE:
             raise ValueError(f"{key} is {value:g}; at most {MAX_VALUE:g} is needed")
-    flags: dict[str, Any] = {key: track[key] for key in FLAGS if track.get(key) is not None}
-    for key, flag in flags.items():
-        if not isinstance(flag, bool):
-            raise ValueError(f"{key} is {_shown(flag)}; true or false is needed")
-    return TrackState(track=str(name), **values, **flags)
+    return values
+
+
+def _plot(scan: TrackerInput, plot: Mapping[str, Any]) -> Plot:
+    """A plot of an extractor, which needs no keys but PLOT_KEYS. scan: with own ship, about which it is drawn."""
+    values = _numbers(plot, PLOT_KEYS)
+    place, turn = values["range"], values["bearing"]
+    return Plot(
+        scan=scan.scan, time=values["time"], range=place, bearing=turn, east=scan.east + place * math.sin(turn),
+        north=scan.north + place * math.cos(turn), snr_db=0.0, cells=1, range_extent=(place, place), bearing_extent=(turn, turn),
+    )  # fmt: skip

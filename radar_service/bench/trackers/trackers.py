@@ -62,6 +62,11 @@ def is_built_in(name: str) -> bool:
     return name in plug_ins.names("trackers") and plug_ins.is_own(plug_ins.entry("trackers", name))
 
 
+def is_program(name: str) -> bool:
+    """Whether it is a command or a server, and no tracker in Python, which takes plots."""
+    return not (name in plug_ins.names("trackers") or _is_callable(name))
+
+
 def _is_callable(name: str) -> bool:
     return name.count(":") == 1 and " " not in name and "/" not in name
 

@@ -13,7 +13,7 @@ from radar_service.spoke_source import TellsShips
 
 
 class AisPort(SenderPort):
-    """AIVDM of the ships around the one that carries a radar, and her own AIVDO: of the first radar, or of `radar`."""
+    """AIVDM of the ships around the one that carries a radar, and its own AIVDO: of the first radar, or of `radar`."""
 
     name = "ais"
 

@@ -89,13 +89,13 @@ def sart_text(ship: AisShip) -> Bits:
 
 
 def position_of(ship: AisShip, at: Position) -> Bits:
-    """The position report of her kind and class."""
+    """The position report of its kind and class."""
     of_class = class_a_position if ship.station_class == "A" else class_b_position
     return {"ship": of_class, "aid": aid_report, "sart": class_a_position}[ship.kind](ship, at)
 
 
 def static_of(ship: AisShip) -> tuple[Bits, ...]:
-    """The static reports of her kind and class; of a SART its text."""
+    """The static reports of its kind and class; of a SART its text."""
     if ship.kind != "ship":
         return (sart_text(ship),) if ship.kind == "sart" else ()
     return (class_a_static(ship),) if ship.station_class == "A" else class_b_static(ship)

@@ -92,8 +92,8 @@ def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callab
         @router.websocket(codec.path)
         @needs("read")
         async def feed(socket: WebSocket, radar: str) -> None:
-            may_command = access.may(socket.scope.get(ROLE), "command")
-            await serve(socket, codec, stations.get(radar), may_command, refused)
+            may_delay = access.lossless or access.may(socket.scope.get(ROLE), "command")
+            await serve(socket, codec, stations.get(radar), may_delay, refused)
 
     for codec in CODECS.values():
         if codec.port == port:
@@ -102,17 +102,17 @@ def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callab
 
 
 async def serve(
-    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, refused: Callable[[str], None],
+    socket: WebSocket, codec: Codec, station: Station | None, may_delay: bool, refused: Callable[[str], None],
     request: FeedRequest | None = None,
 ) -> None:  # fmt: skip
     """Serves one client until it leaves, is disconnected, or the server stops.
 
-    A refusal is a `bye` and a close code from 4400. may_command: whether the client may use `lossless`, which delays the
+    A refusal is a `bye` and a close code from 4400. may_delay: whether the client may use `lossless`, which delays the
     radar for everybody; refused: is called with the kind of a refusal; request: by default that of the address.
     """
     await socket.accept()
     try:
-        station, client, since = _admit(socket, codec, station, may_command, request)
+        station, client, since = _admit(socket, codec, station, may_delay, request)
         station.join(client, since)
     except _Refusal as error:
         refused(REFUSALS[error.code])
@@ -135,7 +135,7 @@ class _Refusal(Exception):
 
 
 def _admit(
-    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, request: FeedRequest | None
+    socket: WebSocket, codec: Codec, station: Station | None, may_delay: bool, request: FeedRequest | None
 ) -> tuple[Station, ClientQueue, Since]:
     """Returns the station, a queue for the client, and where the client resumes. Raises _Refusal."""
     if station is None:
@@ -148,7 +148,7 @@ def _admit(
     if request.truth and not station.allow_truth:
         raise _Refusal(FORBIDDEN, "truth: this server does not send it; start it with --truth")
     _check_sources(station, request.view)
-    if request.mode == "lossless" and not may_command:
+    if request.mode == "lossless" and not may_delay:
         raise _Refusal(FORBIDDEN, "mode: lossless delays the radar for everybody; it needs the token to command")
     owner = socket.client.host if socket.client else ""
     return station, ClientQueue(request.view, request.mode, request.truth, owner=owner), request.since

@@ -20,7 +20,7 @@ MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of 
 ROUNDING = 1e-6  # instants: simulated times are sums
 
 
-class Schedule:
+class SentenceSchedule:
     """The instants of a clock that is told the time now and then."""
 
     def __init__(self) -> None:
@@ -87,7 +87,7 @@ class NmeaPort(SenderPort):
     def __init__(self, senders: Sequence[Sender], radar: str | None = None, tells_truth: bool = False) -> None:
         """tells_truth: whether bodies in sight are sent as targets, too."""
         super().__init__(senders, radar)
-        self._tells_truth, self._schedule = tells_truth, Schedule()
+        self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
 
     @override
     def tick(self, radar: str, time: float) -> None:

@@ -1,4 +1,4 @@
-"""Own ship as her sensors report her at instants, and the sentences about her."""
+"""Own ship as its sensors report it at instants, and the sentences about it."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class OwnShipReport:
 
     utc: of the instant.
     position: latitude and longitude [degrees, WGS 84]; None where the scene has no origin.
-    heading, course: from true north where she is [rad], from the map's north without a position; None while the heading is lost.
+    heading, course: from true north at its position [rad], from the map's north without a position; None without heading.
     speed: over ground [m/s].
     turn_rate: to starboard [rad/s].
     water, ground: speed ahead and to starboard [m/s].
@@ -65,7 +65,7 @@ def report(
     start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings,
     antenna: tuple[float, float] = (0.0, 0.0),
 ) -> OwnShipReport:  # fmt: skip
-    """Returns own ship at instant k. reported: readings (1,) with the errors of her sensors; antenna: of the position, starboard
+    """Returns own ship at instant k. reported: readings (1,) with the errors of its sensors; antenna: of the position, starboard
     and forward [m]."""
     true = readings_of(states)
     speed, log_error = float(reported.speed[0]), float(reported.speed[0] - true.speed[k])
@@ -92,7 +92,7 @@ def _ahead_and_aside(velocity: Floats, heading: float, log_error: float) -> tupl
 
 
 def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, float] = (0.0, 0.0)) -> list[OwnShipReport]:
-    """Returns own ship at times [s]. antenna: of the position, starboard and forward of her own [m].
+    """Returns own ship at times [s]. antenna: of the position, starboard and forward of its own [m].
 
     Raises SpokeSourceFault where the process of the scene fails.
     """

@@ -15,7 +15,7 @@ MAX_READ = 2**16  # bytes of what a client says, which nobody reads
 STALLED = 30.0  # s in which a client was behind all the time; then another one takes its place
 
 
-class _Client:
+class _TcpClient:
     """A TCP client, with what it has not taken yet.
 
     has_ended: whether it says nothing any more: it may have gone, or only read, as `ncat --recv-only` does.
@@ -55,7 +55,7 @@ class TcpSender(TcpListener):
     ) -> None:
         super().__init__(option, where, allowed)
         self.lost, self._clock = 0, clock
-        self._clients = list[_Client]()
+        self._clients = list[_TcpClient]()
 
     @property
     def clients(self) -> int:
@@ -82,7 +82,7 @@ class TcpSender(TcpListener):
         for connection, *_ in self.accepted(len(self._clients), self._make_room):
             with contextlib.suppress(OSError):  # he has gone again
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients.append(_Client(connection, self._clock()))
+            self._clients.append(_TcpClient(connection, self._clock()))
 
     def _make_room(self) -> bool:
         """Drops a client that has gone, perhaps, or else the one that is behind for the longest time."""
@@ -92,6 +92,6 @@ class TcpSender(TcpListener):
         self._drop(client)
         return True
 
-    def _drop(self, client: _Client) -> None:
+    def _drop(self, client: _TcpClient) -> None:
         self._clients.remove(client)
         client.connection.close()

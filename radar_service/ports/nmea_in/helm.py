@@ -10,7 +10,7 @@ SILENCE = 3.0  # s after which another sender may steer, and clocks may have bee
 DAY = 86_400.0  # s
 
 
-class Order(NamedTuple):
+class HelmOrder(NamedTuple):
     """motion: heading, course and speed of all sentences so far, by the keys of a command; position: of the newest one alone,
     latitude and longitude [degrees, WGS 84], or None."""
 
@@ -27,7 +27,7 @@ class Helm:
         self._motion: dict[str, float] = {}
         self._clock = (0.0, -math.inf)  # of the newest sentence with a time, and when it came
 
-    def hear(self, sender: Hashable, reading: Reading, now: float) -> Order:
+    def hear(self, sender: Hashable, reading: Reading, now: float) -> HelmOrder:
         """Returns what a sentence orders that arrives now [s]. Raises SentenceIgnoredError: holder, past."""
         if now - self._heard >= SILENCE:
             self.holder, self._motion, self._clock = sender, {}, (0.0, -math.inf)
@@ -37,7 +37,7 @@ class Helm:
             self._follow_clock(reading.clock, now)
         self._heard = now
         self._motion = self._motion | reading.motion
-        return Order(self._motion, reading.position)
+        return HelmOrder(self._motion, reading.position)
 
     def _follow_clock(self, clock: float, now: float) -> None:
         """Notes the time of a sentence; one that is up to half a day earlier than another one shortly before is of the past."""

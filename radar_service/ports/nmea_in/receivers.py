@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 from typing_extensions import override
 
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
-from radar_service.ports.nmea_in.sentence_reader import Lines
+from radar_service.ports.nmea_in.sentence_reader import SentenceLines
 from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
 from radar_service.service.token_bucket import TokenBucket
 
@@ -44,7 +44,7 @@ class _Talk:
     """What one sender says, no more than is read. spoke: when it has last ended a line, or begun [s]."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        self._lines, self._budget, self._clock = Lines(), TokenBucket(RATE, AT_ONCE, clock), clock
+        self._lines, self._budget, self._clock = SentenceLines(), TokenBucket(RATE, AT_ONCE, clock), clock
         self.spoke = clock()
 
     def lines_of(self, data: bytes, count: Count) -> list[bytes]:

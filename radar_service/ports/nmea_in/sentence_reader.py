@@ -142,7 +142,7 @@ def _degrees(text: str, side: str, sides: str, highest: float) -> float:
     return angle if side == sides[0] else -angle
 
 
-class Lines:
+class SentenceLines:
     """The lines of one stream.
 
     too_long: how many had no end within MAX_LINE bytes, and were left out; rest: the one that has no end yet.

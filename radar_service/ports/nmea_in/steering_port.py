@@ -15,7 +15,7 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.ports.nmea.nmea_port import station_of
-from radar_service.ports.nmea_in.helm import SILENCE, Helm, Order
+from radar_service.ports.nmea_in.helm import SILENCE, Helm, HelmOrder
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
 from radar_service.ports.port import Port, Service
@@ -101,7 +101,7 @@ class NmeaSteering:
             except (NoRadarError, TooManyCommandsError) as error:
                 self._tell(error)
 
-    def _note(self, order: Order) -> None:
+    def _note(self, order: HelmOrder) -> None:
         """Adds an order to the next pose, which holds at the time when its position came."""
         scene = self.station.epoch.info.scene
         if unfitness(scene):

@@ -33,7 +33,7 @@ class ChangeFeed:
         """refused: is called with the kind of each refusal."""
         self._stations, self._refused = stations, refused
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._clients: dict[Waiting, _Client] = {}
+        self._clients: dict[Waiting, _Listener] = {}
 
     def start(self) -> None:
         """Remembers the running event loop."""
@@ -56,11 +56,11 @@ class ChangeFeed:
             if len(self._clients) >= MAX_CLIENTS:
                 self._refused("changes full")
                 return await say_bye(socket, FULL, f"the service has its {MAX_CLIENTS} clients of changes; try again later")
-            await self._serve(socket, _Client(socket.scope.get(ROLE) == "command", server_end(socket)))
+            await self._serve(socket, _Listener(socket.scope.get(ROLE) == "command", server_end(socket)))
 
         return router
 
-    async def _serve(self, socket: WebSocket, client: "_Client") -> None:
+    async def _serve(self, socket: WebSocket, client: "_Listener") -> None:
         waiting = Waiting()
         for station in self._stations.values():
             for change in StateWatch(station).changes():  # at the first look all
@@ -84,7 +84,7 @@ class ChangeFeed:
             elif not client.end.done():
                 client.end.set_result((TOO_SLOW, BEHIND))
 
-    def _is_for(self, change: StateChange, client: "_Client") -> bool:
+    def _is_for(self, change: StateChange, client: "_Listener") -> bool:
         return change.kind not in SECRET or client.may_command or self._gives_truth(change.radar)
 
     def _gives_truth(self, radar: str) -> bool:
@@ -92,7 +92,7 @@ class ChangeFeed:
         return station is not None and station.allow_truth
 
 
-class _Client(NamedTuple):
+class _Listener(NamedTuple):
     """may_command: whether it has the token to command; end: why the server has to end it, once it does; most: changes that may
     wait for it."""
 

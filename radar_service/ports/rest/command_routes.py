@@ -20,7 +20,7 @@ from radar_service.ports.rest.answers import (
     station_of,
 )
 from radar_service.ports.rest.bodies import StrictRoute
-from radar_service.ports.rest.schemas import Body
+from radar_service.ports.rest.schemas import RequestBody
 from radar_service.ports.roles import needs
 from radar_service.service.radio.station import Station
 from radar_service.stages.fields import Flag, Number
@@ -30,7 +30,7 @@ READ = {**UNKNOWN, **CONFLICT, **REFUSED}
 CHANGE = {**READ, **UNREADABLE, **BUSY}
 
 
-class CommandChange(Body):
+class CommandChange(RequestBody):
     """A command to own ship or a body, from the first spoke that is not sent yet; what is left out does not change.
 
     Limits of speed and turn rate are those of the scene.

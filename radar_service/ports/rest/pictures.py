@@ -7,7 +7,7 @@ from collections.abc import Callable
 from radar_service.display.video import Controls
 from radar_service.processes.call import call_in_process
 from radar_service.processes.fork_server import ForkServer
-from radar_service.service.jobs import Job, JobQueue
+from radar_service.service.jobs import JobQueue, WatchedJob
 from radar_service.service.radio.last_scan import Revolution, draw
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import cell_layout
@@ -54,14 +54,14 @@ class Pictures:
         while len(self._kept) > MAX_KEPT:
             del self._kept[next(iter(self._kept))]
 
-    def _work(self, revolution: Revolution, video: Controls, size: int, to: float | None) -> Callable[[Job], bytes]:
+    def _work(self, revolution: Revolution, video: Controls, size: int, to: float | None) -> Callable[[WatchedJob], bytes]:
         of = revolution.of
         arguments = (
             revolution.rows, of.radar.azimuths, cell_layout(of, None, to), video, of.noise_power,
             of.scene.name, size, to, revolution.heading,
         )  # fmt: skip
 
-        def work(job: Job) -> bytes:
+        def work(job: WatchedJob) -> bytes:
             self._pause(max(0.0, self._drawn + 1.0 / MAX_PER_SECOND - time.monotonic()))
             self._drawn = time.monotonic()
             return bytes(call_in_process(self._server, job, draw, *arguments))

@@ -29,7 +29,7 @@ from radar_service.ports.roles import needs
 from radar_service.records.truth import Truth
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
-from radar_service.service.blind import told_plan
+from radar_service.service.blind import told_fields, told_plan
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.codecs.native import messages
 from radar_service.service.controls import control_definitions
@@ -134,21 +134,19 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
 def _radar_state(station: Station, knows: bool) -> schemas.RadarState:
     known = station.epoch.info
     to = cell_layout(known, None, None)
-    return schemas.RadarState.model_validate(
-        messages.radar_fields(station.identity, station.name, known.scene.radar, to)
-        | {
-            "scene": messages.scene_fields(known.scene, knows),
-            "seed": known.seed,
-            "fidelity": known.fidelity.name,
-            "plan": told_plan(known.plan, knows),
-            "controls": station.controls(),
-            "control_definitions": control_definitions(known.scene),
-            "state": state(station),
-            "epoch": station.hub.epoch,
-            "feed": CODECS["native"].path.format(radar=station.identity),
-            "encodings": list(wire.DTYPES),
-        }
-    )
+    fields = messages.radar_fields(station.identity, station.name, known.scene.radar, to) | {
+        "scene": messages.scene_fields(known.scene, knows),
+        "seed": known.seed,
+        "fidelity": known.fidelity.name,
+        "plan": told_plan(known.plan, knows),
+        "controls": station.controls(),
+        "control_definitions": control_definitions(known.scene),
+        "state": state(station),
+        "epoch": station.hub.epoch,
+        "feed": CODECS["native"].path.format(radar=station.identity),
+        "encodings": list(wire.DTYPES),
+    }
+    return schemas.RadarState.model_validate(told_fields(fields, station.epoch.is_blind))
 
 
 EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]

@@ -30,13 +30,13 @@ def problem_lines(errors: Sequence[Any]) -> list[str]:
     return lines
 
 
-class Body(BaseModel):
+class RequestBody(BaseModel):
     """The body of a request: unknown keys, non-finite numbers and values of another type are refused."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-class PaceChange(Body):
+class PaceChange(RequestBody):
     """run, pause, or step: pause after `steps` more spokes; factor: simulated seconds per second, or as fast as possible."""
 
     state: Literal["run", "pause", "step"] | None = None
@@ -65,7 +65,7 @@ def _example(control: Control) -> Any:
     return {"switch": True, "pace": {"state": "run", "factor": 1}}.get(control.kind, control.example)
 
 
-_ChangeFields: Any = create_model("_ChangeFields", __base__=Body, **{c.name: _change_field(c) for c in CONTROLS})
+_ChangeFields: Any = create_model("_ChangeFields", __base__=RequestBody, **{c.name: _change_field(c) for c in CONTROLS})
 _StateFields: Any = create_model("_StateFields", **{c.name: STATE_TYPES[c.kind] for c in CONTROLS})
 
 
@@ -114,7 +114,7 @@ class ErrorsState(BaseModel):
     feed: FeedErrorsModel | None
 
 
-class SceneChoice(Body):
+class SceneChoice(RequestBody):
     """The scene that a radar is to run: the name of a listed scene, or a whole scene (without files)."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"scene": "harbour"}]})
@@ -122,7 +122,7 @@ class SceneChoice(Body):
     scene: str | dict[str, Any]
 
 
-class SceneUpload(Body):
+class SceneUpload(RequestBody):
     """A scene to keep under a name; a scene with meshes is sent as multipart/form-data instead."""
 
     name: str

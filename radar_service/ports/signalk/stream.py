@@ -40,7 +40,7 @@ class Streams:
     def __init__(self, service: Service, radars: Radars) -> None:
         self._service, self.radars = service, radars
         self.values = Values(self._note, self.timestamp)
-        self._clients: set[_Client] = set()
+        self._clients: set[_StreamClient] = set()
 
     def timestamp(self) -> str:
         """Returns the time of the world of the first radar, as text."""
@@ -72,7 +72,7 @@ class Streams:
 
     async def _serve(self, socket: WebSocket, subscriptions: tuple[Subscription, ...], cached: bool) -> None:
         may_command = self._service.access.may(socket.scope.get(ROLE), "command")
-        client = _Client(socket, self, may_command)
+        client = _StreamClient(socket, self, may_command)
         if websocket := framed(socket.scope):
             websocket.widen(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE, BYTES_PER_MESSAGE)
         self.values.keep_radars(self.radars)
@@ -88,7 +88,7 @@ class Streams:
             client.note(path)
 
 
-class _Client:
+class _StreamClient:
     """One client of the stream."""
 
     def __init__(self, socket: WebSocket, streams: Streams, may_command: bool) -> None:

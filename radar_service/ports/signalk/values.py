@@ -82,7 +82,7 @@ def radar_values(identity: str, station: Station) -> dict[Path, Any]:
 
 
 def own_ship_values(own: OwnShipReport) -> dict[Path, Any]:
-    """Returns own ship as her sensors report her; what is not known is left out."""
+    """Returns own ship as its sensors report it; what is not known is left out."""
     known = {"headingTrue": own.heading, "courseOverGroundTrue": own.course, "speedOverGround": own.speed}
     position = None if own.position is None else dict(zip(("latitude", "longitude"), own.position, strict=True))
     return _navigation(SELF, known | {"position": position})

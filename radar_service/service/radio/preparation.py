@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from radar_service.processes.call import Progress
-from radar_service.service.jobs import Job, JobQueue
+from radar_service.service.jobs import JobQueue, WatchedJob
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.world.commands import Command
@@ -47,7 +47,7 @@ class Preparations:
             if (spoke_source := self._taken(scene_request))
         }
 
-        def prepare(progress: Job) -> dict[str, SpokeWorker]:
+        def prepare(progress: WatchedJob) -> dict[str, SpokeWorker]:
             workers, requests = dict[str, SpokeWorker](), dict(scene_requests)
             with contextlib.ExitStack() as on_failure:
                 while missing := [name for name in requests if name not in workers]:

@@ -83,7 +83,7 @@ class Sent(NamedTuple):
     """The sinks have taken the spokes of `Send`."""
 
 
-class Commanded(NamedTuple):
+class CommandsDone(NamedTuple):
     """Commands were carried out, at a time of the wall clock [s]."""
 
     time: float
@@ -114,7 +114,7 @@ class Opened(NamedTuple):
     """The sinks have the epoch of the spoke source that took over."""
 
 
-Event = Looked | Taken | Due | Sent | Commanded | Failed | Restarted | TakenOver | Opened
+Event = Looked | Taken | Due | Sent | CommandsDone | Failed | Restarted | TakenOver | Opened
 
 
 class Take(NamedTuple):
@@ -240,7 +240,7 @@ class RadioState:
                 return self._due(event)
             case Sent():
                 self._sent()
-            case Commanded():
+            case CommandsDone():
                 self._pace.commanded(event.time)
             case Failed():
                 self._fail(event)

@@ -27,7 +27,7 @@ from radar_service.scene_file.load import scene_from_model
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
-from radar_service.service.radio.spare import Spares, TakeOver
+from radar_service.service.radio.spare import Spares, SpareTakesOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.commands import Command
@@ -84,7 +84,7 @@ def run_scene(
             plan = PlanChild.forked(lambda: simulator.info.plan, spares.ends) if _comes_later(scene_request) else None
             try:
                 return _compute(spares, simulator, info.radar, answering, plan)
-            except TakeOver:
+            except SpareTakesOver:
                 pass
 
 
@@ -145,7 +145,7 @@ def _compute(
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
         return
-    except TakeOver:
+    except SpareTakesOver:
         raise
     except Exception as error:  # as above
         data.send(f"{type(error).__name__}: {error}")

@@ -23,7 +23,7 @@ class NewSpare:
     process: int
 
 
-class TakeOver(Exception):
+class SpareTakesOver(Exception):
     """Raised in a spare that runs from now on, by `Spares.renew`."""
 
 
@@ -56,7 +56,7 @@ class Spares:
         finally:
             answering.release()
         if takes_over:
-            raise TakeOver
+            raise SpareTakesOver
 
     def _told_first(self, process: int | None) -> Channel:
         self.ends[0].send(process)

@@ -109,7 +109,7 @@ class Transmitter:
 
     def commanded(self) -> None:
         """Counts the commands that came, and lets the pacer go on."""
-        self._tell(radio.Commanded(self._clock()))
+        self._tell(radio.CommandsDone(self._clock()))
         self.pacer.waiting = False
 
     def going_on(self, leads: float, spoke_source: SceneSpokeSource) -> tuple[int, Sequence[Command]]:

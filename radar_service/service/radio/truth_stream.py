@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from radar_service.service.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.service.spokes import RadarInfo, Sent
+from radar_service.service.spokes import RadarInfo, SentSpokes
 from radar_service.spoke_source import SpokeSource, TruthLine
 
 MAX_FOLLOWERS = 16
@@ -27,15 +27,15 @@ class Follower:
     def __init__(self, radiometric: bool = False) -> None:
         self.radiometric = radiometric
         self.reason, self.code = "", GOING_AWAY
-        self._sent: asyncio.Queue[Sent | None] = asyncio.Queue()
+        self._sent: asyncio.Queue[SentSpokes | None] = asyncio.Queue()
 
-    async def next(self) -> Sent | None:
+    async def next(self) -> SentSpokes | None:
         """Returns what was sent next; None at the end."""
         if (sent := await self._sent.get()) is None:
             self._sent.put_nowait(None)
         return sent
 
-    def put(self, sent: Sent) -> None:
+    def put(self, sent: SentSpokes) -> None:
         """Notes what was sent."""
         if self._sent.qsize() < MAX_BEHIND:
             return self._sent.put_nowait(sent)
@@ -73,7 +73,7 @@ class TruthStream:
         """Remembers the source."""
         self._spoke_source = radar.epoch.spoke_source
 
-    def sent(self, what: Sent) -> None:
+    def sent(self, what: SentSpokes) -> None:
         """Tells the followers what was sent."""
         if self._followers and self._loop:
             self._loop.call_soon_threadsafe(self._put, what)
@@ -105,7 +105,7 @@ class TruthStream:
         header, waiting = "", deque[TruthLine]()
         position: tuple[SpokeSource, int, int] | None = None
         before = 0.0
-        sent: Sent | None = Sent(self._spoke_source, -1, 0.0, 0.0, False)
+        sent: SentSpokes | None = SentSpokes(self._spoke_source, -1, 0.0, 0.0, False)
         while sent is not None:
             if (sent.spoke_source, sent.scan, sent.commands) != position:
                 first = await self._asked(sent.spoke_source, None)
@@ -124,7 +124,7 @@ class TruthStream:
             before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 
-    def _put(self, sent: Sent) -> None:
+    def _put(self, sent: SentSpokes) -> None:
         for follower in self._followers:
             follower.put(sent)
 

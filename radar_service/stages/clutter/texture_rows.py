@@ -137,7 +137,7 @@ class TextureRows:
             total[:, :last] += near
         return total
 
-    def _lines(self, row: Indices, time: Floats) -> "Lines":
+    def _lines(self, row: Indices, time: Floats) -> "TextureLines":
         """The rows (J,) in the frames of the earlier and of the later field."""
         grid = self.grid
         field = np.floor(time / grid.lifetime).astype(np.int64)
@@ -148,9 +148,9 @@ class TextureRows:
         number = np.concatenate([field, field + 1])
         start = np.tile(now, (2, 1)) - grid.waves * (np.tile(time, 2) - number * grid.lifetime)[:, None]
         share = np.concatenate([np.cos(blend), np.sin(blend)]).astype(np.float32)
-        return Lines(np.tile(row, 2), number, share, start, start - own[number - low], self._outward[np.tile(row, 2)])
+        return TextureLines(np.tile(row, 2), number, share, start, start - own[number - low], self._outward[np.tile(row, 2)])
 
-    def _on_map(self, lines: "Lines", columns: int) -> Singles:
+    def _on_map(self, lines: "TextureLines", columns: int) -> Singles:
         """The blended fields (J, columns) on the map, summed over the pulse."""
         assert self._tile is not None
         taps = self._taps.astype(np.float32)
@@ -166,7 +166,7 @@ class TextureRows:
         return summed
 
 
-class Lines(NamedTuple):
+class TextureLines(NamedTuple):
     """Azimuth rows as lines in the frames of fields, which drift with the waves: J rows in the earlier field, then in the later.
 
     row, field: (2 J,) numbers.
@@ -200,7 +200,7 @@ class IndependentRows:
         self._fields: ResultCache[int, _Field] = ResultCache(FIELDS)
         self._amplitudes: ResultCache[int, Singles] = ResultCache(-(-rows // BLOCK))
 
-    def rows(self, lines: Lines, first: int) -> Singles:
+    def rows(self, lines: TextureLines, first: int) -> Singles:
         """Values (2 J, N) in the columns from `first` on."""
         grid, moved, outward = self._grid, lines.moved, lines.outward
         count = len(grid.distance) - first

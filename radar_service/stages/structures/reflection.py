@@ -70,7 +70,7 @@ def near_field(aperture: Aperture, wavelength: float, distance: float, across: F
     return field
 
 
-class Reflector:
+class LitStructure:
     """One structure that an aperture lights."""
 
     def __init__(self, structure: Structure, aperture: Aperture, wavelength: float, polarization: str) -> None:
@@ -107,12 +107,12 @@ class Reflector:
 @lru_cache(maxsize=8)
 def reflectors(
     aperture: Aperture, wavelength: float, structures: tuple[Structure, ...], polarization: str
-) -> tuple[Reflector, ...]:
+) -> tuple[LitStructure, ...]:
     """The structures that reflect."""
-    return tuple(Reflector(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
+    return tuple(LitStructure(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
 
 
-def structure_reflectors(radar: Radar) -> tuple[Reflector, ...]:
+def structure_reflectors(radar: Radar) -> tuple[LitStructure, ...]:
     """The structures of a radar's ship that reflect."""
     structures = radar.effects.get("structures", ())
     aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if structures else None
@@ -142,7 +142,7 @@ class IndirectPaths:
         return concatenated(parts, len(sights.boresight))
 
     def _by(
-        self, reflector: Reflector, echoes: BeamWeightedEchoes, sights: Sights, direct: Complexes
+        self, reflector: LitStructure, echoes: BeamWeightedEchoes, sights: Sights, direct: Complexes
     ) -> list[BeamWeightedEchoes]:
         """Paths there and back by one structure, and paths one way by it."""
         field, ray = reflector.field(sights.from_bow, sights.boresight - sights.heading)

@@ -25,7 +25,7 @@ from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage
 from radar_service.stages.structures.held_passages import HeldPassages
-from radar_service.stages.structures.reflection import IndirectPaths, Reflector, structure_reflectors
+from radar_service.stages.structures.reflection import IndirectPaths, LitStructure, structure_reflectors
 from radar_service.stages.structures.structure import Structure, TakenTable
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.materials import is_land
@@ -52,7 +52,7 @@ class StructureTruth(EffectTruth):
         return [echo for echo in indirect if echo is not None]
 
 
-def _brightest(reflector: Reflector, distance: float, relative: float, heading: float) -> FalseEcho | None:
+def _brightest(reflector: LitStructure, distance: float, relative: float, heading: float) -> FalseEcho | None:
     """The echo there and back by a structure where it is brightest; None where there is none."""
     half = reflector.lit_within
     boresight = reflector.structure.bearing + np.linspace(-half, half, BORESIGHTS)

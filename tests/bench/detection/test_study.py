@@ -10,7 +10,7 @@ import pytest
 
 from radar_service.batch.worker_processes import processes
 from radar_service.bench.detection import study as module
-from radar_service.bench.detection.study import Counts, count, detection_study, study_scene, targets_of
+from radar_service.bench.detection.study import BodyCounts, count, detection_study, study_scene, targets_of
 from radar_service.bench.detection.verdicts import Measured, judged
 from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario
 
@@ -84,8 +84,8 @@ def test_parts_add_up_in_any_number_of_processes(monkeypatch: pytest.MonkeyPatch
     one = detection_study(scenario(body=BODIES[:1]), 6, 4, None, progress)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:  # one shows it, at half the cost of two
         assert seen == [2] and detection_study(scenario(body=BODIES[:1]), 6, 4, executor) == one
-    half = Counts(1, np.array([1]), np.array([2.0]), np.array([4.0]))
-    assert half.plus(half) == Counts(2, np.array([2]), np.array([4.0]), np.array([8.0]))
+    half = BodyCounts(1, np.array([1]), np.array([2.0]), np.array([4.0]))
+    assert half.plus(half) == BodyCounts(2, np.array([2]), np.array([4.0]), np.array([8.0]))
 
 
 def test_a_target_that_is_never_in_doubt_is_reported_so() -> None:

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from radar_service.bench.trackers.json_lines import MAX_TRACKS, LineTracker, TrackerError, tracks_from_line
+from radar_service.bench.trackers.json_lines import MAX_TRACKS, LineTracker, TrackerError, plots_from_line, tracks_from_line
 from tests.bench.trackers.test_stone_soup import given, plot
 
 STATE = {"track": "a", "time": 1.0, "east": 1.0, "north": 2.0, "velocity_east": 0.0, "velocity_north": 0.0}
@@ -38,12 +38,28 @@ def test_an_answer_gives_tracks() -> None:
         ({"track": {"name": "a"}}, "a whole number, is needed"),
         ({"track": 10**100}, "at most 100 characters"),
         ({"coasting": 1}, "true or false is needed"),
+        ({"mmsi": "211000001"}, "mmsi is '211000001'; a whole number is needed"),
+        ({"mmsi": True}, "mmsi is True"),
+        ({"priority": "both"}, "priority is 'both'; ais or radar is needed"),
     ],
-    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting"],
+    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting", "mmsi",
+         "true", "priority"],
 )  # fmt: skip
 def test_tracks_of_rubbish_are_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(TrackerError, match=f"answer to scan 4.*{words}"):
         tracks_from_line(line({**STATE, **change}, {**STATE, "track": "b"}), 4)
+
+
+def test_the_plots_of_an_extractor_lie_about_own_ship() -> None:
+    at = given(4, ())
+    answer = json.dumps({"type": "plots", "scan": 4, "plots": [{"time": 1, "range": 50.0, "bearing": 1.5707963, "x": 0}]})
+    (one,) = plots_from_line(answer, at)
+    assert (one.scan, one.time, one.range) == (4, 1.0, 50.0)
+    assert (one.east - at.east, one.north - at.north) == (pytest.approx(50.0), pytest.approx(0.0, abs=1e-5))
+    with pytest.raises(TrackerError, match="answer to scan 4 is not understood .KeyError.'bearing'.."):
+        plots_from_line(answer.replace("bearing", "angle"), at)
+    with pytest.raises(TrackerError, match="answer to scan 4 has type 'tracks'"):
+        plots_from_line(line(), at)
 
 
 @pytest.mark.parametrize(

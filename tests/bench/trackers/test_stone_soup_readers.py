@@ -44,8 +44,8 @@ def of_process() -> tuple[Any, Any]:
 
 @pytest.mark.same_bytes
 def test_a_service_gives_the_plots_and_the_truth_of_a_simulator(of_process: tuple[Any, Any]) -> None:
-    with service(SCENE, 3, "max", "balanced") as address:
-        feed = RemoteFeed(address)
+    with service(SCENE, 3, "max", "balanced") as running:
+        feed = RemoteFeed(running.address)
         assert (plots_of(feed), truth_of(feed)) == of_process
         feed.close()
 
@@ -72,8 +72,8 @@ def test_a_misaligned_antenna_shows_in_the_plots_of_a_service(of_process: tuple[
     """By 20 units of the wire, 0.11 degrees: bearings of mathematics turn the other way."""
     unit = 2.0 * np.pi / 65536
     errors = {"antenna": {"misalignment_deg": float(np.degrees(20 * unit))}}
-    with service(SCENE | {"errors": errors}, 3, "max", "balanced") as address:
-        feed = RemoteFeed(address)
+    with service(SCENE | {"errors": errors}, 3, "max", "balanced") as running:
+        feed = RemoteFeed(running.address)
         for (_, biased), (_, right) in zip(plots_of(feed), of_process[0], strict=False):
             turned = [float(one[1]) - float(other[1]) for one, other in zip(biased, right, strict=True)]
             np.testing.assert_allclose(np.exp(1j * np.array(turned)), np.exp(-20j * unit), atol=1e-12)  # rounding

@@ -20,7 +20,7 @@ from radar_service.service.settings import Pace, Settings
 from radar_service.world.error_settings import ErrorSettings
 from tests.ports.asgi import Closed, Server, running
 from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, factory, labels_of, power_of, scene
-from tests.world.test_error_settings import settings
+from tests.world.test_world import settings
 
 PAUSED = Settings(pace=Pace("pause"))
 FLAT_OUT = Settings(pace=Pace("run", math.inf))

@@ -17,7 +17,7 @@ from pyproj import Geod
 from radar_service.commands.command_line import parser
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.ports import registry
-from radar_service.ports.nmea.nmea_port import MAX_LATE, TENTHS, NmeaPort, Schedule
+from radar_service.ports.nmea.nmea_port import MAX_LATE, TENTHS, NmeaPort, SentenceSchedule
 from radar_service.ports.port import Service
 from radar_service.records.reports import Readings
 from radar_service.scene_file.describe import json_schema
@@ -356,7 +356,7 @@ def test_what_a_process_that_was_replaced_could_not_tell_comes_later() -> None:
 
 
 def test_the_schedule_makes_up_for_late_calls_and_stands_in_a_pause() -> None:
-    schedule = Schedule()
+    schedule = SentenceSchedule()
     assert schedule.due(0.0) == [(0, True)] and schedule.due(0.05) == []
     assert schedule.due(0.1 + 0.2) == [(1, False), (2, False), (3, False)]  # 0.30000000000000004
     assert schedule.due(1.05)[-1] == (10, True)

@@ -5,7 +5,7 @@ import random
 import pynmea2
 import pytest
 
-from radar_service.ports.nmea_in.sentence_reader import MAX_LINE, Lines, Reading, SentenceIgnoredError, read
+from radar_service.ports.nmea_in.sentence_reader import MAX_LINE, Reading, SentenceIgnoredError, SentenceLines, read
 from tests.ports.nmea_in.saying import line
 
 ROUNDING = 1e-12  # of degrees up to 180: some ten times 2^-46
@@ -105,14 +105,14 @@ def test_rubbish_has_no_other_outcome() -> None:
 def test_lines_come_whole_however_they_are_cut() -> None:
     text = b"one\r\n\r\ntwo\nthree\r\n" + b"x" * 1000 + b"\nfour\n"
     for size in (1, 2, 7, 300, 2000):
-        lines = Lines()
+        lines = SentenceLines()
         got = [each for at in range(0, len(text), size) for each in lines.of(text[at : at + size])]
         assert [each for each in got if len(each) <= MAX_LINE] == [b"one", b"two", b"three", b"four"], size
         assert lines.too_long == (0 if size == 2000 else 1)  # whole at once it is a line, which `read` refuses
 
 
 def test_ten_megabytes_without_an_end_keep_no_memory() -> None:
-    lines = Lines()
+    lines = SentenceLines()
     for _ in range(640):
         assert lines.of(b"x" * 2**14) == [] and len(lines.rest) <= MAX_LINE
     assert lines.too_long == 1 and lines.of(b"\nnext\n") == [b"next"]

@@ -13,8 +13,8 @@ from radar_service.service.radio.radio_state import (
     IN_SINKS,
     RESTART_WINDOW,
     SPOKES_BETWEEN,
-    Commanded,
     CommandPace,
+    CommandsDone,
     Due,
     Failed,
     GiveUp,
@@ -217,12 +217,12 @@ def test_a_radar_that_stops_keeps_its_fault(failed: bool) -> None:
 def test_after_commands_it_takes_others_when_enough_was_sent_or_nothing_can_be() -> None:
     played = Played()
     assert played.state.takes_commands(0.0, waits=False)
-    played.state.handle(Commanded(0.0))
+    played.state.handle(CommandsDone(0.0))
     while played.state.unsent < SPOKES_BETWEEN:
         assert not played.state.takes_commands(0.0, waits=False)
         played.send()
     assert played.state.takes_commands(0.0, waits=False)
-    played.state.handle(Commanded(0.0))
+    played.state.handle(CommandsDone(0.0))
     played.state.handle(BROKEN)
     assert played.state.takes_commands(0.0, waits=False)
 
@@ -241,7 +241,7 @@ def test_a_command_is_taken_at_once_while_spokes_wait_until_they_are_due() -> No
 
 def test_what_the_sinks_keep_lets_commands_through() -> None:
     played = Played()
-    played.state.handle(Commanded(5.0))
+    played.state.handle(CommandsDone(5.0))
     played.state.handle(Taken(SOURCE.block(0, 1)))
     played.state.handle(LOOK)
     played.state.handle(Due(5.0))

@@ -10,7 +10,7 @@ import pytest
 
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
-from radar_service.service.radio.spare import RUN, NewSpare, Spares, TakeOver
+from radar_service.service.radio.spare import RUN, NewSpare, Spares, SpareTakesOver
 from tests.processes.test_fork_server import is_gone, until
 
 SOON = 60.0  # s, for what should take milliseconds
@@ -22,7 +22,7 @@ def counting(control: Channel, data: Channel) -> None:
     spares, answering = Spares(control, data), threading.Lock()
     while True:
         spares.first()
-        with contextlib.suppress(TakeOver):
+        with contextlib.suppress(SpareTakesOver):
             while True:
                 count += (number := spares.ends[1].receive())
                 if not number:

@@ -11,9 +11,9 @@ from radar_service.stages.clutter.texture_law import TextureLaw
 from radar_service.stages.clutter.texture_rows import (
     CHUNK,
     IndependentRows,
-    Lines,
     PeriodicTexture,
     TextureGrid,
+    TextureLines,
     TextureRows,
     blended,
     outward_units,
@@ -140,7 +140,7 @@ def test_a_field_of_independent_rows_is_circular() -> None:
     def begun(column: int) -> NDArray[Any]:
         moved, outward = np.zeros((ROWS, 2)), outward_units(ROWS)
         number, share = np.full(ROWS, 3), np.ones(ROWS, dtype=np.float32)
-        return fields.rows(Lines(np.arange(ROWS), number, share, moved, moved + column * STEP * outward, outward), 0)
+        return fields.rows(TextureLines(np.arange(ROWS), number, share, moved, moved + column * STEP * outward, outward), 0)
 
     half = CHUNK // 2  # so that columns that move together lie on both sides
     before, first = begun(-half), begun(0)

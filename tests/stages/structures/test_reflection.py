@@ -6,7 +6,7 @@ import pytest
 from radar_service.numerics.types import Floats
 from radar_service.radar.aperture import Aperture, aperture_of
 from radar_service.radar.patterns import PATTERNS
-from radar_service.stages.structures.reflection import Reflector, near_field, ray_by, reflectors
+from radar_service.stages.structures.reflection import LitStructure, near_field, ray_by, reflectors
 from radar_service.stages.structures.structure import Structure
 from tests.reference.cylinder_shadow import direction, elements, past_cylinder, received
 
@@ -83,7 +83,7 @@ def scattered(structure: Structure, target: float, boresight: float, polarizatio
 @pytest.mark.parametrize("structure, offsets", [(MAST, (0.0, -5.0)), (FUNNEL, (0.0, 2.0, 5.0))], ids=["mast", "funnel"])
 def test_it_reflects_as_a_metal_cylinder(structure: Structure, offsets: tuple[float, ...], polarization: str) -> None:
     """To targets abeam and farther round, where it is within 10 dB of its most: 0.5 dB one way, 0.3 rad (1.5 mm of way)."""
-    reflector, compared = Reflector(structure, aperture(), WAVELENGTH, polarization), 0
+    reflector, compared = LitStructure(structure, aperture(), WAVELENGTH, polarization), 0
     for aside in np.radians([90.0, 130.0, 179.0]):
         for offset in np.radians(offsets):
             target, boresight = structure.bearing + aside, structure.bearing + offset
@@ -113,13 +113,13 @@ def test_reflection_top_and_darkness() -> None:
 
     def field(*changes: float, at: Floats = boresight) -> complex:
         structure = Structure("funnel", FUNNEL.bearing, FUNNEL.distance, FUNNEL.radius, *changes)
-        return complex(Reflector(structure, aperture(), WAVELENGTH, "h").field(target, at)[0][0, 0])
+        return complex(LitStructure(structure, aperture(), WAVELENGTH, "h").field(target, at)[0][0, 0])
 
     full = field()
     assert field(np.inf, 0.5) == pytest.approx(0.5 * full)
     assert field(0.0) == pytest.approx(0.5 * full)
     assert field(at=boresight + 1.0) == 0.0 and field(at=boresight + np.pi) == 0.0
     assert reflectors(aperture(), WAVELENGTH, (Structure("dark", 0.0, 5.0, 0.2, np.inf, 0.0),), "h") == ()
-    reflector = Reflector(FUNNEL, aperture(), WAVELENGTH, "v")
+    reflector = LitStructure(FUNNEL, aperture(), WAVELENGTH, "v")
     assert reflector.is_lit(boresight).all() and not reflector.is_lit(boresight + 1.2).any()
     assert reflector.field(target, boresight)[0][0, 0] == pytest.approx(-full)

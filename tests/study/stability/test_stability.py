@@ -4,10 +4,14 @@ import pkgutil
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from radar_service.study import stability
 from radar_service.study.stability import studies
+from radar_service.study.stability.closed_form import echo_amplitude, error_db, point, point_fields, scene_of
+from radar_service.study.stability.finding import bisect, crossing
+from tests.reference.compressed_pulse import point_field
 from tests.study.stability.run import finding_of
 
 NAMES = [study.__name__ for study in stability.STUDIES]
@@ -61,3 +65,35 @@ def test_three_times_finer_the_boundaries_stay(request: pytest.FixtureRequest) -
         assert (coarse is None) == (fine is None), study.__name__
         if coarse is not None:
             assert fine == pytest.approx(coarse, rel=0.25), study.__name__
+
+
+# closed_form: fields of points in closed form, against those of the tests.
+def test_the_field_of_a_point_agrees_with_that_of_the_tests() -> None:
+    """Two derivations agree to 1e-8 of the peak: their constants of the beam have nine digits."""
+    scene = scene_of(point(211.1, 111.7), environment={"earth": "flat"})
+    radar, time = scene.radar, np.zeros(24)
+    sample_range = (np.arange(radar.bins) + 0.5) * radar.range_step
+    azimuth = np.arange(24) * radar.azimuth_step
+    distance, bearing = np.full((24, 1), np.hypot(211.1, 111.7)), np.full((24, 1), np.arctan2(211.1, 111.7))
+    expected = point_field(
+        sample_range, azimuth, distance, bearing, echo_amplitude(radar, distance, 10.0), radar.wavelength, radar.bandwidth,
+        radar.pulse, (0.54, 0.46), radar.beamwidth,
+    )  # fmt: skip
+    field = point_fields(scene, time, azimuth, sample_range)
+    assert np.abs(field - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_an_error_of_a_hundredth_is_minus_forty_decibels() -> None:
+    """20 log10(0.01), to the rounding of 32 bits."""
+    exact = np.array([3.0 + 4.0j])
+    assert error_db((1.01 * exact).astype(np.complex64), exact) == pytest.approx(-40.0, abs=1e-3)
+
+
+# finding: crossings and bisections, by which the studies find their boundaries.
+def test_crossings_and_bisections() -> None:
+    parameter = np.array([1.0, 10.0, 100.0])
+    assert crossing(parameter, np.array([0.0, 1.0, 2.0]), 0.5) == pytest.approx(5.5)
+    assert crossing(parameter, np.array([0.0, 1.0, 2.0]), 0.5, log=True) == pytest.approx(np.sqrt(10.0))
+    assert crossing(parameter, np.array([0.0, 1.0, 2.0]), 5.0) is None
+    assert crossing(parameter, np.array([3.0, 1.0, 2.0]), 2.5) == 1.0
+    assert bisect(lambda x: x < 0.01, 1.0, 1e-9) == pytest.approx(0.01, rel=1e-9)

@@ -25,7 +25,7 @@ from radar_service.display.video import (
 from radar_service.numerics.types import Profiles, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Truth
-from radar_service.service.blind import told_plan, told_warnings
+from radar_service.service.blind import told_fields, told_plan, told_warnings
 from radar_service.service.codecs.native.request import request_from_query
 from radar_service.service.codecs.native.source_fields import source_fields
 from radar_service.service.codecs.native.views import apply_view, trim
@@ -128,7 +128,7 @@ def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
     """Returns the first message of an epoch."""
     epoch, known, controls = radar.epoch, radar.epoch.info, dict(radar.controls)
     to, plan = epoch.layout(view.bins), known.plan
-    return {
+    fields = {
         "type": "hello",
         "protocol": wire.PROTOCOL,
         "epoch": epoch.name,
@@ -146,6 +146,7 @@ def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
         "view": view.as_dict(),
         **({"sources": known.sources.as_list()} if view.sources else {}),
     }
+    return told_fields(fields, epoch.is_blind)
 
 
 def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
