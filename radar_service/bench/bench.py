@@ -4,6 +4,7 @@ import hashlib
 import json
 import random
 import shlex
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -54,9 +55,9 @@ def bench(
     """
     hidden = blind_for(plots_folder(folder, plots), folder, salt, own_files(scenarios)) if blind else None
     runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
-    waiting, done = list(scenarios), 0
+    waiting, done, counts = list(scenarios), 0, Counter[str]()
     for look in [*(look for look in looks if look < seeds), seeds]:
-        fresh = runs_of(single_run, waiting, look, tracker, folder, executor, progress, plots, hidden, done)
+        fresh = runs_of(single_run, waiting, look, tracker, folder, executor, progress, plots, hidden, done, counts)
         for name, some in fresh.items():
             runs[name] += some
         waiting, done = [each for each in waiting if not _ends(each, runs[each.name], looks)], look
@@ -79,17 +80,20 @@ def _ends(scenario: Scenario, runs: Sequence[Mapping[str, Any]], looks: tuple[in
 def runs_of(
     run: Callable[..., dict[str, Any]], scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path,
     executor: Executor | None, progress: Progress, plots: Path | None, blind: Blind | None = None, first: int = 0,
+    counts: Counter[str] | None = None,
 ) -> Runs:  # fmt: skip
     """Returns the runs of scenarios by name, from number `first` on. run: makes one, as `single_run`; blind: how runs are kept
-    from the tracker, which then come in any order; others, and what it raises, as in `bench`."""
+    from the tracker, which then come in any order; counts: of what earlier runs were; others, and what it raises, as `bench`."""
+    counts = Counter() if counts is None else counts
     jobs = jobs_of(scenarios, range(first, seeds), tracker, plots_folder(folder, plots), blind)
     kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
-        if count and not first:
+        if count and not counts["checked"]:
             check_start(tracker, scenarios[0], blind)
-        return _watched(progress(outcomes, count))
+            counts["checked"] = 1
+        return _watched(progress(outcomes, count), counts)
 
     try:
         answers = run_jobs(run, [jobs[place] for place in order], executor, kept, watched)
@@ -153,18 +157,18 @@ class KeptRuns(ResultFolder):
         return super().write(job, result)
 
 
-def _watched(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
-    """Raises TrackerError where a tracker hangs too often, or does not start."""
-    hangs = missing = 0
-    has_started = False
+def _watched(outcomes: Iterable[Outcome], counts: Counter[str]) -> Iterator[Outcome]:
+    """Raises TrackerError where a tracker hangs too often, or does not start. counts: of all looks so far."""
     for outcome in outcomes:
         yield outcome
-        failure = outcome.result and outcome.result["failure"]
-        hangs, missing = hangs + bool(failure and failure["hangs"]), missing + bool(failure and failure["scan"] is None)
-        has_started = has_started or bool(outcome.result and not (failure and failure["scan"] is None))
-        if hangs == MAX_HANGS:
-            raise TrackerError(f"{failure['message']}; {hangs} runs hung, so the bench stops, at {outcome.job.name}")
-        if missing == MAX_NOT_STARTED and not has_started:
+        if not outcome.result:
+            continue
+        failure = outcome.result["failure"] or {"scan": 0, "hangs": False}
+        counts["hangs"] += failure["hangs"]
+        counts["started" if failure["scan"] is not None else "missing"] += 1
+        if counts["hangs"] == MAX_HANGS:
+            raise TrackerError(f"{failure['message']}; {MAX_HANGS} runs hung, so the bench stops, at {outcome.job.name}")
+        if counts["missing"] == MAX_NOT_STARTED and not counts["started"]:
             raise TrackerError(failure["message"])
 
 

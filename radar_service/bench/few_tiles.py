@@ -8,6 +8,7 @@ import numpy as np
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.engine.pipeline import noise_power, profiles, tile_azimuths
 from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor, ScanPlots
@@ -58,6 +59,7 @@ class FewTiles:
             near |= away <= reach + 2.0 * turned
         return near
 
+    @BLAS_LIMIT.held()
     def plots(self, number: int, extractor: PlotExtractor) -> tuple[ScanPlots, TrackerInput]:
         """Returns the plots of a scan, and own ship at its last spoke. extractor: has the scans before."""
         radar, parts = self._radar, [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]

@@ -1,6 +1,6 @@
 """One run of the test bench: the plots and the truth of a scenario and a seed, and what a tracker makes of them."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 from time import perf_counter
 
@@ -13,6 +13,7 @@ from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
@@ -172,20 +173,19 @@ def given_from(last: TrackerInput, plots: Sequence[Plot], rotation_period: float
     return replace(last, time=end, east=east, north=north, plots=tuple(plots))
 
 
+@BLAS_LIMIT.held()
 def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:
     """Returns each target at its last crossing in a scan, or at the end of the scan where it has none.
 
     Where a target is no point, its power is measured, as far as the simulation can.
     """
-    snapshot = simulator.snapshot(scan)
-    bodies = [body for body in snapshot.bodies if body.body in targets]
+    bodies = [body for body in simulator.scene.bodies if body.name in targets]
     measured = any(body.length for body in bodies) and simulator.fidelity.name != "documented"
-    latest: Mapping[str, Crossing] = {
-        crossing.body: crossing for crossing in simulator.crossings(scan, radiometric=measured)
-    }
-    return tuple(
-        _crossed(crossing) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship) for body in bodies
-    )
+    latest = {crossing.body: _crossed(crossing) for crossing in simulator.crossings(scan, radiometric=measured)}
+    if any(body.name not in latest for body in bodies):
+        snapshot = simulator.snapshot(scan)
+        latest = {body.body: _truth(body, snapshot.own_ship) for body in snapshot.bodies} | latest
+    return tuple(latest[body.name] for body in bodies)
 
 
 def _crossed(crossing: Crossing) -> TargetTruth:

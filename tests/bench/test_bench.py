@@ -181,12 +181,14 @@ def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) 
 def test_after_three_hangs_the_bench_stops(
     tmp_path: Path, made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Whatever the looks, which here decide nothing."""
     monkeypatch.setattr(ProcessTracker.__init__, "__defaults__", (0.2,))
+    monkeypatch.setattr(verdicts, "boundaries", lambda looks: ((2, -1, 10), (9, -1, 10)))
     hangs = program(tmp_path, "import time; time.sleep(60)")
     with pytest.raises(
         TrackerError, match="no answer to scan 0 within 0.2 s; 3 runs hung, so the bench stops, at small, seed 2"
     ):
-        bench([small(tmp_path, 4)], 9, hangs, tmp_path / "out")
+        bench([small(tmp_path, 4)], 9, hangs, tmp_path / "out", looks=(2, 9))
     assert len(made) == 3
     (scenario,) = bench([small(tmp_path, 4)], 2, hangs, tmp_path / "out")[0]["scenarios"]
     assert [failure["scan"] for failure in scenario["failures"]] == [0, 0]

@@ -86,7 +86,7 @@ def test_a_second_command_makes_no_run_and_all_trackers_get_the_same_plots(
         f"noisy-{rung}-{seed}.json.gz" for rung in (1, 2) for seed in (0, 1)
     ]
     monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
-    monkeypatch.setattr(bench_module, "_watched", lambda outcomes: pytest.fail("a run") if list(outcomes) else [])
+    monkeypatch.setattr(bench_module, "_watched", lambda outcomes, counts: pytest.fail("a run") if list(outcomes) else [])
     assert climb([noisy], 2, [echo], tmp_path / "out") == made
 
 
