@@ -128,14 +128,17 @@ class TrackPart:
         return values[:3].T, values[3], values[4:].T.reshape(-1, 3, 3) if self.sways else None
 
     def crossings(self, position: Floats) -> Floats:
-        """Azimuth numbers (N,) at which boresight points at positions (N, 3) on the map [m], those about the middle."""
-        number = np.full(len(position), self.middle)
+        """Azimuth numbers (N,) at which boresight points at positions (N, 3) on the map [m], those about the middle; any beyond
+        twice the part where it points there no sooner."""
+        number, low, high = np.array([self.middle]), self.middle - 2.0 * self.half, self.middle + 2.0 * self.half
         for _ in range(NEWTON_STEPS[self.sways]):
-            number += self._left_to_turn(number, position) / self.track.scene.radar.azimuth_step
+            number = number + self._left_to_turn(number, position) / self.track.scene.radar.azimuth_step
+            number = np.minimum(np.maximum(number, low), high)
         return number
 
     def _left_to_turn(self, number: Floats, position: Floats) -> Floats:
-        """By how much (N,) [rad] boresight has yet to turn to positions (N, 3), whose bearings change meanwhile."""
+        """By how much (N,) [rad] boresight has yet to turn to positions (N, 3), whose bearings change meanwhile, from azimuth
+        numbers (N,), or one for all (1,)."""
         antenna, _, level = self.at(number)
         offset = position - antenna
         left = wrap_angle(np.arctan2(*self.track.apparent(offset, level)) - self.track.bearing(number))

@@ -35,7 +35,7 @@ GROUND = 2.0  # m above the sea: land whose range changes exactly as S is assume
 MAX_HEIGHT_PHASE = 0.04  # rad at half a beamwidth off boresight, by which points at other heights may leave that: -38 dB
 LOW, MAX_LOW_PHASE = 3.0, 0.014  # m, rad: what land of that height may change of its way by the sea, -38 dB of its F^2
 NEAR_CROSSING = 10.0  # times that way: what is nearer is beside own ship: boresight may meet it twice a turn, or never
-MARGIN = 1.3  # of the width of a piece: by a tenth more, or less, bearings change while it passes
+WIDE, MARGIN = 2.5, 1.12  # times `reach`, beyond which bearings change by 4 % at most while a piece, this wide, passes
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class LandPassages:
         cross-sections [m]; those that the beam may pass meanwhile, all within `reach` [m], and some more."""
         points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
-        wedge = BearingWedge(antenna, boresight, half, reach)
+        wedge = BearingWedge(antenna, boresight, half, WIDE * reach)
         which = points.cells.within(wedge)
         position = points.position.take(which, axis=0)
         inside = np.flatnonzero(wedge.contains(position))

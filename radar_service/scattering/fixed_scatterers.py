@@ -31,8 +31,9 @@ from radar_service.scattering.surface_sampling import (
     triangle_middles,
 )
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.world.body import Body
+from radar_service.world.body import Body, Mesh
 from radar_service.world.poses import (
+    BodyPose,
     BodyPoses,
     PoseArrays,
     pose_at,
@@ -286,18 +287,16 @@ class DiffuseScattering(FixedScatterers):
 def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
     """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
     assert body.mesh is not None
-    density, fidelity = surface_density(body, context), context.fidelity
+    pose, fidelity = pose_at(body, 0.0), context.fidelity
     rng = generator(context.seed, SCATTER, name_key(context.scene_name, body.name))
-    sea = (
-        -float(pose_at(body, 0.0).position[2]) if body.motion.sway is None else -np.inf
-    )  # what is above it differs by instant
+    density = surface_density(body.mesh, pose, context)
+    sea = -float(pose.position[2]) if body.motion.sway is None else -np.inf  # what is above it differs by instant
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
-def surface_density(body: Body, context: ScatteringContext | Conditions) -> Floats:
-    """Scatterers per m^2 (F,) on each triangle of a body's mesh at time 0 that a fidelity asks for."""
-    assert body.mesh is not None
-    middle, radar = pose_at(body, 0.0).map_from_frame(triangle_middles(body.mesh)), context.radar
+def surface_density(mesh: Mesh, pose: BodyPose, context: ScatteringContext | Conditions) -> Floats:
+    """Scatterers per m^2 (F,) on each triangle of a body's mesh in its pose at time 0 that a fidelity asks for."""
+    middle, radar = pose.map_from_frame(triangle_middles(mesh)), context.radar
     distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
     return cell_density(distance, radar.range_step, radar.beamwidth, context.fidelity.scatterers_per_cell)
 
@@ -308,7 +307,8 @@ def cell_scatterers(body: Body, conditions: Conditions) -> float:
     if scatterers is None or scatterers < MAX_SCATTERERS:
         return requested
     assert body.mesh is not None
-    expected = float(surface_density(body, conditions) @ normals_and_areas(body.mesh)[1])
+    density = surface_density(body.mesh, pose_at(body, 0.0), conditions)
+    expected = float(density @ normals_and_areas(body.mesh)[1])
     return requested * min(1.0, MAX_SCATTERERS / expected)
 
 
