@@ -211,11 +211,16 @@ def test_a_server_that_is_not_there_ends_the_bench_after_three_tries(tmp_path: P
 
 
 def test_kept_runs_need_no_tracker(tmp_path: Path, made: list[tuple[str, int]]) -> None:
-    """A command whose runs are all kept starts nothing."""
+    """A command whose runs are all kept starts nothing; one that lacks those of a later look is checked, once."""
     first = bench([small(tmp_path, 4)], 1, program(tmp_path, ECHO), tmp_path / "out")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench_module, "check_start", lambda *_: pytest.fail("a start"))
         assert bench([small(tmp_path, 4)], 1, program(tmp_path, ECHO), tmp_path / "out") == first and len(made) == 1
+        starts = list[Any]()
+        patch.setattr(bench_module, "check_start", lambda *given: starts.append(given))
+        patch.setattr(verdicts, "boundaries", lambda looks: tuple((look, -1, 10) for look in looks))
+        bench([small(tmp_path, 4)], 3, program(tmp_path, ECHO), tmp_path / "out", looks=(1, 2, 3))
+    assert len(made) == 3 and len(starts) == 1
 
 
 def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
