@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from radar_service.bench.ais_reports import with_ais
 from radar_service.bench.blind import FIRST_SEED
 from radar_service.bench.run import observed, surroundings
 from radar_service.bench.scenario import Scenario
@@ -56,7 +57,8 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
             write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
-    return ObservedRun([_result(scan) for scan in kept["scans"]], kept["remark"], around)
+    results = with_ais([_result(scan) for scan in kept["scans"]], scenario.ais, seed)
+    return ObservedRun(results, kept["remark"], around)
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:

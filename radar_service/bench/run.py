@@ -1,13 +1,13 @@
 """One run of the test bench: the plots and the truth of a scenario and a seed, and what a tracker makes of them."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
 from radar_service.bench.few_tiles import FewTiles, has_few, last_spoke
-from radar_service.bench.plot_errors import with_errors
+from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
@@ -40,11 +40,14 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
     video is made, does not count. Raises TrackerError, and what the tracker raises."""
+    reported = set[int]()
     for result in results:
+        reported.update(report.mmsi for report in result.given.ais or ())
         began = perf_counter()
         tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))
         seconds = 0.0 if on_video else perf_counter() - began
         check_times(tracks, result.given)
+        check_associations(tracks, result.given.scan, reported)
         memory = tracker.memory if isinstance(tracker, LineTracker) else None
         yield replace(result, tracks=tracks, seconds=seconds, memory=memory)
 
@@ -70,6 +73,20 @@ def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
                 f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
                 f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
             )
+
+
+def check_associations(tracks: Sequence[TrackState], scan: int, reported: Set[int]) -> None:
+    """Raises TrackerError for an MMSI that no AIS target has `reported` so far, or that is on two tracks."""
+    owner: dict[int, str] = {}
+    for track in tracks:
+        if track.mmsi is None or track.lost:
+            continue
+        begin = f"tracker: the answer to scan {scan} has MMSI {track.mmsi} on track {track.track!r}"
+        if track.mmsi not in reported:
+            raise TrackerError(f"{begin}, which no AIS report has had so far; give one that was received, or none")
+        if track.mmsi in owner:
+            raise TrackerError(f"{begin} and on track {owner[track.mmsi]!r}; an AIS target is one ship")
+        owner[track.mmsi] = track.track
 
 
 def surroundings(scenario: Scenario) -> Surroundings:
@@ -109,7 +126,7 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
             scan = simulator.scan()
             ended, last = extractor.add(scan), last_spoke(scan)
         truths = truths_of(simulator, number, scenario.tracked)
-        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number)
+        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number, lengths_of(scenario))
         yield ScanResult(given_from(last, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
@@ -74,6 +74,7 @@ GENERAL = tuple(
     for metric, maximum, clause in (
         ("said_cpa_nm", 0.3, "table 3"), ("said_tcpa_min", 0.5, "table 3"), ("alarm_late_scans", 2.0, "5.29.1"),
         ("false_alarms", 0.0, "5.29.1"), ("lost_errors", 0.0, "5.29.4"), ("full_errors", 0.0, "5.25.2.2"),
+        ("ais_missed", 0.05, "5.30.1"), ("ais_wrong", 0.02, "5.30.3"), ("priority_errors", 0.0, "5.30.1"),
     )
 )  # fmt: skip
 
@@ -99,9 +100,10 @@ class PlotSettings(FrozenTable):
 class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
-    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam; those of noise are in
+    the plots already.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation; None: of each its own.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -110,7 +112,7 @@ class PlotErrors(FrozenTable):
     range_sd_m: Annotated[float, Field(ge=0)] = 0.0
     bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
     range_step_m: Annotated[float, Field(ge=0)] = 0.0
-    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] | None = None
     roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     roll_period_s: Annotated[float, Field(gt=0)] = 10.0
     missed: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -118,8 +120,32 @@ class PlotErrors(FrozenTable):
 
 
 # Plots of a small dome in a canal: the middle of what five encounters of the recorded set of Trondheim have, to 500 m.
-PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1, others=2.5)}
+PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, glint_length_m=0.0, missed=0.1, others=2.5)}
 OTHERS_M = 500.0
+
+
+class AisStation(FrozenTable):
+    """A transponder, whose reports a tracker gets beside the plots.
+
+    body: its target; None: a ghost, at position_m (east, north) at time 0. latency_s: of reception, beside the slot.
+    position_error_m: standard deviation of each axis. From swap_s on it reports the motion of the target `swap_body`.
+    """
+
+    mmsi: Annotated[int, Field(ge=1, le=999_999_999)]
+    body: str | None = None
+    station_class: Literal["A", "B-SO", "B-CS"] = "A"
+    latency_s: Annotated[float, Field(ge=0, le=600)] = 0.0
+    position_error_m: Annotated[float, Field(ge=0)] = 10.0
+    offset_m: tuple[float, float] = (0.0, 0.0)
+    swap_s: float | None = None
+    swap_body: str | None = None
+    position_m: tuple[float, float] = (0.0, 0.0)
+    course_deg: float = 0.0
+    speed_kn: Annotated[float, Field(ge=0)] = 0.0
+
+    def body_at(self, time: float) -> str | None:
+        """Returns the target whose motion it reports at a time [s]."""
+        return self.body if self.swap_s is None or time < self.swap_s else self.swap_body
 
 
 class Scenario(FrozenTable):
@@ -154,6 +180,7 @@ class Scenario(FrozenTable):
     vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
+    ais: tuple[AisStation, ...] = ()
     draw_biases: bool = False
     input: Literal["plots", "video"] = "plots"
     answers: Literal["tracks", "ttm", "plots"] = "tracks"
@@ -166,6 +193,14 @@ class Scenario(FrozenTable):
     recorded: str | None = None
     folder: Annotated[Path | None, Field(exclude=True)] = None
     file: Annotated[Path | None, Field(exclude=True)] = None
+
+    @model_validator(mode="after")
+    def _ais_is_of_targets(self) -> "Scenario":
+        for name in {name for station in self.ais for name in (station.body, station.swap_body)} - {None, *self.tracked}:
+            raise ValueError(f"ais: there is no target {name!r}")
+        if len({station.mmsi for station in self.ais}) < len(self.ais):
+            raise ValueError("ais: two stations have one mmsi")
+        return self
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:
@@ -187,7 +222,9 @@ class Scenario(FrozenTable):
     @cached_property
     def digest(self) -> str:
         """A hash of all that the scenario says: runs of another one are not mixed with its own."""
-        return hashlib.blake2b(self.model_dump_json().encode(), digest_size=8).hexdigest()
+        return hashlib.blake2b(
+            self.model_dump_json(exclude=None if self.ais else {"ais"}).encode(), digest_size=8
+        ).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:
         """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone, and biases of

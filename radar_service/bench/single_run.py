@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
-from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE
+from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, lengths_of
 from radar_service.bench.run import answered, extracted, pfa_of, threshold_kind
 from radar_service.bench.scenario import PlotErrors, Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
@@ -19,7 +19,7 @@ from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, begin_run
+from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.numerics.arithmetic import arithmetic
@@ -78,12 +78,12 @@ def data_sheet(scenario: Scenario) -> DataSheet:
     cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
     gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
     bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
-    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
+    lengths = [*lengths_of(scenario).values(), *(body.length for body in scene.bodies if body.name in scenario.tracked)]
     return DataSheet(
         rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
         range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
         bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
-        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
+        glint=max(lengths, default=0.0) * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
         sensors=scenario.scene.get("errors", {}).get("profile", "none"),
     )  # fmt: skip
 
@@ -156,7 +156,7 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
     return {
         "scan": result.given.scan, "time": result.given.time, "own": [result.given.east, result.given.north],
         "plots": [[plot.east, plot.north] for plot in result.given.plots],
-        "tracks": [{**asdict(track), "stale": track.track not in scan.tracks} for track in result.tracks],
+        "tracks": [{**_track_data(track), "stale": track.track not in scan.tracks} for track in result.tracks],
         "targets": [
             {
                 "body": body, "position": truth.position, "track": scan.pairs.get(body), "nearest": nearest.get(body),
@@ -165,3 +165,8 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
             for body, truth in scan.truths.items()
         ],
     }  # fmt: skip
+
+
+def _track_data(track: TrackState) -> dict[str, Any]:
+    """A track, without what it does not say of AIS."""
+    return {key: value for key, value in asdict(track).items() if value is not None or key not in ("mmsi", "priority")}

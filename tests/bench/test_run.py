@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.bench.run import check_times, rule_of, run, surroundings, threshold_of, tracker_input
+from radar_service.bench.run import answered, check_times, rule_of, run, surroundings, threshold_of, tracker_input
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, as_reported
 from radar_service.bench.trackers.json_lines import TrackerError
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import AisTarget, TrackerInput, TrackState
 from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
-from tests.bench.scores.test_scoring import given
+from tests.bench.scores.test_scoring import given, track, truth
 from tests.bench.test_scenario import SMALL
 from tests.plots.test_detections import scan_of_power
 from tests.scenes import scene
@@ -139,6 +139,31 @@ def test_a_state_from_the_future_is_an_error() -> None:
     check_times([state], given(0))
     with pytest.raises(TrackerError, match="scan 0 has track 'a' at 2.6 s, after the end of the scan at 2.5 s"):
         check_times([replace(state, time=2.6)], given(0))
+
+
+@pytest.mark.parametrize(
+    ("mmsi", "words"),
+    [
+        ((4, None), "scan 1 has MMSI 4 on track 'a', which no AIS report has had"),
+        ((5, 5), "MMSI 5 on track 'b' and on track 'a'"),
+    ],
+)
+def test_an_mmsi_that_nobody_reported_or_that_is_on_two_tracks_is_an_error(mmsi: tuple[int | None, ...], words: str) -> None:
+    """One that was reported in an earlier scan is none, nor that of a lost track."""
+    target = AisTarget(time=0.0, mmsi=5, east=0.0, north=0.0, speed=0.0, course=0.0, station_class="A")
+    results = [ScanResult(replace(given(scan), ais=(target,) * (1 - scan)), (), ()) for scan in (0, 1)]
+    a, b = (replace(track(name, truth("t", 2.5, 0.0, 0.0)), mmsi=number) for name, number in zip("ab", mmsi, strict=True))
+    assert list(answered(results, _Says({1: [replace(a, mmsi=5), replace(b, mmsi=5, lost=True)]})))
+    with pytest.raises(TrackerError, match=words):
+        list(answered(results, _Says({1: [a, b]})))
+
+
+class _Says:
+    def __init__(self, answers: dict[int, list[TrackState]]) -> None:
+        self.answers = answers
+
+    def update(self, scan: TrackerInput) -> list[TrackState]:
+        return self.answers.get(scan.scan, [])
 
 
 def test_own_ship_s_errors_come_with_the_truth() -> None:

@@ -4,10 +4,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from radar_service.bench.scores.association_scores import associations
 from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan, distances
 from radar_service.bench.scores.sightings import FIRST_STATE, Sightings
 
-Kind = Literal["swap", "break", "late", "stale", "ghost", "duplicate"]
+Kind = Literal["swap", "break", "late", "stale", "ghost", "duplicate", "misassociated", "unassociated", "priority"]
 KINDS: tuple[Kind, ...] = get_args(Kind)  # the gravest first
 
 
@@ -17,8 +18,8 @@ class Event:
 
     kind: "swap", a track goes over to another target; "break", a target loses its track, or has another one; "late", a target
     has no state FIRST_STATE scans after it is seen first; "stale", a target has only a state that is too old; "ghost", a track
-    of nothing; "duplicate", a track beside another one. scan, last: the first and the last scan. body: the target, empty for a
-    ghost that never had one; other: the one it swaps with. what: a sentence.
+    of nothing; "duplicate", a track beside another one; the others as of an Association. scan, last: the first and the last
+    scan. body: the target, empty for a ghost that never had one; other: the one it swaps with. what: a sentence.
     """
 
     kind: Kind
@@ -32,7 +33,7 @@ class Event:
 def events_of(run: JudgedRun) -> list[Event]:
     """Returns all events of a run, by scan, the gravest first."""
     of_targets = [event for body, sightings in run.sightings.items() for event in _of_target(run, body, sightings)]
-    events = [*_renamed(run), *of_targets, *_ghosts(run), *_duplicates(run)]
+    events = [*_renamed(run), *of_targets, *_ghosts(run), *_duplicates(run), *_associations(run)]
     return sorted(events, key=lambda event: (event.scan, KINDS.index(event.kind), event.body))
 
 
@@ -100,6 +101,17 @@ def _duplicates(run: JudgedRun) -> Iterator[Event]:
         body = _nearest_target(scan, track)
         beside = f" beside {scan.pairs[body]}" if body in scan.pairs else ""
         yield Event("duplicate", first, last, body, "", f"track {track} follows {body}{beside}")
+
+
+def _associations(run: JudgedRun) -> Iterator[Event]:
+    """Errors of association and priority, over scans in a row."""
+    scans: dict[tuple[Kind, str, str], list[int]] = {}
+    for number, results in enumerate(associations(run)):
+        for result in results:
+            if result.kind != "right":
+                scans.setdefault((result.kind, result.body, result.what), []).append(number)
+    for (kind, body, what), numbers in scans.items():
+        yield from (Event(kind, first, last, body, "", what) for first, last in _stretches(numbers))
 
 
 def _nearest_target(scan: JudgedScan, track: str) -> str:

@@ -37,13 +37,15 @@ class TargetTruth:
 
 @dataclass(frozen=True)
 class ScanResult:
-    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
-    the plot extractor, None as a rule; seconds, memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
+    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; ais_of: of
+    each AIS report in `given` the target whose state it is, None: none that is there; flood: of the plot extractor; seconds,
+    memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
+    ais_of: tuple[str | None, ...] = ()
     seconds: float = field(default=0.0, compare=False)
     memory: int | None = field(default=None, compare=False)
 

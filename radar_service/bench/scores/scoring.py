@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.bench.scores.association_scores import association_scores
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.motion_scores import motion_scores, percentile_95
 from radar_service.bench.scores.plot_scores import plot_metrics
@@ -42,7 +43,13 @@ def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dic
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
     run = judged(results)
-    return {**set_scores(run), **life_scores(run, around), **motion_scores(run), **warning_scores(run)}
+    return {
+        **set_scores(run),
+        **life_scores(run, around),
+        **motion_scores(run),
+        **warning_scores(run),
+        **association_scores(run),
+    }
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:

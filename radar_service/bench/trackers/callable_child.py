@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, TextIO
 
-from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, begin_run
+from radar_service.bench.trackers.tracker import AisTarget, DataSheet, Tracker, TrackerInput, begin_run
 from radar_service.plots.plot import Plot
 
 READY = "ready"
@@ -36,6 +36,8 @@ def serve(maker: Callable[[], Tracker], lines: Iterable[str], answers: TextIO) -
 def scan_of(message: Mapping[str, Any]) -> TrackerInput:
     """Returns the scan that TrackerInput.as_dict has made plain."""
     fields = {name: value for name, value in message.items() if name != "type"}
+    if "ais" in fields:
+        fields["ais"] = tuple(AisTarget(**report) for report in fields["ais"])
     return TrackerInput(**{**fields, "plots": tuple(Plot(**_tuples(plot)) for plot in message["plots"])})
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from radar_service.bench.trackers.ais_association import AssociatingTracker
 from radar_service.bench.trackers.gating import EPOCH, Tuning
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
@@ -19,8 +20,8 @@ LEAST_CLUTTER = 1e-8  # false plots per m^2 where hardly any are told
 
 
 def gnn(sheet: DataSheet) -> Tracker:
-    """Returns the reference tracker with nearest neighbours, tuned by a data sheet."""
-    return ReckonedTracker(StoneSoupTracker(tuning_of(sheet, "gnn")))
+    """Returns the reference tracker with nearest neighbours, tuned by a data sheet; it associates AIS targets."""
+    return AssociatingTracker(ReckonedTracker(StoneSoupTracker(tuning_of(sheet, "gnn"))))
 
 
 def jpda(sheet: DataSheet) -> Tracker:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -48,6 +48,19 @@ class DataSheet:
 
 
 @dataclass(frozen=True, kw_only=True)
+class AisTarget:
+    """A report of an AIS target: its state at a time [s], on the map. SI, angles [rad]. station_class: A, B-SO or B-CS."""
+
+    time: float
+    mmsi: int
+    east: float
+    north: float
+    speed: float
+    course: float
+    station_class: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class TrackerInput:
     """The plots of one scan, and own ship as its sensors report it at the end of it. SI, angles [rad] from true north.
 
@@ -56,6 +69,7 @@ class TrackerInput:
     east, north: position of own ship [m].
     heading, course, speed: of own ship.
     plots: by time.
+    ais: reports received in the scan; None: the scenario has no AIS.
     """
 
     scan: int
@@ -66,10 +80,12 @@ class TrackerInput:
     course: float
     speed: float
     plots: tuple[Plot, ...]
+    ais: tuple[AisTarget, ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data: the names of the fields, and `type`."""
-        return {"type": "scan", **asdict(self)}
+        """Plain data: the names of the fields, and `type`; no `ais` where it is None."""
+        data = {"type": "scan", **asdict(self)}
+        return data if self.ais is not None else {key: value for key, value in data.items() if key != "ais"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +99,9 @@ class TrackState:
     alarm: whether both are within the limits of the data sheet.
     lost: whether this is its last state, as its target is lost.
     full: whether the tracker can follow no more.
-    None of these five: the tracker does not say, and is not judged.
+    mmsi: of the AIS target that is associated with it.
+    priority: whose data are displayed, "ais" or "radar".
+    None of these seven: the tracker does not say, and is not judged.
     """
 
     track: str
@@ -98,6 +116,8 @@ class TrackState:
     alarm: bool | None = None
     lost: bool | None = None
     full: bool | None = None
+    mmsi: int | None = None
+    priority: Literal["ais", "radar"] | None = None
 
 
 class Tracker(Protocol):

@@ -38,8 +38,12 @@ def test_an_answer_gives_tracks() -> None:
         ({"track": {"name": "a"}}, "a whole number, is needed"),
         ({"track": 10**100}, "at most 100 characters"),
         ({"coasting": 1}, "true or false is needed"),
+        ({"mmsi": "211000001"}, "mmsi is '211000001'; a whole number is needed"),
+        ({"mmsi": True}, "mmsi is True"),
+        ({"priority": "both"}, "priority is 'both'; ais or radar is needed"),
     ],
-    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting"],
+    ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting", "mmsi",
+         "true", "priority"],
 )  # fmt: skip
 def test_tracks_of_rubbish_are_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(TrackerError, match=f"answer to scan 4.*{words}"):
