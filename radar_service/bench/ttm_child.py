@@ -91,14 +91,16 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     plotter = Plotter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace") as program:
         assert program.stdout is not None
-        for target, source in ((plotter.listen, program.stdout), (plotter.follow, own_ships(video["feed"]))):
-            Thread(target=target, args=(source,), daemon=True).start()
+        listening = Thread(target=plotter.listen, args=(program.stdout,), daemon=True)
+        listening.start()
+        Thread(target=plotter.follow, args=(own_ships(video["feed"]),), daemon=True).start()
         try:
             for scan in map(json.loads, lines):
                 answer = {"type": "tracks", "scan": scan["scan"], "tracks": plotter.tracks(scan["time"])}
                 print(json.dumps(answer), file=answers, flush=True)
         finally:
-            program.terminate()
+            program.kill()
+            listening.join()
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ from radar_service.world.scene import known_radar
 
 CHILD = "radar_service.bench.video_child"  # the program that gives plots of the product's own extractor to a tracker
 TTM_CHILD = "radar_service.bench.ttm_child"
-NAME = "radar under test"  # of every scene
 HEALTH_SECONDS = 20.0
 
 
@@ -63,7 +62,7 @@ def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
 
     Raises TrackerError where the service does not start, SceneError and OSError.
     """
-    scene = {**scenario.scene_for(seed), "name": NAME}
+    scene = scenario.scene_for(seed)
     ids = [entry.id for entry in radar_entries(model_from(scene).radar)]
     radar = known_radar(scenario.radar, ids)
     make_folder(plots)

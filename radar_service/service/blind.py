@@ -25,9 +25,8 @@ def told_plan(plan: Mapping[str, Any], knows_truth: bool) -> dict[str, Any]:
 
 
 def told_fields(fields: Mapping[str, Any], is_blind: bool) -> dict[str, Any]:
-    """Returns fields of a radar; where it is blind, with 0 for the seed and the number of bodies, which tell the truth of a known
-    scene."""
-    return {**fields, "seed": 0, "scene": {**fields["scene"], "bodies": 0}} if is_blind else dict(fields)
+    """Returns fields of a radar; where it is blind, without seed, scene's name and number of bodies, which tell a known scene."""
+    return {**fields, "seed": 0, "scene": {**fields["scene"], "name": "", "bodies": 0}} if is_blind else dict(fields)
 
 
 def told_warnings(warnings: tuple[str, ...], knows_truth: bool) -> list[str]:

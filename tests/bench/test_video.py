@@ -13,7 +13,7 @@ from radar_service.bench import single_run as single_module
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import PLOT_METRICS, ScenarioError, load_scenario, with_video
 from radar_service.bench.single_run import single_run
-from radar_service.bench.video import NAME, Video, program_on_video, video_of
+from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.bench.video_child import plots_of
 from tests.bench.test_bench import small
 from tests.bench.trackers.test_process_tracker import program
@@ -40,13 +40,15 @@ def refused(url: str, method: str = "GET") -> tuple[int, list[str]]:
 def test_a_program_reads_the_video_of_the_plots_and_no_truth(tmp_path: Path) -> None:
     """Plots of the extractor behind the feed are those of the bench; and a service that dies says so."""
     scenario = with_video(small(tmp_path, 3))
+    hull = {**scenario.scene["body"][0], "shape": "hull", "length_m": 90, "beam_m": 15, "height_m": 15, "rcs_dbsm": 20}
+    scenario = scenario.model_copy(update={"scene": {**scenario.scene, "body": [{**hull, "position_m": [500, 300, 0]}]}})
     with video_of(scenario, 5, tmp_path / "plots") as video:
         assert [*(tmp_path / "plots").iterdir()] == []  # the scene has gone before the program starts
         root = f"http://{video.header['address']}/api/radars/0"
         assert refused(f"{root}/truth") == (403, ["truth: this server does not give it; start it with --truth"])
         assert refused(f"{root}/controls", "PATCH")[0] == refused(f"{root}/scene", "PUT")[0] == 401
         told = json.load(urlopen(root))
-        assert (told["seed"], told["scene"]["bodies"], told["scene"]["name"]) == (0, 0, NAME)
+        assert (told["seed"], told["scene"]["bodies"], told["scene"]["name"]) == (0, 0, "")
         given = list(plots_of(video.header, ["", "", ""]))
         assert [each.plots for each in given] == [each.given.plots for each in observed(scenario, 5)]
         assert sum(len(each.plots) for each in given) and video.fault() is None

@@ -54,7 +54,8 @@ class Form:
 
 def summary(radar: RadarInfo, form: Form, sic: int) -> bytes:
     """Returns the block that says what the video of a radar is, in ASCII."""
-    name = radar.epoch.info.scene.name.encode("ascii", "replace").decode()[:40]
+    known = radar.name if radar.epoch.is_blind else radar.epoch.info.scene.name
+    name = known.encode("ascii", "replace").decode()[:40]
     text = f"{name}, radar {radar.identity[:20]}. Azimuth from true north, mid spoke. Cell k from k to k+1 durations. {form.law}"
     head = struct.pack(">BBBBB", SUMMARY_ITEMS, form.sac, sic, SUMMARY, len(text))
     return block_of(CATEGORY, head + text.encode("ascii", "replace"))
