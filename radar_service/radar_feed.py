@@ -35,6 +35,7 @@ CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may
 STOP_TIMEOUT = 20.0  # s
 LAST_WORDS = 300  # characters of what a service that has ended wrote last
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
+OwnShip = Mapping[str, float]  # time, east, north, heading, course, speed
 SceneInput = str | Path | Mapping[str, Any] | Scene
 
 
@@ -274,6 +275,20 @@ def _tupled(line: Mapping[str, Any]) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in line.items()}
 
 
+def own_ships(feed: str) -> Iterator[OwnShip]:
+    """Yields own ship at each message of a feed, until it ends."""
+    with connect(f"{feed}?bins=1", max_size=wire.MAX_MESSAGE, compression=None) as messages:
+        for message in messages:
+            fields = wire.unpack(bytes(message))  # type: ignore[arg-type]
+            if fields["type"] == "spokes":
+                rows = SpokeRows.of(fields)
+                position = rows.position[-1].tolist()
+                yield {
+                    "time": float(rows.time[-1]), "east": position[0], "north": position[1],
+                    "heading": float(rows.heading[-1]), "course": float(rows.course[-1]), "speed": float(rows.speed[-1]),
+                }  # fmt: skip
+
+
 def release(address: str, radars: Sequence[str]) -> None:
     """Connects to radars and leaves them: a group waits for a client of each."""
     for radar in radars:
@@ -321,7 +336,9 @@ def service(
                 if not start:
                     process.wait(STOP_TIMEOUT)
                     errors.seek(0)
-                    raise RuntimeError(f"the service did not start: {errors.read().strip()}")
+                    raise RuntimeError(
+                        f"the service did not start: {errors.read().strip() or f'exit status {process.returncode}'}"
+                    )
                 yield RunningService(address.strip().rstrip("/"), process, errors)
             finally:
                 process.terminate()

@@ -75,7 +75,7 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
 QUIET: dict[str, Any] = {"deadline": None, "derandomize": True, "database": None, "suppress_health_check": list(HealthCheck)}
 
 
-@settings(max_examples=10, **QUIET)
+@settings(max_examples=6, **QUIET)
 @given(worlds())
 def test_every_field_is_finite_or_the_scene_is_refused(world: dict[str, Any]) -> None:
     check_finite(world)

@@ -128,7 +128,7 @@ def sealed_of(tracker: str, blind: Blind | None) -> tuple[str, ...] | None:
 def check_start(tracker: str, scenario: Scenario, blind: Blind | None) -> None:
     """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
     if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
-        program = program_on_video(tracker) if scenario.input == "video" else tracker
+        program = program_on_video(tracker, scenario.answers) if scenario.input == "video" else tracker
         started = tracker_for(program, header_of(scenario, None if blind else 0), sealed_of(tracker, blind))
         if isinstance(started, LineTracker):
             started.close()
@@ -201,10 +201,17 @@ def _sheet(loaded: Mapping[str, Scenario], runs: Runs, tracker: str, blind: Blin
         "plots": hashlib.blake2b("".join(plots).encode(), digest_size=16).hexdigest(),
         "uncertainty": "`lower`, `upper` of a share of misses (95 %, one-sided, by fixed runs), `standard_error` of a mean.",
         "again": f"radar-service bench-tracker {names} --seeds {max(map(len, runs.values()), default=0)} {seeds} "
-        f"{'--input video ' * any(each.input == 'video' for each in loaded.values())}"
-        f"{'--answers plots ' * any(each.answers == 'plots' for each in loaded.values())}"
+        f"{_input(next(iter(loaded.values()), None))}"
         f"{''.join(f'--profile {name} ' for name in profiles)}--tracker {shlex.quote(tracker)} -o again",
     }
+
+
+def _input(scenario: Scenario | None) -> str:
+    """The options of a command for what a program reads and answers, the same in all scenarios."""
+    if scenario is None or scenario.input == "plots":
+        return ""
+    serve = f"--serve={shlex.quote(shlex.join(scenario.serve))} " if scenario.serve else ""
+    return f"--input video --answers {scenario.answers} {serve}"
 
 
 def _believed(scenario: Scenario) -> Sequence[str]:

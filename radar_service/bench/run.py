@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from radar_service.bench.few_tiles import FewTiles, has_few, last_spoke
-from radar_service.bench.plot_errors import with_errors
+from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
@@ -126,7 +126,7 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
             scan = simulator.scan()
             ended, last = extractor.add(scan), last_spoke(scan)
         truths = truths_of(simulator, number, scenario.tracked)
-        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number)
+        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number, lengths_of(scenario))
         yield ScanResult(given_from(last, plots, scene.radar.rotation_period), (), truths, ended.flood)
 
 

@@ -100,9 +100,10 @@ class PlotSettings(FrozenTable):
 class PlotErrors(FrozenTable):
     """Errors of plots of points, as A.823(19), appendix 3, has them.
 
-    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam.
+    range_sd_m, bearing_sd_deg: standard deviations of normal errors, as from the shapes of pulse and beam; those of noise are in
+    the plots already.
     range_step_m: ranges are rounded to whole steps; 0: not rounded.
-    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation.
+    glint_length_m: of a ship whose echo wanders along it, with a sixth of this as standard deviation; None: of each its own.
     roll_deg, roll_period_s: of own ship: bearings err by half the square of the roll, times sine and cosine of the relative
     bearing, twice in each period; its phase is drawn by the seed.
     missed: share of all plots that are left out. others: mean number of further plots in a scan, spread over OTHERS_M of range.
@@ -111,7 +112,7 @@ class PlotErrors(FrozenTable):
     range_sd_m: Annotated[float, Field(ge=0)] = 0.0
     bearing_sd_deg: Annotated[float, Field(ge=0)] = 0.0
     range_step_m: Annotated[float, Field(ge=0)] = 0.0
-    glint_length_m: Annotated[float, Field(ge=0)] = 0.0
+    glint_length_m: Annotated[float, Field(ge=0)] | None = None
     roll_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     roll_period_s: Annotated[float, Field(gt=0)] = 10.0
     missed: Annotated[float, Field(ge=0, lt=1)] = 0.0
@@ -119,7 +120,7 @@ class PlotErrors(FrozenTable):
 
 
 # Plots of a small dome in a canal: the middle of what five encounters of the recorded set of Trondheim have, to 500 m.
-PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, missed=0.1, others=2.5)}
+PROFILES = {"inland": PlotErrors(range_sd_m=3.5, bearing_sd_deg=4.5, glint_length_m=0.0, missed=0.1, others=2.5)}
 OTHERS_M = 500.0
 
 
@@ -158,7 +159,8 @@ class Scenario(FrozenTable):
     draw_biases: whether each seed draws the signs and directions of the biases of own ship's sensors.
     limit: of this scenario; one for a metric of GENERAL stands in its place.
     input: what a program gets: plots, or the video of the radar, which it reads from a service.
-    answers: what it answers: tracks, or the plots of the video.
+    answers: what it answers: tracks, also as TTM of a program of others in real time, or the plots of the video.
+    serve: further options of the service that gives the video.
     judges: tracks by the limits of GENERAL too; or plots, of which these say nothing.
     not_judged: metrics of GENERAL that the scenario's own limits make needless, or that its errors leave nothing of; "*": all.
     scene: a scene, as a scene file has it.
@@ -181,7 +183,8 @@ class Scenario(FrozenTable):
     ais: tuple[AisStation, ...] = ()
     draw_biases: bool = False
     input: Literal["plots", "video"] = "plots"
-    answers: Literal["tracks", "plots"] = "tracks"
+    answers: Literal["tracks", "ttm", "plots"] = "tracks"
+    serve: tuple[str, ...] = ()
     judges: Literal["tracks", "plots"] = "tracks"
     not_judged: tuple[str, ...] = ()
     limit: tuple[Limit, ...] = ()
@@ -300,15 +303,15 @@ def with_profile(scenario: Scenario, profile: str) -> Scenario:
     return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
 
 
-def with_video(scenario: Scenario, answers: str = "tracks") -> Scenario:
+def with_video(scenario: Scenario, answers: str = "tracks", serve: Sequence[str] = ()) -> Scenario:
     """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
     on plots alone judge it. Raises ScenarioError for a recording."""
     if scenario.recorded:
         raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
-    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "folder": scenario.folder, "file": scenario.file}
+    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "answers": answers, "serve": tuple(serve)}
+    changed |= {"folder": scenario.folder, "file": scenario.file}
     if answers == "plots":
-        limits = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
-        changed |= {"answers": answers, "judges": "plots", "limit": limits}
+        changed |= {"judges": "plots", "limit": [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]}
     return Scenario(**{**scenario.model_dump(), **changed})
 
 

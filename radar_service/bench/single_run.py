@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.kept_plots import bench_digest, observed_run, program_version, source_digest
-from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE
+from radar_service.bench.plot_errors import GLINT_SHARE, ROLL_SHARE, lengths_of
 from radar_service.bench.run import answered, extracted, pfa_of, threshold_kind
 from radar_service.bench.scenario import PlotErrors, Scenario, load_scenario
 from radar_service.bench.scores.events import events_of
@@ -46,7 +46,9 @@ def single_run(
     try:
         if scenario.input == "video":
             with video_of(scenario, seed, plots) as video:
-                tracker = tracker_for(program_on_video(tracker_name), {**header, "video": video.header}, sealed)
+                tracker = tracker_for(
+                    program_on_video(tracker_name, scenario.answers), {**header, "video": video.header}, sealed
+                )
                 results, failed = _tracked(scans, tracker, video, scenario.answers)
         else:
             results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
@@ -76,12 +78,12 @@ def data_sheet(scenario: Scenario) -> DataSheet:
     cells = radar.azimuths * (radar.range_max - scenario.plots.nearest_m) / radar.range_step
     gyro = scene.errors.gyro.noise if scene.errors and scene.errors.gyro else 0.0
     bearings = [np.radians(errors.bearing_sd_deg), ROLL_SHARE * np.radians(errors.roll_deg) ** 2, gyro]
-    longest = max([errors.glint_length_m, *(body.length for body in scene.bodies if body.name in scenario.tracked)])
+    lengths = [*lengths_of(scenario).values(), *(body.length for body in scene.bodies if body.name in scenario.tracked)]
     return DataSheet(
         rpm=60.0 / radar.rotation_period, beamwidth=radar.beamwidth, cell=radar.range_step, range_max=radar.range_max,
         range_error=float(np.hypot(errors.range_sd_m, np.hypot(errors.range_step_m, radar.range_step) / UNIFORM)),
         bearing_error=float(np.linalg.norm([*bearings, radar.beamwidth / BEAM_SPLIT])),
-        glint=longest * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
+        glint=max(lengths, default=0.0) * GLINT_SHARE, false_plots=errors.others + cells * pfa_of(scenario.plots, kind),
         sensors=scenario.scene.get("errors", {}).get("profile", "none"),
     )  # fmt: skip
 

@@ -29,6 +29,7 @@ from radar_service.terminal.output_files import make_folder
 from radar_service.world.scene import known_radar
 
 CHILD = "radar_service.bench.video_child"  # the program that gives plots of the product's own extractor to a tracker
+TTM_CHILD = "radar_service.bench.ttm_child"
 NAME = "radar under test"  # of every scene
 HEALTH_SECONDS = 20.0
 
@@ -71,11 +72,12 @@ def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
             make_folder((Path(folder) / name).parent)
             shutil.copy(path, Path(folder) / name)
         (file := Path(folder) / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-        running = service(file, seed, "max", scenario.fidelity, ["--blind"])
+        pace = 1.0 if scenario.answers == "ttm" else "max"
+        running = service(file, seed, pace, scenario.fidelity, ["--blind", *scenario.serve])
         try:
             started = running.__enter__()
         except RuntimeError as error:
-            raise TrackerError(f"video: {error}") from None
+            raise TrackerError(f"video: {scenario.name}: {error}") from None
     try:
         release(started.address, [other for other in ids if other != radar])
         yield Video(_header(scenario, started.address, radar), started)
@@ -97,9 +99,11 @@ def _header(scenario: Scenario, address: str, radar: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def program_on_video(tracker: str = "") -> str:
+def program_on_video(tracker: str = "", answers: str = "tracks") -> str:
     """Returns the program or server behind a tracker's name: one that takes plots runs behind the product's own extractor, which
-    answers plots without one."""
+    answers plots without one; one that answers TTM behind what reads these."""
+    if answers == "ttm":
+        return f"{shlex.quote(sys.executable)} -m {TTM_CHILD} {tracker}"
     return (
         tracker if tracker and is_program(tracker) else shlex.join([sys.executable, "-m", CHILD, *filter(None, [tracker])])
     )

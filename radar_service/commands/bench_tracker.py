@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -47,8 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--salt", metavar="SALT", help="of an earlier report: its seeds")
     parser.add_argument("--input", choices=["plots", "video"], default="plots", help="what a program reads (default plots)")
     parser.add_argument(
-        "--answers", choices=["tracks", "plots"], default="tracks", help="plots of the video judge an extractor"
-    )
+        "--answers", choices=["tracks", "ttm", "plots"], default="tracks",
+        help="to video: ttm of an unmodified program, plots of an extractor",
+    )  # fmt: skip
+    parser.add_argument("--serve", default="", metavar="OPTIONS", help="of the service of the video: further ports")
     parser.add_argument("--profile", choices=sorted(PROFILES), help="plots err as those of a real set do")
     parser.add_argument("--strict", action="store_true", help="an undecided limit fails")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML too")
@@ -97,12 +100,14 @@ def _bench(options: argparse.Namespace) -> int:
     if options.profile:
         loaded = [with_profile(scenario, options.profile) for scenario in loaded]
     of_plots = options.answers == "plots"
-    if of_plots and options.input != "video":
-        raise UsageError("--answers plots: an extractor reads the video; give --input video too")
+    if options.input != "video" and (options.serve or options.answers != "tracks"):
+        raise UsageError("--answers and --serve: they are of the video; give --input video too")
+    if options.answers == "ttm" and not is_program(options.tracker):
+        raise UsageError("--answers ttm: give --tracker with the command of a program that writes TTM")
     if of_plots and not is_program(options.tracker):
         options.tracker = program_on_video()
     if options.input == "video":
-        loaded = [with_video(scenario, options.answers) for scenario in loaded]
+        loaded = [with_video(scenario, options.answers, shlex.split(options.serve)) for scenario in loaded]
     looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
     print(_plan(options.seeds, options.smoke, looks))
     with executor_of(options) as executor:

@@ -6,7 +6,7 @@ The gate about the peak of a plot is that in which the truth measures where the 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -198,14 +198,21 @@ class PlotExtractor:
         return cells[order], part[order]
 
 
+class TakesScans(Protocol):
+    """A plot extractor, here or in another process."""
+
+    def add(self, scan: Scan) -> ScanPlots:
+        """Returns the plots that end in a scan, which follows the one before."""
+
+
 class LivePlots:
     """The plots of spokes as they come, at the end of each scan. After half a scan without spokes it begins anew.
 
     lost: spokes left out: their numbers do not rise, or the heading was lost.
     """
 
-    def __init__(self, azimuths: int, make: Callable[[], PlotExtractor]) -> None:
-        """azimuths: of a scan."""
+    def __init__(self, azimuths: int, make: Callable[[], TakesScans]) -> None:
+        """azimuths: of a scan; make: begins anew."""
         self.lost, self._azimuths, self._make, self._extractor = 0, azimuths, make, make()
         self._parts, self._last = list[SpokeBlock](), -1
 

@@ -89,6 +89,7 @@ def test_a_program_or_a_service_that_fails_is_a_failed_run(
 def test_a_tracker_that_takes_plots_runs_behind_the_extractor() -> None:
     assert program_on_video("./mine --fast") == "./mine --fast" and program_on_video("ws://host:1") == "ws://host:1"
     assert program_on_video("gnn").endswith(" -m radar_service.bench.video_child gnn")
+    assert program_on_video("opencpn {feed}", "ttm").endswith(" -m radar_service.bench.ttm_child opencpn {feed}")
     assert program_on_video("mine:Tracker").endswith(".video_child mine:Tracker")
 
 

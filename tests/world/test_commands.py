@@ -1,12 +1,14 @@
 """Commands: which are refused, in which words, and all that a source has been given."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from radar_service.numerics.constants import KNOT
+from radar_service.simulator import Simulator
 from radar_service.world.commands import (
     CHECKS,
     KEYS,
@@ -19,7 +21,8 @@ from radar_service.world.commands import (
     command_from,
 )
 from radar_service.world.steered_motion import SteeringLimits
-from tests.scenes import radar
+from radar_service.world.steering import Steering
+from tests.scenes import point, radar, scene
 
 LIMITS = SteeringLimits(20.0 * KNOT, math.radians(4.0))
 ALL = Steerable({None: LIMITS, "ferry": LIMITS}, {"ferry", "rock"}, radar(azimuths=120, rpm=1))
@@ -141,15 +144,45 @@ def test_commands_come_in_order_and_the_latest_of_each_body_is_known() -> None:
     assert list(other) == list(log) and other.latest("ferry") is third
 
 
-def test_a_refused_command_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.world.commands.MAX_COMMANDS", 1)
-    log = CommandLog(ALL)
-    with pytest.raises(CommandError, match="speed_kn: 21 is not allowed; 0 to 20"):
-        added(log, 5, "ferry", {"speed_kn": 21})
-    added(log, 5, "ferry", {"speed_kn": 20})
-    with pytest.raises(CommandError, match="takes 1 commands"):
-        added(log, 5, "ferry", {"speed_kn": 20})
-    assert len(log) == 1
+MADE = scene([point("ferry", 0, 300, steerable={"max_speed_kn": 20}), point("rock", 0, 200)], own_ship={"steerable": {}})
+Entrance = tuple[
+    Callable[[int, str, dict[str, Any]], object], Callable[[], Sequence[Command]]
+]  # gives one; all that are kept
+
+
+def of_log() -> Entrance:
+    log = CommandLog(MADE.steerable)
+    return lambda spoke, body, values: added(log, spoke, body, values), lambda: list(log)
+
+
+def of_steering() -> Entrance:
+    made = Steering(MADE)
+    return made.add, lambda: made.commands
+
+
+def of_simulator() -> Entrance:
+    sim = Simulator(MADE, "fast")
+    return lambda spoke, body, values: sim.command(body, spoke=spoke, **values), lambda: sim.commands
+
+
+@pytest.mark.parametrize("entrance", [of_log, of_steering, of_simulator])
+def test_every_entrance_keeps_no_refused_command_and_not_too_many(
+    entrance: Callable[[], Entrance], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    give, kept = entrance()
+    for body, values, words in (
+        ("nobody", {"speed_kn": 1}, 'no "nobody"'), ("rock", {"speed_kn": 1}, "not steerable"),
+        ("ferry", {"speed": 1}, "speed: not"), ("ferry", {"speed_kn": 21}, "speed_kn: 21 is not allowed; 0 to 20"),
+    ):  # fmt: skip
+        with pytest.raises(CommandError, match=words):
+            give(5, body, values)
+    assert not kept()
+    monkeypatch.setattr("radar_service.world.commands.MAX_COMMANDS", 2)
+    for _ in range(2):
+        give(5, "ferry", {"speed_kn": 20})
+    with pytest.raises(CommandError, match="takes 2 commands, and has had as many; start the scene anew"):
+        give(5, "ferry", {"speed_kn": 20})
+    assert len(kept()) == 2
 
 
 def test_it_says_what_a_block_does_not_know_and_what_acts_until_a_spoke() -> None:

@@ -66,20 +66,22 @@ def video(batch: SpokeBatch, form: Form, sic: int) -> Iterator[list[bytes]]:
     Sequence numbers follow from those of the spokes: blocks that are missing were lost.
     """
     block, to, known = batch.block, batch.epoch.layout(None), batch.epoch.info
-    rows, starts = _cells(batch, form), range(0, to.bins, form.cells)
+    rows, room = _cells(batch, form), form.cells
+    starts = range(0, to.bins, room)
     north = true_bearing(0.0, block.position, known.scene.origin) if known.scene.origin else np.zeros(len(block))
     azimuth, half = CIRCLE * (block.azimuth + north) / (2.0 * math.pi), 0.5 * CIRCLE / known.radar.azimuths
     near = round((to.first - 0.5 * to.step) / to.step)  # cells before the first one
     duration = round(2.0 * to.step / LIGHT * 1e15)  # fs
     for k, time in enumerate(block.time.tolist()):
         blocks = list[bytes]()
+        when = time_of_day(batch.epoch.start_utc, time)
         for part, start in enumerate(() if math.isnan(block.heading[k]) else starts):
             head = struct.pack(
                 ">BBBIHHIIBB", form.sac, sic, VIDEO, ((batch.first + k) * len(starts) + part) % 2**32,
                 round(azimuth[k] - half) % CIRCLE, round(azimuth[k] + half) % CIRCLE, near + start, duration,
                 0, RESOLUTION[form.bits],
             )  # fmt: skip
-            blocks.append(_video_block(head, rows[k, start : start + form.cells], time_of_day(batch.epoch.start_utc, time)))
+            blocks.append(_video_block(head, rows[k, start : start + room], when))
         yield blocks
 
 

@@ -8,6 +8,7 @@ from typing_extensions import override
 
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread
+from radar_service.processes.fork_server import ForkServer
 
 
 class Sender(Protocol):
@@ -23,15 +24,17 @@ class Sender(Protocol):
 
 
 class UdpPort(Port):
-    """A port with senders. lost: what it did not hand to any of them."""
+    """A port with senders. lost: what it did not hand to any of them; fork_server: of the service, None outside one."""
 
     def __init__(self, senders: Sequence[Sender]) -> None:
         self.senders, self.lost = senders, 0
         self._counted = 0
+        self.fork_server: ForkServer | None = None
         self._thread: PortThread | None = None  # counts what is lost
 
     @override
     async def start(self, service: Service) -> None:
+        self.fork_server = service.fork_server
         self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
 
     @override

@@ -116,7 +116,7 @@ def test_triangles_in_four_and_from_other_corners_change_nothing(kind: str, size
     mesh, rng = hull_mesh(kind, 1, *size), np.random.default_rng(1)
     meshes = mesh, split(mesh), Mesh(mesh.vertices, np.roll(mesh.faces, 1, axis=1))
     pieces = [PlanarPieces.of(each, outward_side(each)) for each in meshes]
-    for draw in range(12):
+    for draw in range(6):
         azimuth, distance, height = math.radians(90.62555), 888.217, 22.77
         lean, band, water = np.array([7.178458, 3.297429]), 0.098293, 0.0 if draw % 2 == 0 else None
         if draw:
@@ -197,7 +197,7 @@ def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
     mesh = np.concatenate([hull, sheet([-1.0, 0.0, 0.3], [2.0, 0, 0], [0, 0, 1.6], 1)])
     antenna = np.array([0.7, -60.0, 15.0])
     echoes = seen(optics(welded(mesh), 1), antenna, 0.0, 0.3)
-    brute = narrow_beams.profile(mesh, antenna, 0.012, bounces=1, water=0.0).field.sum(axis=1)
+    brute = narrow_beams.profile(mesh, antenna, 0.024, bounces=1, water=0.0).field.sum(axis=1)
     for way in range(3):
         assert abs(echoes.amplitude[echoes.ways == way].sum() - brute[way]) < 0.01 * np.abs(brute).max()
 

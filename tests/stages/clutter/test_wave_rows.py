@@ -56,8 +56,7 @@ def test_the_beams_sum_has_unit_variance_at_every_range_and_bearing() -> None:
     """Over 60 seas: 5 sigma of their independent draws, sqrt(2 / 60), for means over a third of the range and 5 bearings; 0.05
     for the table."""
     number = np.arange(0, 360, 72)
-    drawn = np.stack(
-        [np.concatenate([gaussian(sea_of(seed), number[k : k + 1]) for k in range(5)]) for seed in range(1, 13)]
-    )
+    seas = [sea_of(seed) for seed in range(1, 13)]
+    drawn = np.stack([np.concatenate([gaussian(sea, number[k : k + 1]) for k in range(5)]) for sea in seas])
     for third in np.array_split(drawn, 3, axis=2):
         assert np.mean(third.astype(np.float64) ** 2) == pytest.approx(1.0, abs=0.15)

@@ -1,0 +1,105 @@
+"""A radar plotter of others under test, unmodified: `python -m radar_service.bench.ttm_child PROGRAM ...`.
+
+The program writes NMEA 0183 to its standard output; its TTM are the tracks. `{feed}` and `{address}` in its arguments stand for
+those of the radar, which turns in real time.
+"""
+
+import json
+import math
+import re
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from functools import reduce
+from threading import Condition, Thread
+from typing import Any, TextIO
+
+from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
+from radar_service.radar_feed import OwnShip, own_ships
+
+SENTENCE = re.compile(r"\$([A-Z]{2}TTM,([ -~]*))\*([0-9A-F]{2})")
+METRES = {"N": NAUTICAL_MILE, "K": 1000.0, "S": 1609.344}
+MS = {"N": KNOT, "K": 1.0 / 3.6, "S": 0.44704}
+WAIT_SECONDS = 50.0  # for the end of a scan, of the minute that an answer may take
+
+
+def track_of(line: str, own: OwnShip) -> tuple[str, dict[str, Any] | None] | None:
+    """Returns the number and the state of a TTM, None for a lost one; None for all else. Bearings and courses of "R" count from
+    the bow and are relative."""
+    form = SENTENCE.fullmatch(line.strip())
+    if form is None or reduce(lambda total, byte: total ^ byte, form[1].encode(), 0) != int(form[3], 16):
+        return None
+    number, distance, bearing, bearing_of, speed, course, course_of, _, _, unit, _, status, *_ = form[2].split(",")
+    if status != "T" or not (distance and bearing and speed and course):
+        return (number, None) if status == "L" else None
+    turn = math.radians(float(bearing)) + (own["heading"] if bearing_of == "R" else 0.0)
+    way, place, ahead = float(speed) * MS[unit], float(distance) * METRES[unit], math.radians(float(course))
+    east, north = way * math.sin(ahead), way * math.cos(ahead)
+    if course_of == "R":
+        east, north = east + own["speed"] * math.sin(own["course"]), north + own["speed"] * math.cos(own["course"])
+    return number, {
+        "track": number, "time": own["time"], "velocity_east": east, "velocity_north": north,
+        "east": own["east"] + place * math.sin(turn), "north": own["north"] + place * math.cos(turn),
+    }  # fmt: skip
+
+
+class Plotter:
+    """Tracks of a program's sentences, and own ship of the feed."""
+
+    def __init__(self) -> None:
+        self._changed, self._own, self._ended = Condition(), dict[str, float](time=-1.0), ""
+        self._tracks: dict[str, dict[str, Any]] = {}
+
+    def follow(self, ships: Iterable[OwnShip]) -> None:
+        """Takes own ship as time goes on."""
+        for own in ships:
+            with self._changed:
+                self._own = dict(own)
+                self._changed.notify_all()
+        self._end("the feed has ended")
+
+    def listen(self, lines: Iterable[str]) -> None:
+        """Takes the sentences of the program."""
+        for line in lines:
+            with self._changed, suppress(ValueError, KeyError):  # of a TTM that is not understood
+                if self._own["time"] >= 0.0 and (told := track_of(line, self._own)):
+                    self._tracks.pop(told[0], None)
+                    self._tracks |= {told[0]: told[1]} if told[1] else {}
+        self._end("the program has ended its output")
+
+    def _end(self, why: str) -> None:
+        with self._changed:
+            self._ended = self._ended or why
+            self._changed.notify_all()
+
+    def tracks(self, time: float) -> list[dict[str, Any]]:
+        """Returns the newest state of each track at the end of a scan [s], for which it waits. Raises RuntimeError."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._own["time"] >= time or self._ended, WAIT_SECONDS)
+            if self._own["time"] < time:
+                raise RuntimeError(self._ended or f"the radar has not turned on for {WAIT_SECONDS:g} s")
+            return [{**state, "time": min(state["time"], time)} for state in self._tracks.values()]
+
+
+def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
+    """Answers each scan of some lines, of which the first one is the header. Raises RuntimeError and OSError."""
+    video = json.loads(next(lines)).get("video")
+    if video is None:  # the bench only looks whether the program starts
+        return
+    command = [word.replace("{feed}", video["feed"]).replace("{address}", video["address"]) for word in words]
+    plotter = Plotter()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace") as program:
+        assert program.stdout is not None
+        for target, source in ((plotter.listen, program.stdout), (plotter.follow, own_ships(video["feed"]))):
+            Thread(target=target, args=(source,), daemon=True).start()
+        try:
+            for scan in map(json.loads, lines):
+                answer = {"type": "tracks", "scan": scan["scan"], "tracks": plotter.tracks(scan["time"])}
+                print(json.dumps(answer), file=answers, flush=True)
+        finally:
+            program.terminate()
+
+
+if __name__ == "__main__":
+    serve(sys.argv[1:], iter(sys.stdin), sys.stdout)

@@ -1,0 +1,72 @@
+"""A plotter of others under test: its TTM become tracks on the map, and a plotter or a feed that ends says so."""
+
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator
+from threading import Event
+from typing import Any
+
+import pytest
+
+from radar_service.bench import ttm_child
+from radar_service.bench.ttm_child import Plotter, track_of
+from radar_service.ports.nmea.sentences import sentence
+
+OWN = {"time": 7.0, "east": 100.0, "north": 50.0, "heading": math.radians(30.0), "course": math.pi / 2.0, "speed": 5.0}
+
+
+def ttm(*fields: str, status: str = "T") -> str:
+    return sentence("RA", "TTM", *fields, "1.0", "2.0", "N", "x", status, "", "120000", "A").decode()
+
+
+def test_true_and_relative_fields_lie_about_own_ship() -> None:
+    one = track_of(ttm("01", "1.0", "90.0", "T", "10.0", "0.0", "T"), OWN)
+    expected = {"track": "01", "time": 7.0, "east": 1952.0, "north": 50.0, "velocity_east": 0.0}
+    assert one and one[1] and {key: one[1][key] for key in expected} == pytest.approx(expected)
+    assert one[1]["velocity_north"] == pytest.approx(10 * 1852 / 3600)
+    other = track_of(ttm("01", "1.0", "60.0", "R", "0.0", "0.0", "R"), OWN)
+    assert other and other[1] and (other[1]["east"], other[1]["velocity_east"]) == pytest.approx((1952.0, 5.0))
+
+
+def test_what_is_no_track_is_passed_over() -> None:
+    good = ttm("01", "1.0", "90.0", "T", "10.0", "0.0", "T")
+    assert track_of(good.replace("90", "91"), OWN) is None and track_of("$RATTM,", OWN) is None
+    assert track_of(ttm("01", "1.0", "90.0", "T", "", "", "T", status="Q"), OWN) is None
+    assert track_of(ttm("01", "", "", "T", "", "", "T", status="L"), OWN) == ("01", None)
+
+
+def test_the_newest_states_are_answered_until_a_target_is_lost() -> None:
+    plotter = Plotter()
+    plotter.follow([OWN])
+    first, second = (ttm(number, "1.0", "90.0", "T", "1.0", "0.0", "T") for number in ("01", "02"))
+    plotter.listen(
+        [first, sentence("RA", "TTM", "01", "x").decode(), second, ttm("01", "", "", "T", "", "", "T", status="L")]
+    )
+    assert [(state["track"], state["time"]) for state in plotter.tracks(6.0)] == [("02", 6.0)]  # none of the future
+    with pytest.raises(RuntimeError, match="the feed has ended"):
+        plotter.tracks(8.0)
+
+
+def test_a_program_is_started_with_the_address_and_answers_each_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    noted = Event()
+
+    def own_ships(feed: str) -> Iterator[dict[str, float]]:
+        yield OWN
+        assert noted.wait(30.0)
+        yield {**OWN, "time": 10.0}
+
+    def told(line: str, own: Any) -> Any:
+        noted.set()
+        return track_of(line, own)
+
+    monkeypatch.setattr(ttm_child, "own_ships", own_ships)
+    monkeypatch.setattr(ttm_child, "track_of", told)
+    code = "import sys\nwhile True: print(sys.argv[1], flush=True)"
+    lines = [json.dumps({"video": {"feed": ttm("01", "1.0", "90.0", "T", "1.0", "0.0", "T").strip(), "address": "x"}}),
+             json.dumps({"scan": 3, "time": 10.0})]  # fmt: skip
+    ttm_child.serve([sys.executable, "-c", code, "{feed}"], iter(lines), written := io.StringIO())
+    answer = json.loads(written.getvalue())
+    assert (answer["scan"], [state["track"] for state in answer["tracks"]]) == (3, ["01"])
+    ttm_child.serve(["no-such-program"], iter(['{"type": "header"}']), written)  # a trial start
