@@ -41,7 +41,7 @@ def with_ais(results: Sequence[ScanResult], stations: Sequence[AisStation], seed
 
 
 def _reports(station: AisStation, truths: Mapping[str, Sequence[TargetTruth]], last: float, seed: int) -> Iterator[Received]:
-    """The reports of a station until the last second of a run."""
+    """The reports of a station, to the last second."""
     reporting = Reporting(_ship(station), seed)
     is_distinct = math.hypot(*station.offset_m) > DISTINCT
     for second in range(int(last) + 1):

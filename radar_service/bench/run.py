@@ -77,7 +77,7 @@ def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
 
 
 def check_associations(tracks: Sequence[TrackState], scan: int, reported: Set[int]) -> None:
-    """Raises TrackerError for an MMSI that no AIS target has `reported` so far, or that is on two tracks."""
+    """Raises TrackerError for an MMSI that is not `reported` so far, or on two tracks."""
     owner: dict[int, str] = {}
     for track in tracks:
         if track.mmsi is None or track.lost:

@@ -31,7 +31,7 @@ class Association:
 
 @dataclass(frozen=True)
 class _Claim:
-    """The target that an MMSI reports, None: none that is there; since when it does, and its last report [s]."""
+    """The target that an MMSI reports, if any; since when, and its last report [s]."""
 
     body: str | None
     since: float
