@@ -1,11 +1,13 @@
 """Radar sets that are sold: the figures that are printed of them reach a scene's radar, and their limits are told."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from radar_service.plots.thresholds import KnownThreshold
 from radar_service.radar.parameters import Radar
-from radar_service.radar.sets import radar_sets
+from radar_service.radar.sets import TABLE, radar_sets
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.world.error import SceneError
@@ -26,7 +28,14 @@ def test_every_scale_of_every_set_is_a_valid_radar(name: str) -> None:
         assert radar.range_max == scale and scale <= radar.bins * radar.range_step < scale * 1.1
         assert radar.scales == tuple(sorted(radar_sets()[name].scales))
     assert made(name).range_max == pytest.approx(6 * NM)
-    assert radar_sets()[name].sources
+
+
+@pytest.mark.parametrize("name", radar_sets())
+def test_each_number_of_a_set_has_a_source(name: str) -> None:
+    table = tomllib.loads(TABLE.read_text(encoding="utf-8"))[name]
+    numbers = {key for key, value in table.get("keys", {}).items() if not isinstance(value, bool | str)}
+    told = {key for keys in table["sources"] for key in keys.split(", ")}
+    assert numbers | {*table.get("columns", ["range_nm"])} <= told and all(table["sources"].values())
 
 
 @pytest.mark.parametrize(

@@ -149,13 +149,15 @@ def materials() -> str:
 def sets() -> str:
     """The sets that are sold, their rows by range scale, and the source of each number."""
     rows = []
+    first: dict[str, str] = {}
     for name, each in radar_sets().items():
         scales: dict[str, list[str]] = {}
         for length, keys in each.scales.items():
             scales.setdefault(_pulse(keys), []).append(f"{length / NAUTICAL_MILE:g}")
-        about = [f"{', '.join(nm)} NM: {pulse}" for pulse, nm in scales.items()]
+        about = "; ".join(f"{', '.join(nm)} NM: {pulse}" for pulse, nm in scales.items())
+        same = first.setdefault(about, name)
         sources = [f"{keys}: {text}" for keys, text in each.sources.items()]
-        rows.append((f"`{name}`", each.of, "; ".join(about), "; ".join(sources)))
+        rows.append((f"`{name}`", each.of, about if same == name else f"as `{same}`", "; ".join(sources)))
     return table(("set", "of what", "by range scale", "sources"), rows)
 
 
