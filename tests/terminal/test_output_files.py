@@ -172,6 +172,7 @@ STREAMS = {  # files that open others, and why these may be cut
     "radar_service/ports/udp/capture.py": "a cut capture can be read",
     "radar_service/ports/rest/bodies.py": "an upload, in a folder that goes",
     "radar_service/ports/rest/scene_routes.py": "an upload, in a folder that goes",
+    "radar_service/bench/video.py": "a scene for a service, in a folder that goes",
     "radar_service/radar_feed.py": "a scene for a child process, in a folder that goes",
     "radar_service/processes/fork_server_main.py": "a file of the kernel",
     "radar_service/processes/limits.py": "a file of the kernel",

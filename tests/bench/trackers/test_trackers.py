@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from radar_service.bench.trackers.ais_association import AssociatingTracker
 from radar_service.bench.trackers.process_tracker import CallableTracker, ProcessTracker
-from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.stone_soup import tuning_of
 from radar_service.bench.trackers.tracker import DataSheet
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
@@ -19,7 +19,7 @@ HEADER = {"radar": asdict(DataSheet(range_error=7.0))}
 
 def test_the_reference_trackers_are_tuned_by_the_data_sheet() -> None:
     pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
-    assert isinstance(tracker_for("gnn", HEADER), ReckonedTracker)
+    assert isinstance(tracker_for("gnn", HEADER), AssociatingTracker)
     assert tuning_of(DataSheet(), "jpda").association == "jpda"
     assert tuning_of(DataSheet(range_error=7.0), "gnn").range_error == 7.0
 

@@ -44,7 +44,9 @@ def started(simulator: Any, **more: Any) -> tuple[AisPort, Kept]:
     kept = Kept()
     port = AisPort([kept], **more)
     port.check(on_the_air(**{"0": simulator}))
-    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=()))))
+    asyncio.run(
+        port.start(cast(Service, SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=(), fork_server=None)))
+    )
     return port, kept
 
 
@@ -209,7 +211,7 @@ def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
     """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""
     kept = Kept()
     port = AisPort([kept], radar)
-    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), threads=()))))
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), threads=(), fork_server=None))))
     for time in np.arange(0.0, 30.0, 0.5).tolist():
         port.tick(radar, time)
     assert {(kind, int(m.mmsi)) for kind, m in messages(kept)} == expected

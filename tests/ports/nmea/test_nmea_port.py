@@ -92,7 +92,7 @@ def test_a_fixed_site_has_a_stream_of_its_own() -> None:
     stations, kept = stations_of(SITES), {name: Kept() for name in ("pier", "ferry")}
     for name, sender in kept.items():
         port = NmeaPort([sender], name, tells_truth=True)
-        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, threads=()))))
+        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, threads=(), fork_server=None))))
         port.tick("bow", 5.0)
         assert not sender.lines
         port.tick(name, 5.0)
@@ -117,7 +117,7 @@ def test_a_fixed_site_has_a_stream_of_its_own() -> None:
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
     kept = Kept()
     port = NmeaPort([kept], radar, tells_truth)
-    service = SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=())
+    service = SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=(), fork_server=None)
     port.check(service.stations)
     asyncio.run(port.start(cast(Service, service)))
     return port, kept
