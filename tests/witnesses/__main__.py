@@ -195,6 +195,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "radar_pi": ("unshare", "ip", "g++", "wx-config"),
         "radar_pi in OpenCPN": ("opencpn", "Xvfb", "xdotool", "import", "unshare", "ip", "g++", "make", "wx-config"),
         "halo_radar": ("unshare", "ip", "g++"),
+        "mayara-core": ("unshare", "ip", "cargo"),
         "mayara_pi": ("unshare", "ip", "g++"),
         "rosbags": (),
     }
@@ -208,6 +209,7 @@ def main(folder: Path, names: Sequence[str] = ()) -> None:
         "radar_pi": lambda: dialects.radar_pi(folder),
         "radar_pi in OpenCPN": lambda: opencpn_radar.drawn(folder),
         "halo_radar": lambda: dialects.halo_radar(folder),
+        "mayara-core": lambda: dialects.mayara_core(folder),
         "mayara_pi": lambda: dialects.mayara_pi(folder),
         "rosbags": lambda: dialects.ros2_bag(folder),
     }

@@ -4,8 +4,8 @@ A service runs in a network namespace of its own, with a bridge in 172.16/12, wh
 sends by UDP, and decodes it; libasterix and asterix-decoder, each in an environment of its own below FOLDER, decode it too. The
 receivers and the controls of radar_pi for a Garmin xHD and a HALO, built from its sources (RADAR_PI names their folder, with
 `src` and `include`) by g++ with wxWidgets and the stubs of `radar_pi/`, find the radar, draw it and command it; so does the class
-Radar of the ROS driver halo_radar, whose folder HALO_RADAR names. The discovery of mayara_pi (MAYARA_PI) finds the service by
-mDNS. rosbags reads a bag.
+Radar of the ROS driver halo_radar, whose folder HALO_RADAR names, and so does mayara-core (MAYARA) a HALO. The discovery of
+mayara_pi (MAYARA_PI) finds the service by mDNS. rosbags reads a bag.
 """
 
 import json
@@ -44,11 +44,17 @@ HALO_TALK = [
     ("status standby", "status standby", 0.2), ("status transmit", "status transmit", 0.2), ("gain auto", "gain_mode auto", 0.2),
     ("sea_clutter auto", "sea_clutter_mode auto", 0.2), ("range 1852", "range 1852", 0.2),
 ]  # fmt: skip
+MAYARA_TALK = [
+    ("range 10000", "range 10000", 0.2), ("gain 85", "gain 85", 0.2), ("sea 51", "sea 20", 0.2), ("rain 18", "rain 18", 0.2),
+    ("rejection 1", "rejection 1", 0.2), ("status 1", "status 1", 0.2), ("status 2", "status 2", 0.2),
+    ("gain -1", "gain -1", 0.2), ("sea -1", "sea-auto 1", 0.2), ("range 18520", "range 18520", 0.2),
+]  # fmt: skip
 NAMESPACE = """ip link set lo up && ip link add br0 type bridge && ip addr add 172.16.2.0/12 dev br0 &&
 ip addr add 172.16.3.150/12 dev br0 && ip link set br0 up && exec "$@" """
 COMMON = ["include/RadarReceive.h", "include/RadarControl.h", "include/socketutil.h", "src/socketutil.cpp"]
 COMMON += ["include/RadarLocationInfo.h"]
 PARTS = {"garmin-xhd": ("GarminxHD", ("Receive", "Control")), "navico-halo": ("Navico", ("Receive", "Control", "Locate"))}
+LEFT_OUT = r"nalgebra|bitflags|pub (mod|use) (arpa|engine)"
 IMAGE = {"garmin-xhd": (1440, 705), "navico-halo": (2048, 1024)}
 
 
@@ -207,6 +213,23 @@ def halo_radar(folder: Path) -> str:
     shutil.copy(HERE / "halo_radar" / "reader.cpp", build)
     subprocess.run("g++ -w -O1 -pthread -o reader *.cpp", shell=True, cwd=build, check=True)
     return read_by(folder, build / "reader", "navico-halo", HALO_TALK)
+
+
+def mayara_core(folder: Path) -> str:
+    """Lets mayara-core find, read and command the radar as a HALO, built by cargo with Debian's crates. Raises AssertionError."""
+    if not (sources := os.environ.get("MAYARA", "")):
+        return "not asked, without MAYARA"
+    build = folder / "mayara-core"
+    shutil.copytree(Path(sources) / "mayara-core", build, dirs_exist_ok=True)
+    for name in ("Cargo.toml", "src/lib.rs"):  # without what needs crates that Debian has not: targets of its own
+        kept = [line for line in (build / name).read_text().splitlines() if not re.match(LEFT_OUT, line)]
+        (build / name).write_text("\n".join(kept))
+    (build / "src" / "bin").mkdir(exist_ok=True)
+    shutil.copy(HERE / "mayara_core" / "reader.rs", build / "src" / "bin")
+    crates = ["source.crates-io.replace-with='debian'", "source.debian.directory='/usr/share/cargo/registry'"]
+    command = ["cargo", "build", "-q", "--release", "--offline", *(word for each in crates for word in ("--config", each))]
+    subprocess.run(command, cwd=build, check=True)
+    return read_by(folder, build / "target" / "release" / "reader", "navico-halo", MAYARA_TALK)
 
 
 def read_by(folder: Path, reader: Path, dialect: str, talk: list[tuple[str, str, float]]) -> str:
