@@ -32,7 +32,7 @@ from radar_service.world.scene import Scene, known_radar
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
-STOP_TIMEOUT = 20.0  # s
+STOP_TIMEOUT = 20.0  # s, then a service is killed
 LAST_WORDS = 300  # characters of what a service that has ended wrote last
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
 OwnShip = Mapping[str, float]  # time, east, north, heading, course, speed
@@ -342,3 +342,7 @@ def service(
                 yield RunningService(address.strip().rstrip("/"), process, errors)
             finally:
                 process.terminate()
+                try:
+                    process.wait(STOP_TIMEOUT)
+                except subprocess.TimeoutExpired:
+                    process.kill()

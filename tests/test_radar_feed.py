@@ -1,5 +1,7 @@
 """Radars for tests of trackers: the same scans and crossings in process and from a service."""
 
+import signal
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -8,7 +10,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed, crossing_from_line
+from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed, crossing_from_line, service
 from tests.recording.scenes import AZIMUTHS, MOVING
 from tests.scenes import TWO_RADARS
 
@@ -94,6 +96,16 @@ def test_an_unknown_radar_is_refused_with_the_ids(over: Literal["process", "webs
 def test_what_is_not_allowed_is_named(options: dict[str, Any], words: str) -> None:
     with RadarFeeds() as feeds, pytest.raises(ValueError, match=words):
         feeds(**{"scene": MOVING} | options)
+
+
+def test_a_service_that_does_not_stop_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (program := tmp_path / "deaf").write_text("#!/bin/sh\ntrap '' TERM\necho open http://here/\nexec sleep 9\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    monkeypatch.setattr("radar_service.radar_feed.STOP_TIMEOUT", 0.01)
+    with service(MOVING, 0, "max", "auto") as running:
+        assert running.address == "here" and running.end is None
+    assert running.process.returncode == -signal.SIGKILL
 
 
 def test_a_service_that_does_not_start_says_why() -> None:

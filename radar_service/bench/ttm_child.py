@@ -53,11 +53,13 @@ class Plotter:
 
     def follow(self, ships: Iterable[OwnShip]) -> None:
         """Takes own ship as time goes on."""
-        for own in ships:
-            with self._changed:
-                self._own = dict(own)
-                self._changed.notify_all()
-        self._end("the feed has ended")
+        try:
+            for own in ships:
+                with self._changed:
+                    self._own = dict(own)
+                    self._changed.notify_all()
+        finally:
+            self._end("the feed has ended")
 
     def listen(self, lines: Iterable[str]) -> None:
         """Takes the sentences of the program."""

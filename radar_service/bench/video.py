@@ -45,10 +45,12 @@ class Video:
         if (end := self.service.end) is not None:
             return f"the service has ended: {end}"
         try:
-            with urlopen(f"http://{self.service.address}/api/health", timeout=HEALTH_SECONDS) as answer:
+            try:
+                answer = urlopen(f"http://{self.service.address}/api/health", timeout=HEALTH_SECONDS)
+            except HTTPError as error:  # 503 where a radar has failed
+                answer = error
+            with answer:
                 health = json.load(answer)
-        except HTTPError as error:  # 503 where a radar has failed
-            health = json.load(error)
         except (OSError, HTTPException, ValueError) as error:
             return f"the service does not answer: {error}"
         faults = [radar["fault"] for radar in health["radars"] if radar["fault"]]

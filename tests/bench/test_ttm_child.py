@@ -49,6 +49,18 @@ def test_the_newest_states_are_answered_until_a_target_is_lost() -> None:
         plotter.tracks(8.0)
 
 
+def test_a_feed_that_breaks_ends_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken() -> Iterator[dict[str, float]]:
+        yield OWN
+        raise OSError
+
+    monkeypatch.setattr(ttm_child, "WAIT_SECONDS", 0.0)
+    with pytest.raises(OSError):
+        (plotter := Plotter()).follow(broken())
+    with pytest.raises(RuntimeError, match="the feed has ended"):
+        plotter.tracks(8.0)
+
+
 def test_a_program_is_started_with_the_address_and_answers_each_scan(monkeypatch: pytest.MonkeyPatch) -> None:
     noted = Event()
 

@@ -1,8 +1,11 @@
 """Video for a program under test: the plots are those of the simulator, truth is closed, and a service that fails is told."""
 
+import io
 import json
 from contextlib import contextmanager
+from email.message import Message
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
@@ -55,6 +58,15 @@ def test_a_program_reads_the_video_of_the_plots_and_no_truth(tmp_path: Path) -> 
         video.service.process.kill()
         video.service.process.wait()
         assert video.fault() == "the service has ended: exit status -9"
+
+
+def test_a_service_that_takes_no_more_connections_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(url: str, timeout: float) -> Any:
+        raise HTTPError(url, 503, "Service Unavailable", Message(), io.BytesIO(b"this address has all the connections"))
+
+    monkeypatch.setattr("radar_service.bench.video.urlopen", full)
+    fault = Video({}, SimpleNamespace(end=None, address="x")).fault()  # type: ignore[arg-type]
+    assert fault and fault.startswith("the service does not answer: ")
 
 
 def without_service(monkeypatch: pytest.MonkeyPatch, told: str | None = None) -> None:

@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 
+from radar_service.ports.rest import pictures
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
+from radar_service.service.spokes import Epoch
 from tests.ports.asgi import Server
 from tests.ports.playing import play
 from tests.service.fake import FakeEngine, factory, scene
@@ -66,6 +68,30 @@ def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None:
         assert not any(secret in hello for secret in SECRETS)
 
     play(test, station(False), access=access)
+
+
+def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def test(server: Server) -> None:
+        changes = await server.open("/api/changes")
+        while "epoch" not in (change := await changes.text()):
+            pass
+        routes = [path.format(radar="0", name="x", job="x")
+                  for path, methods in server.app.openapi()["paths"].items() if "get" in methods]  # fmt: skip
+        told = [(await server.http.get(path)).text for path in [*routes, "/metrics"]]
+        told += [change, texts(await (await server.feed()).until("hello"))]
+        assert [text for text in told if "unmistakable" in text] == [] and any("drawn" in text for text in told)
+
+    monkeypatch.setattr(Epoch, "is_blind", True)
+    monkeypatch.setattr(pictures, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode())
+    play(
+        test,
+        Station(
+            "0",
+            FakeEngine(replace(scene(), world=replace(scene().world, name="unmistakable"))),
+            factory(),
+            settings=Settings(pace=Pace("pause")),
+        ),
+    )
 
 
 @pytest.mark.parametrize(("truth", "headers"), [(True, READER), (True, COMMANDER), (False, COMMANDER)])

@@ -37,7 +37,8 @@ class Pictures:
         to = range_max or station.settings.range
         key = (station.identity, station.hub.epoch, moment(station, revolution), size, to, video)
         if key not in self._kept:
-            self._keep(key, revolution, video, size, to)
+            title = "" if station.epoch.is_blind else revolution.of.scene.name
+            self._keep(key, self._work(revolution, video, size, to, title))
         try:
             return await asyncio.shield(self._kept[key])
         except BaseException:
@@ -49,16 +50,18 @@ class Pictures:
         """Ends drawing."""
         self._queue.close()
 
-    def _keep(self, key: Key, revolution: Revolution, video: Controls, size: int, to: float | None) -> None:
-        self._kept[key] = asyncio.create_task(self._queue.run("picture", self._work(revolution, video, size, to)))
+    def _keep(self, key: Key, work: Callable[[WatchedJob], bytes]) -> None:
+        self._kept[key] = asyncio.create_task(self._queue.run("picture", work))
         while len(self._kept) > MAX_KEPT:
             del self._kept[next(iter(self._kept))]
 
-    def _work(self, revolution: Revolution, video: Controls, size: int, to: float | None) -> Callable[[WatchedJob], bytes]:
+    def _work(
+        self, revolution: Revolution, video: Controls, size: int, to: float | None, title: str
+    ) -> Callable[[WatchedJob], bytes]:
         of = revolution.of
         arguments = (
             revolution.rows, of.radar.azimuths, cell_layout(of, None, to), video, of.noise_power,
-            of.scene.name, size, to, revolution.heading,
+            title, size, to, revolution.heading,
         )  # fmt: skip
 
         def work(job: WatchedJob) -> bytes:

@@ -73,11 +73,11 @@ class StateWatch:
         ]
 
     def _now(self) -> dict[Kind, Mapping[str, Any]]:
-        station, known = self._station, self._station.epoch.info
-        errors = station.errors.errors
+        station, epoch, errors = self._station, self._station.epoch, self._station.errors.errors
+        name = "" if epoch.is_blind else epoch.info.scene.name
         return {
             "status": self._status(),
-            "scene": {"epoch": station.hub.epoch, "name": known.scene.name, "fidelity": known.fidelity.name},
+            "scene": {"epoch": station.hub.epoch, "name": name, "fidelity": epoch.info.fidelity.name},
             "controls": station.controls(),
             "errors": {} if errors is None else error_tables(errors),
         }
