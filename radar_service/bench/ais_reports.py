@@ -32,9 +32,10 @@ def with_ais(results: Sequence[ScanResult], stations: Sequence[AisStation], seed
         (report for station in stations for report in _reports(station, truths, last, seed)),
         key=lambda report: (report[0], report[1].mmsi),
     )
-    period, scans = last / len(results), []
+    scans, begin = [], -math.inf
     for result in results:
-        within = [report for report in received if result.given.time - period < report[0] <= result.given.time]
+        within = [report for report in received if begin < report[0] <= result.given.time]
+        begin = result.given.time
         given = replace(result.given, ais=tuple(report for _, report, _ in within))
         scans.append(replace(result, given=given, ais_of=tuple(body for _, _, body in within)))
     return scans

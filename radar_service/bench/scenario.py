@@ -196,8 +196,9 @@ class Scenario(FrozenTable):
 
     @model_validator(mode="after")
     def _ais_is_of_targets(self) -> "Scenario":
-        for name in {name for station in self.ais for name in (station.body, station.swap_body)} - {None, *self.tracked}:
-            raise ValueError(f"ais: there is no target {name!r}")
+        for name in (name for station in self.ais for name in (station.body, station.swap_body)):
+            if name not in (None, *self.tracked):
+                raise ValueError(f"ais: there is no target {name!r}")
         if len({station.mmsi for station in self.ais}) < len(self.ais):
             raise ValueError("ais: two stations have one mmsi")
         return self

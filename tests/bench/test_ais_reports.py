@@ -1,5 +1,6 @@
 """AIS beside the plots, of runs whose truth is dead reckoning: who is reported, how often, and when it is received."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -93,3 +94,18 @@ def test_stations_of_rubbish_are_refused(stations: list[dict[str, Any]], words: 
     content = load_scenario("ais-swapped").model_dump(exclude={"folder", "file"})
     with pytest.raises(ScenarioError, match=f"a.toml: .*{words}"), file_errors(Path("a.toml")):
         Scenario(**{**content, "ais": stations})
+
+
+def test_a_body_without_name_is_left_to_the_scene() -> None:
+    content = load_scenario("ais-swapped").model_dump(exclude={"folder", "file"})
+    assert Scenario(**{**content, "ais": (), "scene": {"body": [{"shape": "point"}]}}).ais == ()
+
+
+def test_no_report_is_lost_between_two_scans() -> None:
+    """At 2.4 s a turn (25 rpm), where the ends of scans, as sums, are no tenths to the last bit, and slots are at them."""
+    scenario = load_scenario("ais-swapped")
+    results = [ScanResult(replace(given(k, ()), time=(k + 1) * 2.4), (), truths(scenario, k)) for k in range(scenario.scans)]
+    stations = tuple(scenario.ais[0].model_copy(update={"mmsi": k + 1, "latency_s": 0.1 * k}) for k in range(30))
+    every = with_ais([replace(results[-1], truths=sum((result.truths for result in results), ()))], stations, 0)
+    got = [report for scan in with_ais(results, stations, 0) for report in scan.given.ais or ()]
+    assert got == [*(every[0].given.ais or ())]
