@@ -81,17 +81,6 @@ async def test_many_at_once_all_end(workers: int) -> None:
         assert await asyncio.gather(*(queue.run("upload", lambda job, n=n: n) for n in range(6))) == list(range(6))
 
 
-async def test_a_cancelled_job_ends_its_work() -> None:
-    async with playing() as queue:
-        gate = Gate()
-        running = asyncio.create_task(queue.run("scene", gate, "a"))
-        await gate.begun()
-        queue.job("a").cancel()
-        with pytest.raises(Cancelled):
-            await running
-        assert queue.job("a").state == "cancelled" and gate.open.is_set()
-
-
 async def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> None:
     """A process that ends slowly on a busy machine delays no answer; the worker is free again when it has ended."""
     ended = threading.Event()

@@ -12,16 +12,6 @@ from radar_service.service.feed_request import View
 from tests.service.fanout.batches import U8, batch, everything, numbered, opened, produce, spokes
 
 
-async def test_hello_comes_first_and_then_spokes_in_order() -> None:
-    hub, client = opened(), ClientQueue(U8)
-    hub.join(client)
-    await hub.publish(batch(0))
-    await hub.publish(batch(4, 2))
-    got = await everything(client)
-    assert got[0] == {"type": "hello", "epoch": "e", "view": "u8"}
-    assert numbered(got) == [("spokes", 0, 4), ("spokes", 4, 2)]
-
-
 async def test_a_slow_client_loses_the_oldest_batches_and_receives_their_numbers() -> None:
     hub, client = opened(), ClientQueue(U8, messages=3)
     hub.join(client)
@@ -231,15 +221,6 @@ async def test_a_view_that_nobody_had_starts_with_a_gap() -> None:
     client = ClientQueue(View("f32"))
     hub.join(client, ("e", 1))
     assert numbered(await everything(client)) == [("gap", 1, 3)]
-
-
-async def test_since_of_another_epoch_means_all_of_this_one() -> None:
-    hub, first = opened(), ClientQueue(U8)
-    hub.join(first)
-    await hub.publish(batch(0))
-    client = ClientQueue(U8)
-    hub.join(client, ("earlier", 77))
-    assert numbered(await everything(client)) == [("spokes", 0, 4)]
 
 
 async def test_history_ends_with_its_epoch() -> None:

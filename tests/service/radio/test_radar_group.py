@@ -208,37 +208,3 @@ async def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
             lambda: all(s.transmitter.state.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True))
         )
         assert abs(bow.transmitter.state.simulated - pier.transmitter.state.simulated) < 1.0
-
-
-async def test_requests_of_several_radars_are_met_in_their_order() -> None:
-    async with playing(*IDS) as stations:
-        later = SceneRequest(scene_of_several(*IDS, name="later"))
-        await asyncio.gather(stations["bow"].swap(OTHER), stations["pier"].swap(later))
-        await until(lambda: all(station.epoch.info.scene.name == "later" for station in stations.values()))
-
-
-async def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
-    async with playing(*IDS, wait_for=1) as stations:
-        bow, pier = stations.values()
-        await bow.change({"pace": {"state": "run"}})
-        bow.join(ClientQueue(View("u8")))
-        assert [status.state(station) for station in stations.values()] == ["waiting", "waiting"]
-        assert bow.transmitter.state.sent == 0
-        pier.join(ClientQueue(View("u8")))
-        await until(lambda: bow.transmitter.state.sent > 0 and pier.transmitter.state.sent > 0)
-
-
-async def test_a_command_to_one_radar_acts_on_all() -> None:
-    of = load_scene(
-        {"radar": [RADAR | {"id": each, "rpm": rpm} for each, rpm in zip(IDS, (24, 36), strict=True)],
-         "own_ship": {"steerable": {}}}
-    )  # fmt: skip
-    async with playing(*IDS) as stations:
-        await stations["bow"].swap(SceneRequest(of))
-        await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
-        await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
-        await until(lambda: stations["bow"].transmitter.state.sent == 7 and stations["pier"].transmitter.pacer.idle)
-        command = await stations["bow"].commands.command(None, lambda time: {"speed_kn": 1.0})
-        (other,) = stations["pier"].epoch.commands
-        assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either
-        assert (command.spoke, command.time) == (7, other.time)

@@ -5,7 +5,6 @@ import contextlib
 import json
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -217,7 +216,3 @@ async def test_the_end_of_the_radar_ends_followers() -> None:
         assert (follower.reason, follower.code) == ("the radar has stopped", 1001)
         follower.end("again")
         assert follower.reason == "the radar has stopped"
-
-
-def test_records_have_the_keys_of_the_document() -> None:
-    assert replace(FakeEngine(scene()).crossings(2)[0], range=5.0).as_dict()["range"] == 5.0
