@@ -64,7 +64,7 @@ async def test_a_client_without_cached_values_gets_changes_alone() -> None:
         assert [path for path in seen if path.startswith("radars.")] == ["radars.sim-0.controls.rain"]
 
 
-async def test_own_ship_is_told_as_she_is_reported() -> None:
+async def test_own_ship_is_told_as_it_is_reported() -> None:
     """Heading 030 degrees; a scene without origin has no position, and none is told."""
     async with playing(settings=Settings()) as server:
         socket = await server.open(PATH)
@@ -75,7 +75,7 @@ async def test_own_ship_is_told_as_she_is_reported() -> None:
         assert values["navigation.speedOverGround"] == 0.0 and "navigation.position" not in values
 
 
-async def test_own_ship_is_told_again_though_she_lies_still() -> None:
+async def test_own_ship_is_told_again_though_it_lies_still() -> None:
     """Plotters drop what has grown old."""
     async with playing(settings=FLAT_OUT) as server:
         socket = await server.open(PATH)
