@@ -95,7 +95,7 @@ class DialectPort(UdpPort):
 
     @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (DialectSink(self._to, lambda: self._is_of(radar), self._transmits, self._note_lost),)
+        return (DialectSink(self._to, lambda: self._is_of(radar), self._transmits, self.note_lost),)
 
     @override
     def changed(self, change: StateChange) -> None:
@@ -115,10 +115,6 @@ class DialectPort(UdpPort):
     def _transmits(self) -> bool:
         station = self._stations.of(self._radar)
         return station is not None and state(station) in TRANSMITS
-
-    def _note_lost(self, spokes: int) -> None:
-        self.lost += spokes
-        self.count_lost()
 
     def _run(self) -> None:
         rejoin = 0.0

@@ -8,7 +8,6 @@ from typing_extensions import override
 
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread
-from radar_service.processes.fork_server import ForkServer
 
 
 class Sender(Protocol):
@@ -24,17 +23,15 @@ class Sender(Protocol):
 
 
 class UdpPort(Port):
-    """A port with senders. lost: what it did not hand to any of them; fork_server: of the service, None outside one."""
+    """A port with senders. lost: what it did not hand to any of them."""
 
     def __init__(self, senders: Sequence[Sender]) -> None:
         self.senders, self.lost = senders, 0
         self._counted = 0
-        self.fork_server: ForkServer | None = None
         self._thread: PortThread | None = None  # counts what is lost
 
     @override
     async def start(self, service: Service) -> None:
-        self.fork_server = service.fork_server
         self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
 
     @override
@@ -47,10 +44,11 @@ class UdpPort(Port):
         """Sends pieces by all senders, and counts those that did not go out as dropped."""
         for sender in self.senders:
             sender.send(pieces)
-        self.count_lost()
+        self.note_lost(0)
 
-    def count_lost(self) -> None:
-        """Counts what was lost since the last call as dropped."""
+    def note_lost(self, count: int) -> None:
+        """Counts what was not handed to a sender, and what senders have lost since the last call, as dropped."""
+        self.lost += count
         lost = self.lost + sum(sender.lost for sender in self.senders)
         if self._thread is not None and lost > self._counted:
             self._thread.note_dropped(lost - self._counted)
