@@ -1,13 +1,15 @@
 """A port that sends datagrams, or what else does not wait: what is lost is counted as dropped by its thread."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from typing_extensions import override
 
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread
+from radar_service.service.radio.station import Station, Stations
+from radar_service.terminal.arguments import UsageError
 
 
 class Sender(Protocol):
@@ -53,3 +55,37 @@ class UdpPort(Port):
         if self._thread is not None and lost > self._counted:
             self._thread.note_dropped(lost - self._counted)
         self._counted = lost
+
+
+class OneRadarPort(UdpPort):
+    """A port about one radar: the first one, or `radar` while it is there."""
+
+    def __init__(self, senders: Sequence[Sender], option: str, radar: str | None) -> None:
+        """option: that names the radar."""
+        super().__init__(senders)
+        self._option, self._radar, self._stations = option, radar, Stations()
+
+    @override
+    def check(self, stations: Mapping[str, Station]) -> None:
+        station_of(self._option, stations, self._radar)
+
+    @override
+    async def start(self, service: Service) -> None:
+        await super().start(service)
+        self._stations = service.stations
+
+    @property
+    def station(self) -> Station | None:
+        """The radar, None while it is not there."""
+        return self._stations.of(self._radar)
+
+    def is_of(self, radar: str) -> bool:
+        """Returns whether it is the radar of that id."""
+        return self.station is not None and self.station.identity == radar
+
+
+def station_of(option: str, stations: Mapping[str, Station], radar: str | None) -> Station:
+    """Returns the radar of that id, by default the first one. Raises UsageError where the service has no such radar."""
+    if radar not in (None, *stations):
+        raise UsageError(f"{option}: {radar} is no radar of this service; it has {', '.join(stations)}")
+    return stations[radar or next(iter(stations))]
