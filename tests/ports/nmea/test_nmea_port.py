@@ -323,7 +323,7 @@ def test_a_scene_without_an_origin_has_no_positions() -> None:
 
 
 def test_a_radar_that_is_not_there_ends_the_start() -> None:
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar of this service; it has 0"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar of this service; it has 0"):
         started(simulator_of({}), "aft")
 
 
