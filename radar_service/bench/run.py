@@ -119,13 +119,11 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)
-    few = FewTiles(simulator, extractor.threshold, scenario.scans) if has_few(simulator, extractor.threshold) else None
-    for number in range(scenario.scans):
-        if few:
-            ended, last = few.plots(number, extractor)
-        else:
-            scan = simulator.scan()
-            ended, last = extractor.add(scan), last_spoke(scan)
+    if has_few(simulator, extractor.threshold):
+        scans = FewTiles(simulator, extractor.threshold).plots(scenario.scans, extractor)
+    else:
+        scans = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in range(scenario.scans)))
+    for number, (ended, last) in enumerate(scans):
         truths = truths_of(simulator, number, scenario.tracked)
         plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number, lengths_of(scenario))
         yield ScanResult(given_from(last, plots, scene.radar.rotation_period), (), truths, ended.flood)
