@@ -27,7 +27,7 @@ MARGIN = 0.02  # rad beyond the beam in which a body counts as within
 ECHO_BOUND = 2.0  # times the amplitude of a point in free space
 ROUNDING = 1e-4  # of an amplitude: far more than single precision has
 BEARINGS = 2**14  # of the table of gains, on half a circle
-TOGETHER = 128  # scans
+TOGETHER = 128  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
@@ -74,13 +74,8 @@ class FewTiles:
             bound[near] += (amplitude * gain[(np.clip(away, 0.0, np.pi) * (BEARINGS / np.pi)).astype(np.int64)])[near]
         return bound
 
-    def plots(self, scans: int, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
-        """Yields the plots of so many scans, each with own ship at its last spoke. extractor: a new one."""
-        for first in range(0, scans, TOGETHER):
-            yield from self._together(range(first, min(first + TOGETHER, scans)), extractor)
-
-    def _together(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
-        """The plots of some scans."""
+    def plots(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
+        """Yields the plots of some scans, each with own ship at its last spoke. extractor: has the scans before."""
         azimuths, end = self._radar.azimuths, 0
         found = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
