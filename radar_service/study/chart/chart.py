@@ -15,7 +15,6 @@ from tqdm import tqdm
 
 from radar_service.batch.jobs import Executor, Job, run
 from radar_service.numerics.types import Floats
-from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
@@ -143,7 +142,6 @@ def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResu
         "field_echoes": len(echoes.range),
         "field_echoes_compared": len(workload.subset.range),
         "field_spokes_compared": len(workload.scan),
-        "closed_form_error_db": closed_form_error_db(radar),
     }
 
 

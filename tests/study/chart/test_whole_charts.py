@@ -38,7 +38,6 @@ def assert_presets_keep_their_limits(data: dict[str, Any]) -> None:
     field = {p["preset"]: p["error_db"] for p in data["points"] if p["panel"] == "field" and p["preset"]}
     limits = {"fast": -50, "balanced": -70, "reference": -80, "balanced under way": -50, "reference under way": -80}
     assert all(field[preset] < limit for preset, limit in limits.items())
-    assert data["closed_form_error_db"] < -250
     models = {p["setting"]: p for p in data["points"] if p["panel"] == "scattering"}
     assert models["3 bounces"]["error_db"] < 0.5 < 10 < models["2 bounces"]["error_db"] < models["1 bounce"]["error_db"]
     for point in data["points"]:
