@@ -50,7 +50,7 @@ def test_chart_writes_its_measurements(tmp_path: Path, capsys: pytest.CaptureFix
     assert main(["chart", str(path), "-o", str(tmp_path), "--quick"]) == 0
     data: dict[str, Any] = json.loads((tmp_path / "chart.json").read_text())
     assert {p["panel"] for p in data["points"]} == {"field", "power", "scattering"} == set(data["summary"])
-    assert data["commit"] and data["machine"]["cores"] >= 1
+    assert data["version"] and data["machine"]["cores"] >= 1
     text = (tmp_path / "summary.txt").read_text()
     assert text == capsys.readouterr().out and all(
         f"- {line}\n" in text for each in data["summary"].values() for line in each

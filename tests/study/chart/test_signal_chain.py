@@ -92,18 +92,6 @@ def test_a_truncated_beam_loses_the_energy_outside() -> None:
     assert error["integer-delay chirps", "printed beam"] == pytest.approx(10 * np.log10(share), abs=0.3)
 
 
-def test_a_range_in_single_precision_has_the_error_of_its_phase() -> None:
-    """|exp(j phi) - 1|^2, where phi is the phase of rounding the range to 24 bits; float64 equals the grid of six bins."""
-    small = radar(**SMALL)
-    distance = np.array([1234.56789])
-    echo = Echoes(distance, np.array([1.0]), np.ones(1, dtype=np.complex128))
-    error = decibels_of(chain_points(small, echo, "precision of range", "Kaiser-Bessel grid"))
-    moved = float(distance.astype(np.float32)[0]) - distance[0]
-    turned = abs(np.exp(-4j * np.pi / small.wavelength * moved) - 1.0) ** 2
-    assert error["precision of range", "float32"] == pytest.approx(10 * np.log10(turned), abs=0.1)
-    assert error["precision of range", "float64"] == error["Kaiser-Bessel grid", "6 bins"]
-
-
 @pytest.mark.parametrize("pulse_s, family", [(8e-8, "pulse itself"), (1.2e-6, "Kaiser-Bessel grid")])
 def test_unmodulated_pulses_have_their_own_methods(pulse_s: float, family: str) -> None:
     """The engine reaches -83 dB of the closed form in the table of accuracy, here at least -70. There are no chirp sums."""
