@@ -1,39 +1,10 @@
-"""Azimuth: north, and a beam narrower than the step between spokes."""
+"""Azimuth: a beam narrower than the step between spokes."""
 
 import numpy as np
 
 from radar_service.simulator import Simulator
 from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decibels, plain
-
-MAX_ERROR_DB = -50.0  # 5 dB above the -55 dB of the engine's design
-
-
-def north(fine: int = 1) -> Finding:
-    """Drives the bearing of a target about north, at rest and moving: field against the closed form."""
-    bearings = np.array([-20.0, -15.0, -7.5, -1.0, -1e-3, -1e-9, 0.0, 1e-9, 1e-3, 1.0, 7.5, 15.0, 20.0])
-    errors: dict[float, list[float]] = {0.0: [], 12.0: []}
-    for bearing in np.deg2rad(bearings):
-        for speed, values in errors.items():
-            scene = scene_of(point(300 * np.sin(bearing), 300 * np.cos(bearing), speed_kn=speed))
-            scan = Simulator(scene, "balanced").scan()
-            values.append(error_db(scan.field, point_fields(scene, scan.time, scan.azimuth, scan.range)))
-    return Finding(
-        name="azimuth of 0/360 degrees",
-        method="the engine's azimuth grid",
-        setup="a target 300 m away, about north",
-        parameter=Axis("bearing of the target [degrees]"),
-        values=plain(bearings),
-        measured=Axis("field error [dB]"),
-        curves=(curve("at rest", errors[0.0]), curve("moving", errors[12.0])),
-        limit=MAX_ERROR_DB,
-        limit_reason="the accuracy of the engine's grid",
-        boundary=crossing(bearings, np.maximum(errors[0.0], errors[12.0]), MAX_ERROR_DB),
-        expected=Expected(None),
-        response="no failure",
-        instead="a circular azimuth grid",
-        details="The azimuth grid is a circle, so north is no edge.",
-    )
 
 
 def narrow_beam(fine: int = 1) -> Finding:
@@ -66,4 +37,4 @@ def narrow_beam(fine: int = 1) -> Finding:
     )
 
 
-STUDIES = (north, narrow_beam)
+STUDIES = (narrow_beam,)
