@@ -57,7 +57,8 @@ def test_chart_writes_its_measurements(tmp_path: Path, capsys: pytest.CaptureFix
     )
     assert "balanced" in text
     svg = (tmp_path / "chart.svg").read_text()
-    assert all(p["setting"].split()[0] in svg and f">{p['family']}<" in svg for p in data["points"])
+    assert all(f">{p['family']}<" in svg for p in data["points"])
+    assert all(f">{p['setting']} = {p['preset']}<" in svg for p in data["points"] if p["preset"])
     with Image.open(tmp_path / "chart.png") as picture:
         assert picture.size[0] == 1660
     assert main(["chart", str(path), "-o", str(path)]) == 2 and "a file is in the way" in capsys.readouterr().err
