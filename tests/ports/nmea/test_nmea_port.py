@@ -404,7 +404,7 @@ def test_options_open_the_port_with_its_sockets() -> None:
     ("words", "message"),
     [
         (["--nmea-tcp", "0.0.0.0:7"], "0.0.0.0 is beyond this machine"), (["--nmea-udp", "10.0.0.2:7"], "--nmea-allow 10.0.0.2"),
-        (["--nmea-tcp", "0.0.0.0:7", "--token", "t" * 20], "nothing asks for a login"),
+        (["--nmea-tcp", "0.0.0.0:7", "--token-file", "t"], "nothing asks for a login"),
     ],
 )  # fmt: skip
 def test_beyond_this_machine_no_option_opens_it_alone(words: list[str], message: str) -> None:
