@@ -261,5 +261,5 @@ def test_options_open_the_port() -> None:
         assert [port.name for port in ports] == ["ais", "feed", "nmea", "rest"]
     with pytest.raises(UsageError, match="--ais-udp: 10.0.0.2 is beyond this machine"), opened("--ais-udp", "10.0.0.2:7"):
         pass
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar"):
         started(world(), radar="aft")

@@ -323,7 +323,7 @@ def test_a_scene_without_an_origin_has_no_positions() -> None:
 
 
 def test_a_radar_that_is_not_there_ends_the_start() -> None:
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar of this service; it has 0"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar of this service; it has 0"):
         started(simulator_of({}), "aft")
 
 
@@ -404,7 +404,7 @@ def test_options_open_the_port_with_its_sockets() -> None:
     ("words", "message"),
     [
         (["--nmea-tcp", "0.0.0.0:7"], "0.0.0.0 is beyond this machine"), (["--nmea-udp", "10.0.0.2:7"], "--nmea-allow 10.0.0.2"),
-        (["--nmea-tcp", "0.0.0.0:7", "--token", "t" * 20], "nothing asks for a login"),
+        (["--nmea-tcp", "0.0.0.0:7", "--token-file", "t"], "nothing asks for a login"),
     ],
 )  # fmt: skip
 def test_beyond_this_machine_no_option_opens_it_alone(words: list[str], message: str) -> None:
