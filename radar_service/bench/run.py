@@ -15,7 +15,7 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
+from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
 from radar_service.plots.marine import threshold
 from radar_service.plots.plot import Plot
@@ -123,16 +123,11 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))
-        ended = few.plots(numbers, extractor) if few else _whole(simulator, extractor)
+        whole = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in numbers))
+        ended = few.plots(numbers, extractor) if few else whole
         for (plots, last), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             given = with_errors(plots.plots, truths, scenario.plot_errors, last.heading, seed, last.scan, lengths)
             yield ScanResult(given_from(last, given, scene.radar.rotation_period), (), truths, plots.flood)
-
-
-def _whole(simulator: Simulator, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
-    """The plots of the next scan, of all its tiles, with own ship at its last spoke."""
-    scan = simulator.scan()
-    yield extractor.add(scan), last_spoke(scan)
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
