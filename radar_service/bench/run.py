@@ -33,11 +33,6 @@ LAND_STEP = 50.0  # m between places of land, within which tracks may be false
 ROUNDING = 1e-6  # s: no state is from the future by less
 
 
-def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises as its parts do."""
-    return answered(observed(scenario, seed), tracker)
-
-
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
     video is made, does not count. Raises TrackerError, and what the tracker raises."""
