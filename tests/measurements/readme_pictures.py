@@ -133,8 +133,8 @@ def presets(chart: dict[str, Any], path: Path) -> None:
 
 def _draw_preset(axes: Axes, point: dict[str, Any], real_time: float) -> None:
     """One preset: its name, and how many times faster than real time; hollow under way."""
-    name, under_way, _ = point["preset"].partition(" under way")
-    colour = COLOURS[["fast", "balanced", "reference", "documented"].index(name)]
+    names, under_way, _ = point["preset"].partition(" under way")
+    colour = COLOURS[["fast", "balanced", "reference", "documented"].index(names.split(", ")[0])]
     at = point["seconds_per_azimuth"], point["charted_db"]
     axes.plot(*at, "o", color=colour, markerfacecolor="white" if under_way else colour, markersize=8)
     missed = f"\n{percent(point['missed'])} of targets missed" if point["missed"] else ""

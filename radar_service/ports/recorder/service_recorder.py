@@ -125,7 +125,7 @@ class ServiceRecorder:
             log_event("recording failed, the feed goes on", logging.ERROR, reason=reason)
 
 
-class RecordingSink:
+class RecordingSink(SpokeSink):
     """Hands what a radar sends to the recorder's thread."""
 
     def __init__(self, recording: Callable[[], RadarRecording], put: Callable[[Work], None]) -> None:
@@ -145,9 +145,6 @@ class RecordingSink:
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
         self._put(Work(lambda: self._recording().skip(epoch, first, count, reason)))
-
-    def close(self, reason: str) -> None:
-        """Keeps the file open: the recording goes on with the next epoch."""
 
 
 class RecorderPort(Port):

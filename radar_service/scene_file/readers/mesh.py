@@ -16,6 +16,7 @@ from radar_service.scene_file.readers.file_format import (
     check_range,
     refusals,
 )
+from radar_service.scene_file.readers.flat_copies import Edges, flat_copies, numbered_edges
 from radar_service.scene_file.readers.formats import examples, format_of
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError
@@ -126,7 +127,13 @@ def _cleaned(points: Floats, faces: Faces, location: str) -> LoadedBody:
     if len(first) < len(kept):
         findings.append(f"{len(kept) - len(first)} duplicate triangles dropped")
     kept = kept[first]
-    findings.extend(_surface_defects(faces[kept]))
+    edges = numbered_edges(faces[kept])
+    copies = flat_copies(points, faces[kept], edges)
+    if len(copies):
+        findings.append(f"{len(copies)} triangles of faces dropped that repeat others, cut differently")
+        kept = np.delete(kept, copies)
+        edges = numbered_edges(faces[kept])
+    findings.extend(_surface_defects(edges))
     return LoadedBody(Mesh(points, faces).part(kept), tuple(findings))
 
 
@@ -165,13 +172,9 @@ def _unique_faces(faces: Faces) -> Indices:
     return np.sort(order[np.concatenate([[True], ~same])])
 
 
-def _surface_defects(faces: Faces) -> list[str]:
+def _surface_defects(edges: Edges) -> list[str]:
     """Returns in words why the surface is not closed or not wound one way; counts each directed edge and its reverse."""
-    begin, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    forward, key = begin < end, np.minimum(begin, end) * (int(faces.max()) + 1) + np.maximum(begin, end)
-    del begin, end  # of millions of triangles they take as much memory as the sort
-    _, number, count = np.unique(key, return_inverse=True, return_counts=True)
-    balance = np.bincount(number.ravel(), weights=np.where(forward, 1.0, -1.0))
+    count, balance = edges.uses, np.bincount(edges.number, weights=np.where(edges.forward, 1.0, -1.0))
     findings = []
     open_edges = int((count == 1).sum())
     if open_edges:

@@ -110,10 +110,8 @@ def scattering_models(scene: Scene, targets: Sequence[CanonicalTarget], turns: F
         fidelity: Fidelity = PRESETS["balanced"],
         preset: str | None = None,
     ) -> Model:
-        turntables = targets_scene(scene, targets, turns, scattering)
-        return Model(
-            family, setting, turntables, all_scatterers(turntables, fidelity, seed), occlusion_of(turntables), preset
-        )
+        made = targets_scene(scene, targets, turns, scattering)
+        return Model(family, setting, made, all_scatterers(made, fidelity, seed), occlusion_of(made), preset)
 
     optics = [
         model(
