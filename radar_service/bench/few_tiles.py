@@ -27,7 +27,7 @@ MARGIN = 0.02  # rad beyond the beam in which a body counts as within
 ECHO_BOUND = 2.0  # times the amplitude of a point in free space
 ROUNDING = 1e-4  # of an amplitude: far more than single precision has
 BEARINGS = 2**14  # of the table of gains, on half a circle
-TOGETHER = 128  # scans that are computed at once, as far as numpy gains by it
+TOGETHER = 16  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
@@ -77,12 +77,12 @@ class FewTiles:
     def plots(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
         """Yields the plots of some scans, each with own ship at its last spoke. extractor: has the scans before."""
         azimuths, end = self._radar.azimuths, 0
-        found = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
+        crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
-        number = np.concatenate([np.append(found[n][0], last) for n, last in enumerate(last_spokes)])
+        number = np.concatenate([np.append(crossings[n][0], last) for n, last in enumerate(last_spokes)])
         time, own = self._radar.schedule(number)[1], self._simulator.reported(number)
         azimuth = own.azimuth if self._simulator.errors else number % azimuths * (2.0 * np.pi / azimuths)
-        for scan, (spoke, cell, power) in zip(scans, found, strict=True):
+        for scan, (spoke, cell, power) in zip(scans, crossings, strict=True):
             first, end = end, end + len(spoke) + 1
             of, last = slice(first, end - 1), slice(end - 1, end)
             columns = time[of], azimuth[of], own.position[of, 0], own.position[of, 1]

@@ -110,8 +110,10 @@ def scattering_models(scene: Scene, targets: Sequence[CanonicalTarget], turns: F
         fidelity: Fidelity = PRESETS["balanced"],
         preset: str | None = None,
     ) -> Model:
-        made = targets_scene(scene, targets, turns, scattering)
-        return Model(family, setting, made, all_scatterers(made, fidelity, seed), occlusion_of(made), preset)
+        turntables = targets_scene(scene, targets, turns, scattering)
+        return Model(
+            family, setting, turntables, all_scatterers(turntables, fidelity, seed), occlusion_of(turntables), preset
+        )
 
     optics = [
         model(

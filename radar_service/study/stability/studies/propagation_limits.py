@@ -1,4 +1,6 @@
-"""Propagation: range near zero, two-ray phase, a flat earth, and the horizon."""
+"""Propagation: range near zero, two-ray phase and nulls, a flat earth, the horizon, divergence and roughness."""
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -6,6 +8,7 @@ from radar_service.numerics.constants import EARTH_RADIUS
 from radar_service.numerics.types import Floats
 from radar_service.propagation.multipath import specular_geometry, two_ray_factor
 from radar_service.propagation.radar_equation import received_amplitude
+from radar_service.propagation.sea_surface import ament, miller_brown
 from radar_service.study.stability.closed_form import WAVELENGTH, echo_amplitude, scene_of
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
 
@@ -73,6 +76,30 @@ def two_ray_null(fine: int = 1) -> Finding:
     )  # fmt: skip
 
 
+def null_depth(fine: int = 1) -> Finding:
+    """Drives the distance from the farthest null over a flat sea: |F|^2."""
+    middle = 2.0 * ANTENNA * TARGET / WAVELENGTH
+    offsets = decades(1e-6, 1e3, 3)[::-1]
+    factor = np.abs(two_ray_factor(middle + offsets, TARGET, ANTENNA, WAVELENGTH)) ** 2
+    floor = np.abs(two_ray_factor(np.linspace(-20.0, 20.0, 4001) + middle, TARGET, ANTENNA, WAVELENGTH)).min() ** 2
+    return Finding(
+        name="two-ray null",
+        method="a null of unlimited depth",
+        setup="|F|^2 beside the null at 9417 m, horizontal polarization, smooth sea",
+        parameter=Axis("distance from the null [m]", log=True),
+        values=plain(offsets),
+        measured=Axis("|F|^2 [dB]"),
+        curves=(curve("the engine", decibels(factor)),),
+        limit=float(decibels(floor)) + 1.0,
+        limit_reason="one decibel above the bottom of the null",
+        boundary=crossing(offsets, -decibels(factor / floor), -1.0, log=True),
+        expected=Expected(0.66, 0.02, "measured"),
+        response="physical limit",
+        instead="the reflection coefficient of the sea, below 1",
+        details="The sea reflects less than the whole wave, so the null has a bottom, and no logarithm or division sees zero.",
+    )
+
+
 def flat_earth(fine: int = 1) -> Finding:
     """Drives the distance: F^4 over a flat earth against F^4 over 4/3 earth."""
     ground = decades(500.0, 28_000.0, 12 * fine)
@@ -122,9 +149,71 @@ def horizon(fine: int = 1) -> Finding:
         boundary=crossing(ground, 1.0 - quarters, 0.0),
         expected=Expected(16_770.0, 0.005, "a search of the shortest reflected path in extended precision"),
         response="documented",
-        instead="ray optics up to the horizon and zero beyond, which the plan states, or `diffraction`",
-        details="Without `diffraction` F is 0 beyond the horizon, and echoes close before it are too strong; the plan states it.",
+        instead="ray optics up to the horizon, zero beyond; the plan states it",
+        details="Beyond the horizon F is 0. The service has no diffraction, so echoes close before the horizon are too strong; "
+        "the plan states it.",
     )
 
 
-STUDIES = (range_to_zero, two_ray_null, flat_earth, horizon)
+def divergence_edge(fine: int = 1) -> Finding:
+    """Drives the distance: grazing angle against the smallest valid one, and the divergence factor."""
+    ground = np.linspace(2_000.0, 28_900.0, 55)
+    geometry = specular_geometry(ground, TARGET, ANTENNA, EARTH)
+    ratio = min_grazing(WAVELENGTH, EARTH) / geometry.grazing
+    return Finding(
+        name="divergence",
+        method="the geometric divergence factor",
+        setup="reflection by a curved sea, antenna at 15 m, target at 10 m",
+        parameter=Axis("distance [m]"),
+        values=plain(ground),
+        measured=Axis("ratio [1]"),
+        curves=(
+            curve("smallest valid angle / grazing angle", np.minimum(ratio, 10.0)),
+            curve("divergence factor D", geometry.divergence),
+        ),
+        limit=1.0,
+        limit_reason="the factor is not valid at grazing angles below (lambda / (2 pi ae))^(1/3) (Kerr 1951, ch. 5)",
+        boundary=crossing(ground, ratio, 1.0),
+        expected=Expected(18_052.0, 0.005, "the angle by hand, 0.842 mrad; the distance is measured"),
+        response="documented",
+        instead="the same factor up to the horizon; the plan states that diffraction is missing",
+        details="D falls to 0 before the horizon. F therefore goes to 1 and then, beyond the horizon, to 0.",
+    )  # fmt: skip
+
+
+def min_grazing(wavelength: float, earth_radius: float) -> float:
+    """Returns the smallest valid grazing angle [rad] of divergence, (lambda / (2 pi ae))^(1/3): 0.84 mrad at 9.41 GHz."""
+    return float((wavelength / (2.0 * np.pi * earth_radius)) ** (1.0 / 3.0))
+
+
+def roughness(fine: int = 1) -> Finding:
+    """Drives the Rayleigh parameter: the specular laws of Ament and of Miller and Brown."""
+    g = decades(0.01, 100.0, 8 * fine)
+    wave_height = g * WAVELENGTH / (4.0 * np.pi * np.sin(0.01))
+    exponential, bessel = (_specular(law, wave_height) for law in (ament, miller_brown))
+    difference = 20.0 * np.log10(bessel / np.maximum(exponential, 1e-300))
+    return Finding(
+        name="rough sea",
+        method="Ament's law, as printed",
+        setup="coherent reflection by a rough sea: Ament (printed) and Miller-Brown (the engine)",
+        parameter=Axis("g = 4 pi rms height sin(grazing) / lambda [1]", log=True),
+        values=plain(g),
+        measured=Axis("reflection, difference [dB]"),
+        curves=(
+            curve("Miller-Brown over Ament", np.minimum(difference, 60.0)), curve("Miller-Brown", 20.0 * np.log10(bessel)),
+        ),
+        limit=3.0,
+        limit_reason="Ament's law is 3 dB below Miller-Brown",
+        boundary=crossing(g, difference, 3.0, log=True),
+        expected=Expected(1.5625, 0.04, "I0(g^2 / 2) = 10^(3/20); the grid has 8 steps to a decade"),
+        response="another method",
+        instead="Miller-Brown at every g",
+        details="The engine uses Miller-Brown at every g. `documented` keeps Ament as printed. Both are finite for every sea.",
+    )  # fmt: skip
+
+
+def _specular(law: Callable[[float, float, float], Floats], wave_heights: Floats) -> Floats:
+    return np.array([float(law(0.01, height, WAVELENGTH)) for height in wave_heights])
+
+
+STUDIES = (range_to_zero, two_ray_null, null_depth, flat_earth, horizon, divergence_edge, roughness)

@@ -1,11 +1,13 @@
-"""Pulse compression: low sampling rates, short chirps, the end of range, and dynamic range."""
+"""Pulse compression: low sampling rates, short chirps, the ends of range, dynamic range and single precision."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Floats
+from radar_service.receive.compression import compression_for
 from radar_service.scene_file.model.radar import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
@@ -16,7 +18,7 @@ from radar_service.study.stability.closed_form import (
     point_fields,
     scene_of,
 )
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
+from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, decibels, plain
 
 BUDGET_DB = -40.0  # default error budget of the field
 KERNEL_DB = -60.0  # error of the engine's kernel
@@ -114,6 +116,37 @@ def _pulse_power(distance: Floats, bandwidth: float, pulse: float, window: str) 
     return np.asarray(np.abs(compressed_chirp(2.0 * distance / SPEED_OF_LIGHT, bandwidth, pulse, window)) ** 2)
 
 
+def range_ends(fine: int = 1) -> Finding:
+    """Drives the distance of a target from either end of range, in bins: field against the closed form."""
+    step = SPEED_OF_LIGHT / 150e6
+    offsets = np.array([0.01, 0.1, 0.25, 0.49, 0.5, 0.75, 0.99, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
+    ends: list[list[float]] = [[], []]
+    for offset in offsets:
+        for end, distance in enumerate((offset * step, 300 * step - offset * step)):
+            scene = scene_of(
+                point(0, float(distance)), radar={"range_max_m": 300 * step, "range_min_m": 1e-3},
+                environment={"earth": "flat"},
+            )  # fmt: skip
+            scan = Simulator(scene, "balanced").scan()
+            ends[end].append(error_db(scan.field, point_fields(scene, scan.time, scan.azimuth, scan.range)))
+    return Finding(
+        name="first and last range bins",
+        method="the engine's range grid",
+        setup="a target within a few bins of either end of range",
+        parameter=Axis("distance from the end [bins]", log=True),
+        values=plain(offsets),
+        measured=Axis("field error [dB]"),
+        curves=(curve("near end", ends[0]), curve("far end", ends[1])),
+        limit=KERNEL_DB,
+        limit_reason="the accuracy of the engine's kernel",
+        boundary=crossing(offsets, np.maximum(*np.array(ends)), KERNEL_DB),
+        expected=Expected(None),
+        response="no failure",
+        instead="a grid that extends beyond both ends",
+        details="The grid extends beyond both ends of range.",
+    )
+
+
 def dynamic_range(fine: int = 1) -> Finding:
     """Drives the distance between a ship of 60 dBsm and a buoy of 0 dBsm: the ship's range sidelobes at the buoy."""
     distances = decades(3.0, 1490.0, 40 * fine)
@@ -159,4 +192,64 @@ def spurious_db() -> dict[str, float]:
     return errors
 
 
-STUDIES = (sampling_rate, short_chirps, far_end, dynamic_range)
+def overflow(fine: int = 1) -> Finding:
+    """Drives the power of one strong echo: power after the engine's float32 transforms."""
+    return _of_power(
+        "overflow", "one strong echo", 10.0 ** np.arange(0.0, 41.0, 2.0 / fine), 1e40,
+        expected=Expected(3.4028e38, 1e-3, "the largest number of IEEE 754 single precision"),
+        response="refusal",
+        instead="a refusal of scenes with echoes above 1e34 W",
+        details="The service refuses a scene whose echoes could exceed 1e34 W.",
+    )  # fmt: skip
+
+
+def underflow(fine: int = 1) -> Finding:
+    """Drives the power of one weak echo: power after the engine's float32 transforms."""
+    return _of_power(
+        "underflow", "one weak echo", 10.0 ** np.arange(0.0, -49.0, -2.0 / fine), 1e-48,
+        expected=Expected(
+            7e-44, 0.8, "half of the smallest number, 1.4e-45, is one per cent of 7e-44; each sum rounds anew"
+        ),
+        response="limited output",
+        instead="zero power below 1e-43 W; the field is kept",
+        details="Below 1e-43 W the power falls to 0, 28 decades below the noise of a receiver. The field, whose square is the "
+        "power, does not.",
+    )  # fmt: skip
+
+
+def _of_power(name: str, echo: str, powers: Floats, last: float, **fields: Any) -> Finding:
+    """The error of the power of an echo of `powers` (N,) [W], and where it exceeds one per cent between 1 W and `last`."""
+    error = _power_error()
+    return Finding(
+        name=name,
+        method="transforms and power in float32",
+        setup=f"{echo} through the engine's transforms",
+        parameter=Axis("received power [W]", log=True),
+        values=plain(powers),
+        measured=Axis("relative error of the power [1]", log=True),
+        curves=(curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),),
+        limit=0.01,
+        limit_reason="one per cent",
+        boundary=bisect(lambda power: error(power) > 0.01, 1.0, last),
+        **fields,
+    )
+
+
+def _power_error() -> Callable[[float], float]:
+    """Returns a function from the power [W] of one echo in the middle of a bin to its relative error, at most 1."""
+    radar = scene_of().radar
+    compression = compression_for(radar, 6)
+    first, weights = compression.kernel.weights(np.array([100.0]))
+
+    def error(power: float) -> float:
+        grid = np.zeros((1, compression.size), dtype=np.complex64)
+        grid[0, first[0] : first[0] + weights.shape[1]] = np.sqrt(power) * weights[0]
+        with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+            field = compression.profiles(grid)[0, 100]
+            ratio = float(field.real**2 + field.imag**2) / power
+        return abs(ratio - 1.0) if np.isfinite(ratio) else 1.0
+
+    return error
+
+
+STUDIES = (sampling_rate, short_chirps, far_end, range_ends, dynamic_range, overflow, underflow)

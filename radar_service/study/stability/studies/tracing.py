@@ -1,4 +1,4 @@
-"""Ray tracing: single precision, an absolute epsilon, shared edges, grazing incidence and wide maps."""
+"""Ray tracing: single precision, an absolute epsilon, slivers, shared edges, grazing incidence and wide maps."""
 
 import numpy as np
 
@@ -91,6 +91,30 @@ def triangle_size(fine: int = 1) -> Finding:
         instead="Embree for occlusion, scatterers on the surface for echoes",
         details="Only `documented` with tracer moller_trumbore uses the epsilon. Embree aims in float32, so from 1 km it also "
         "misses triangles below a millimetre; the engine takes echoes from the surface, not from hits.",
+    )  # fmt: skip
+
+
+def sliver_width(fine: int = 1) -> Finding:
+    """Drives the width of slivers: share of rays at inner points of triangles 10 m long that miss them."""
+    widths = decades(1e-9, 1.0, 2 * fine)
+    shares = np.array([_missed(_triangle(10.0, width), 100, k) for k, width in enumerate(widths)])
+    return Finding(
+        name="thin triangles",
+        method="Moeller-Trumbore with an absolute epsilon of 1e-6, as printed",
+        setup="rays from 1 km at inner points of triangles 10 m long",
+        parameter=Axis("width of a triangle 10 m long [m]", log=True),
+        values=plain(widths),
+        measured=Axis("share of rays that miss [1]"),
+        curves=(
+            curve("as printed", shares[:, 0]), curve("watertight", shares[:, 1]), curve("Embree", shares[:, 2]),
+        ),
+        limit=0.5,
+        limit_reason="half of the rays miss",
+        boundary=bisect(lambda width: _missed(_triangle(10.0, width), 100, 0)[0] > 0.5, 1.0, 1e-9),
+        expected=Expected(1e-7, 0.05, "10 m x width = epsilon 1e-6"),
+        response="another method",
+        instead="Embree for occlusion, scatterers on the surface for echoes",
+        details="A sliver that Embree misses occludes nothing. Its echo depends on its area and is kept.",
     )  # fmt: skip
 
 
@@ -216,4 +240,4 @@ def wide_maps(fine: int = 1) -> Finding:
     )
 
 
-STUDIES = (float32_range, triangle_size, shared_edges, grazing_line_of_sight, wide_maps)
+STUDIES = (float32_range, triangle_size, sliver_width, shared_edges, grazing_line_of_sight, wide_maps)

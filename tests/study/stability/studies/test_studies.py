@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.study.stability.studies.motion_and_time import moving_error
-from radar_service.study.stability.studies.propagation_limits import two_ray_db
+from radar_service.study.stability.studies.propagation_limits import min_grazing, two_ray_db
 from tests.study.stability.run import EARTH, WAVELENGTH, finding_of
 
 
@@ -48,6 +48,11 @@ def test_last_quarter_wavelength() -> None:
     assert float(excess) == pytest.approx(WAVELENGTH / 4.0, rel=0.01)
 
 
+def test_min_grazing_angle() -> None:
+    """(0.031859 / (2 pi 8 494 667))^(1/3) by hand: 5.969e-10^(1/3) = 8.42e-4 rad."""
+    assert min_grazing(WAVELENGTH, EARTH) == pytest.approx(8.42e-4, abs=5e-7)
+
+
 # pulse: studies of pulse compression, against theory.
 def test_a_transform_without_padding_wraps_targets_to_the_near_end() -> None:
     """A target at 602 m of 600 wraps whole (0 dB within half a bin); the engine stays below -60 dB throughout."""
@@ -87,6 +92,7 @@ def test_single_precision_of_a_range_is_half_a_unit_in_its_last_place() -> None:
 
 def test_the_watertight_test_meets_every_triangle_and_embree_those_from_a_millimetre() -> None:
     """The watertight test meets every triangle from 1 um to 100 km; Embree meets all from 1 mm, at 1 km."""
-    assert (finding_of("triangle_size").curve("watertight") == 0.0).all()
+    for name in ("triangle_size", "sliver_width"):
+        assert (finding_of(name).curve("watertight") == 0.0).all()
     sizes = np.array(finding_of("triangle_size").values)
     assert (finding_of("triangle_size").curve("Embree")[sizes >= 1e-3] == 0.0).all()
