@@ -85,15 +85,6 @@ def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], st
     play(test, station())
 
 
-def test_nan_is_not_a_value() -> None:
-    async def test(server: Server) -> None:
-        for text, status in (('{"speed_kn": NaN}', 422), ('{"position_m": [Infinity, 0]}', 422), ("[]", 422), ("{", 400)):
-            answer = await server.http.patch(BUOY, content=text, headers={"content-type": "application/json"})
-            assert answer.status_code == status and answer.json()["detail"]
-
-    play(test, station())
-
-
 def test_of_two_commanders_the_last_one_holds() -> None:
     async def test(server: Server) -> None:
         answers = await asyncio.gather(*(server.http.patch(BUOY, json={"speed_kn": speed}) for speed in (3, 4)))

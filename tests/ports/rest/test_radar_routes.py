@@ -311,7 +311,8 @@ def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:
     changes: list[dict[str, Any]] = [{}, {"gyro": {"bias_deg": 90}}, {"feed": {"heading_lost_s": [[0, 1e9]]}}]
     for _ in range(3):
         play(test)
-    assert seen[0] == seen[1] == seen[2] and any(seen[0])
+    # azimuths 110 to 130, of steps of 15 only 120
+    assert seen[0] == seen[1] == seen[2] == [15 * k == 120 for k in range(AZIMUTHS)]
 
 
 def test_a_dropped_spoke_leaves_no_gap_in_the_numbers() -> None:
