@@ -66,14 +66,16 @@ def test_sockets_are_open_while_their_ports_are() -> None:
     assert len(names(*words)) == len(names("--nmea-tcp", free)) + 2 == 5  # all were closed
 
 
-@pytest.mark.parametrize("option", ["nmea-tcp", "nmea-udp", "ais-tcp", "ais-udp", "nmea-in-tcp", "nmea-in-udp"])
+@pytest.mark.parametrize(
+    "option", [*(f"{name}-{by}" for name in ("nmea", "ais", "nmea-in") for by in ("tcp", "udp")), "asterix", "asterix-plots"]
+)
 def test_beyond_this_machine_no_option_opens_a_port_alone(option: str) -> None:
     others_come = "-in-" in option or option.endswith("tcp")
+    allow = "--asterix-allow" if option.startswith("asterix") else "--nmea-allow"
+    needs = f"--{option}: .* beyond this machine, and nothing asks for a login.*{allow}"
     where = f"{'0.0.0.0' if others_come else '10.0.0.2'}:{free_port()}"
     for token in ([], ["--token", "t" * 20]):
-        with pytest.raises(
-            UsageError, match=f"--{option}: .* beyond this machine, and nothing asks for a login.*--nmea-allow"
-        ):
+        with pytest.raises(UsageError, match=needs):
             names(f"--{option}", where, *token)
     for also in (["--nmea-allow", "10.0.0.2"], ["--insecure"]) if others_come else ():
         assert len(names(f"--{option}", where, *also)) == 3
