@@ -1,22 +1,7 @@
-"""The whole application: the page, its headers, its limits."""
-
-import json
-
-import pytest
+"""The whole application: the page."""
 
 from tests.ports.asgi import Server
 from tests.ports.playing import play
-
-
-def test_a_body_too_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.ports.rest.body_limits.MAX_JSON_BYTES", 1000)
-
-    async def test(server: Server) -> None:
-        body = json.dumps({"name": "a", "scene": {"name": "x" * 2000}})
-        answer = await server.http.post("/api/scenes", content=body, headers={"content-type": "application/json"})
-        assert answer.status_code == 413
-
-    play(test)
 
 
 def test_the_page_is_served() -> None:

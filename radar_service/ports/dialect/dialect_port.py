@@ -64,7 +64,11 @@ class DialectPort(OneRadarPort):
 
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
         """Returns the sink of a radar."""
-        return (DialectSink(self._to, lambda: self.is_of(radar), self._transmits, self.note_lost),)
+
+        def transmits() -> bool:
+            return self.station is not None and state(self.station) in TRANSMITS
+
+        return (DialectSink(self._to, lambda: self.is_of(radar), transmits, self.note_lost),)
 
     def changed(self, change: StateChange) -> None:
         """Reports a change."""
@@ -75,9 +79,6 @@ class DialectPort(OneRadarPort):
             self._to.report(controls=has, range=round(has["range_m"]))
         if change.kind == "status":
             self._to.become(TRANSMIT if change.values["state"] in TRANSMITS else STANDBY)
-
-    def _transmits(self) -> bool:
-        return self.station is not None and state(self.station) in TRANSMITS
 
     def _run(self) -> None:
         while not self._ends.wait(BETWEEN):

@@ -46,14 +46,13 @@ SCENE_BODY: dict[str, Any] = {
 def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader, pictures: Pictures) -> APIRouter:
     """Returns the routes under /radars."""
     router = APIRouter(tags=["radars"], route_class=StrictRoute)
-    _add_read_routes(router, stations)
-    _add_picture(router, stations, pictures)
+    _add_read_routes(router, stations, pictures)
     _add_changing(router, stations, store, reader)
     _add_errors(router, stations)
     return router
 
 
-def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
+def _add_read_routes(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
     @router.get("/radars")
     @needs("read")
     async def list_radars(request: Request) -> list[schemas.RadarState]:
@@ -84,8 +83,6 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
             raise HTTPException(403, ["truth: this server does not give it; start it with --truth"])
         return await station.truth(t)
 
-
-def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
     @router.get("/radars/{radar}/ppi.png", response_class=Response, responses={**UNKNOWN, **REFUSED, **PICTURE, **BUSY})
     @needs("read")
     async def get_picture(

@@ -234,9 +234,7 @@ def test_errors_are_told_changed_and_switched_off() -> None:
 @pytest.mark.parametrize(
     ("body", "status", "line"),
     [
-        ('{"gyro": {"bias_deg": NaN}}', 422, "gyro.bias_deg: nan; Input should be a finite number"),
         ('{"gyro": {"bias_deg": 181}}', 422, "gyro.bias_deg: 181; Input should be less than or equal to 180"),
-        ('{"gyro": {"bias_deg": "1"}}', 422, "gyro.bias_deg: '1'; Input should be a valid number"),
         ('{"gyroscope": {}}', 422, "gyroscope: {}; Extra inputs are not permitted"),
         ('{"feed": {"heading_lost_s": [[2, 1]]}}', 422, "heading_lost_s[0]: 1 s is not after 2 s"),
         ('{"profile": "imo"}', 422, "profile: 'imo'; Input should be 'imo-a823'"),
