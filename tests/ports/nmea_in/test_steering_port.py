@@ -18,9 +18,7 @@ from typing import Any, cast
 
 import pytest
 
-from radar_service.commands.command_line import parser
 from radar_service.numerics.constants import KNOT
-from radar_service.ports import registry
 from radar_service.ports.app import create_app
 from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.nmea.senders import TcpSender
@@ -394,37 +392,6 @@ def test_such_a_scene_that_comes_later_is_logged_once(words: str, caplog: pytest
     made.hear("a", [hdt(3.0)])
     made.steer()
     assert len(fake.commands.put_) == 1
-
-
-def options(*words: str) -> Any:
-    return parser().parse_args(["serve", *words])
-
-
-def test_options_open_the_port_with_its_sockets() -> None:
-    port = free_port()
-    with registry.opened(options("--nmea-in-tcp", str(port), "--nmea-in-udp", str(port))) as ports:
-        assert [each.name for each in ports] == ["feed", "nmea-in", "rest"]
-        for option in ("--nmea-in-tcp", "--nmea-in-udp"):
-            with (
-                pytest.raises(UsageError, match=f"{option}: .* cannot be opened"),
-                registry.opened(options(option, str(port))),
-            ):
-                pass
-    with registry.opened(options("--nmea-in-tcp", str(port))):  # both were closed
-        pass
-
-
-@pytest.mark.parametrize("option", ["--nmea-in-tcp", "--nmea-in-udp"])
-def test_beyond_this_machine_no_option_opens_it_alone(option: str) -> None:
-    where = f"0.0.0.0:{free_port()}"
-    with (
-        pytest.raises(UsageError, match="0.0.0.0 is beyond this machine.*--nmea-allow"),
-        registry.opened(options(option, where)),
-    ):
-        pass
-    for also in (["--nmea-allow", "10.0.0.2"], ["--insecure"]):
-        with registry.opened(options(option, where, *also)) as ports:
-            assert len(ports) == 3
 
 
 def test_a_fault_in_one_reading_does_not_end_the_port() -> None:
