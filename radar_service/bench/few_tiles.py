@@ -76,12 +76,12 @@ class FewTiles:
         """Yields the plots of some scans, each with time (1,) [s] and own ship (1,) at its last spoke. extractor: has the scans
         before."""
         azimuths, end = self._radar.azimuths, 0
-        found = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
+        crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
-        number = np.concatenate([np.append(found[n][0], last) for n, last in enumerate(last_spokes)])
+        number = np.concatenate([np.append(crossings[n][0], last) for n, last in enumerate(last_spokes)])
         time, own = self._radar.schedule(number)[1], self._simulator.reported(number)
         azimuth = own.azimuth if self._simulator.errors else number % azimuths * (2.0 * np.pi / azimuths)
-        for scan, (spoke, cell, power) in zip(scans, found, strict=True):
+        for scan, (spoke, cell, power) in zip(scans, crossings, strict=True):
             first, end = end, end + len(spoke) + 1
             of, last = slice(first, end - 1), slice(end - 1, end)
             columns = time[of], azimuth[of], own.position[of, 0], own.position[of, 1]
