@@ -76,6 +76,17 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
             assert reported.azimuth_error == pytest.approx(float(error), abs=1e-12)
 
 
+def test_crossings_of_several_scans_are_those_of_each_where_errors_change_meanwhile() -> None:
+    sim = simulator(EVERYTHING)
+    for tables in (None, {"gyro": {"bias_deg": 2}}, EVERYTHING):
+        sim.scan()
+        sim.set_errors(tables)
+    sim.scan()
+    every = [crossing for scan in range(4) for crossing in sim.crossings(scan)]
+    assert list(sim.crossings(0, count=4)) == every
+    assert {crossing.own_ship.reported is None for crossing in every} == {True, False}
+
+
 def test_a_lost_heading_is_null_in_the_truth() -> None:
     sim = simulator({"feed": {"heading_lost_s": [[0, 1]]}})
     reported = sim.snapshot(0).own_ship.reported
