@@ -15,7 +15,7 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
+from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
 from radar_service.plots.marine import threshold
 from radar_service.plots.plot import Plot
@@ -31,11 +31,6 @@ from radar_service.world.scene import Scene
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
 LAND_STEP = 50.0  # m between places of land, within which tracks may be false
 ROUNDING = 1e-6  # s: no state is from the future by less
-
-
-def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises as its parts do."""
-    return answered(observed(scenario, seed), tracker)
 
 
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
@@ -123,16 +118,11 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))
-        ended = few.plots(numbers, extractor) if few else _whole(simulator, extractor)
+        whole = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in numbers))
+        ended = few.plots(numbers, extractor) if few else whole
         for (plots, last), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             given = with_errors(plots.plots, truths, scenario.plot_errors, last.heading, seed, last.scan, lengths)
             yield ScanResult(given_from(last, given, scene.radar.rotation_period), (), truths, plots.flood)
-
-
-def _whole(simulator: Simulator, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
-    """The plots of the next scan, of all its tiles, with own ship at its last spoke."""
-    scan = simulator.scan()
-    yield extractor.add(scan), last_spoke(scan)
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:

@@ -19,7 +19,7 @@ from radar_service import wire
 from radar_service.ports.app import create_app
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.hub import EncodedBatch, Hub
+from radar_service.service.fanout.hub import Hub
 from radar_service.service.feed_request import View
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
@@ -27,6 +27,7 @@ from tests.ports.asgi import Closed, Socket
 from tests.ports.playing import playing
 from tests.ports.serving import served
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+from tests.service.fanout.batches import batch
 from tests.service.held import ResultCache, held
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
@@ -97,18 +98,6 @@ async def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
         assert reports == ["failed"]
 
 
-async def test_a_dead_engine_in_standby_loses_no_numbers() -> None:
-    async with playing(
-        station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(transmit=False, pace=FLAT_OUT.pace))
-    ) as server:
-        while not (await server.http.get("/api/health")).json()["radars"][0]["restarts"]:
-            await asyncio.sleep(0.001)
-        begun = (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"]
-        while (health := (await server.http.get("/api/health")).json()["radars"][0])["simulated_s"] < begun + 10:
-            await asyncio.sleep(0.001)
-        assert health["next"] == 0
-
-
 class StallingEngine(FakeEngine):
     """Makes 24 spokes, each as if the machine took a second of `clock` for it."""
 
@@ -176,7 +165,7 @@ async def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> N
     hub, view = Hub(lambda: 0.0), View("u8")
     hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
     hub.join(ClientQueue(view))
-    await hub.publish(batch(0, 5, view))
+    await hub.publish(batch(0, 5))
     hub.skip("e", 5, 4, "the wheel came off")
     hub.skip("another epoch", 5, 4, "no client receives it")
     assert hub.next == 9
@@ -184,13 +173,6 @@ async def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> N
         hub.join(client := ClientQueue(view), ("e", number))
         messages = [wire.unpack(item.data) for item in client.waiting[1:]]
         assert [(m["type"], m["first"], m["count"]) for m in messages] == spans
-
-
-def batch(first: int, count: int, view: View) -> EncodedBatch:
-    text = {"type": "spokes", "epoch": "e", "first": first, "count": count, "index": first, "time": list(range(count)),
-            "azimuth": list(range(first, first + count)), "data": bytes(range(count))}  # fmt: skip
-    text |= {key: list(range(count)) for key in ("heading", "position", "course", "speed")}
-    return EncodedBatch("e", first, count, {view: wire.pack(text)})
 
 
 async def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
@@ -202,7 +184,7 @@ async def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None
     hub.join(client := ClientQueue(view))
     for _ in range(1000):
         for _ in range(dice.randrange(4)):
-            await hub.publish(batch(hub.next, dice.randint(1, 9), view))
+            await hub.publish(batch(hub.next, dice.randint(1, 9)))
         while client.waiting:
             message = wire.unpack((await client.get() or pytest.fail()).data)
             if message["type"] == "spokes":

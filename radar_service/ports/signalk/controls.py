@@ -9,29 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from radar_service.numerics.constants import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
 from radar_service.world.outline import SceneOutline
 
 Values = Mapping[str, Any]
-RANGES = (
-    231,
-    463,
-    926,
-    1389,
-    1852,
-    2778,
-    3704,
-    5556,
-    7408,
-    11112,
-    14816,
-    22224,
-    29632,
-    44448,
-    66672,
-    88896,
-)  # m: 1/8 to 48 NM
 METRES = {"m": 1.0, "km": 1000.0, "nm": 1852.0}
 POWERS = {"0": "Off", "1": "Standby", "2": "Transmit"}
 SWITCH = {"0": "Off", "1": "On"}
@@ -66,7 +49,7 @@ class SignalKControl:
 def ranges(scene: SceneOutline) -> list[int]:
     """Returns the display ranges [m] that are offered: those of sets, and all that the radar has, rounded down."""
     maximum = int(scene.radar.longest_range)
-    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in RANGES if each <= maximum), maximum})
+    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in DISPLAY_RANGES if each <= maximum), maximum})
 
 
 def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]:

@@ -80,13 +80,6 @@ async def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, An
         assert health["radars"][0]["fault"] is None
 
 
-async def test_nan_is_not_a_value() -> None:
-    async with playing(station()) as server:
-        for text, status in (('{"speed_kn": NaN}', 422), ('{"position_m": [Infinity, 0]}', 422), ("[]", 422), ("{", 400)):
-            answer = await server.http.patch(BUOY, content=text, headers={"content-type": "application/json"})
-            assert answer.status_code == status and answer.json()["detail"]
-
-
 async def test_of_two_commanders_the_last_one_holds() -> None:
     only = station()
     async with playing(only) as server:
@@ -112,34 +105,6 @@ async def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.Monk
         assert answer.status_code == 503 and answer.headers["retry-after"] and "wait already" in answer.json()["detail"][0]
 
 
-async def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
-    async with playing(only := station()) as server:
-        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
-        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
-        while only.epoch.info.scene.radar.rotation_period != 1.5:
-            await asyncio.sleep(0.001)
-        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
-        again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
-        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [5.0, 6.0] and again["time"] == 0.0
-
-
-async def test_a_lossless_client_may_wait_for_answers_without_reading() -> None:
-    """Far more spokes are due than its queue holds: the radar waits for it, and carries out its commands meanwhile."""
-    async with playing(only := station()) as server:
-        feed = await server.feed("?mode=lossless")
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run", "factor": "max"}})
-        (client,) = only.hub.clients
-        while not client.full:
-            await asyncio.sleep(0.001)
-        answers = [await server.http.patch(BUOY, json={"speed_kn": n}) for n in range(5)]
-        assert [answer.status_code for answer in answers] == [200] * 5 and client.full
-        first = 0
-        while first <= answers[-1].json()["spoke"] + AZIMUTHS:
-            message = await feed.until("spokes")
-            assert message["first"] == first
-            first += message["count"]
-
-
 async def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
     async with playing(only := station()) as server:
         await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})
@@ -152,22 +117,6 @@ async def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
         assert (await server.http.get(BUOY)).json()["latest"] is None
         again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
         assert (again["spoke"], again["time"]) == (0, 0.0)
-
-
-async def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After the answer that it took too long; here, as another scene is on the way that never comes."""
-    monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 0.02)
-    async with playing(only := station()) as server:
-        clock = only.group.clock
-        clock.restart()
-        late = await server.http.patch(BUOY, json={"speed_kn": 3})
-        assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
-        await only.swap(SceneRequest(steerable_scene("next")))
-        while only.epoch.info.scene.name != "next":
-            await asyncio.sleep(0.001)
-        monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
-        assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
-        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [4.0]
 
 
 def test_their_keys_are_those_of_a_command() -> None:

@@ -283,25 +283,6 @@ async def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> N
     assert seen[0] == seen[1] == seen[2] and any(seen[0])
 
 
-async def test_a_dropped_spoke_leaves_no_gap_in_the_numbers() -> None:
-    async with playing(only := station()) as server:
-        feed = await server.feed()
-        await server.http.patch(ERRORS, json={"feed": {"drop_rate": 0.3}})
-        await step(server, 2 * AZIMUTHS)
-        while not only.transmitter.pacer.idle:
-            await asyncio.sleep(0.001)
-        await server.http.delete(ERRORS)
-        await step(server, 1)
-        numbers, indices = list[int](), list[int]()
-        while not indices or indices[-1] != 2 * AZIMUTHS:
-            message = await feed.until("spokes")
-            numbers += range(message["first"], message["first"] + message["count"])
-            start = message["scan"] * AZIMUTHS + message["index"]
-            indices += range(start, start + message["count"])
-        assert numbers == list(range(len(numbers))) and len(numbers) < 2 * AZIMUTHS
-        assert indices == sorted(set(indices))
-
-
 async def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch) -> None:
     carried = list[int]()
 

@@ -67,27 +67,6 @@ def test_display_controls_act_from_the_next_batch_on() -> None:
     assert sink.batches[0].video == Controls() and sink.batches[-1].video.gain == 80.0
 
 
-def test_standby_uses_no_numbers_and_time_goes_on() -> None:
-    with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
-        transmitter.pacer.step(6)
-        while transmitter.state.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
-            time.sleep(0.001)
-        transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
-        stepped(transmitter, sink, 1)
-    assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.state.sent) == (0, 6, 1)
-
-
-def test_another_range_opens_an_epoch_at_once() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 5)
-        transmitter.pacer.set(replace(transmitter.pacer.settings, range=100.0))
-        stepped(transmitter, sink, 2)
-    assert sink.names() == ["open", "send", "open", "send"] and sink.epochs[1].range == 100.0
-    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].spoke_source is sink.epochs[1].spoke_source
-    later = [batch for batch in sink.batches if batch.epoch is sink.epochs[1]]
-    assert (later[0].first, later[0].block.first) == (0, 5)
-
-
 def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() -> None:
     failures: list[str] = []
     options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_spoke_source": factory(dies_at=0)}
@@ -112,23 +91,6 @@ def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice()
     assert sink.numbers == list(range(13 + AZIMUTHS))
     known = [batch.block.commands for batch in sink.batches for _ in range(len(batch))]
     assert known == [0] * 7 + [1] * 6 + [2] * AZIMUTHS
-
-
-def test_labels_come_from_the_next_spoke_on_and_no_spoke_is_lost_or_sent_twice() -> None:
-    wanted = [SourceRequest()]
-    with transmitting(sources=lambda: wanted[-1]) as (transmitter, sink):
-        stepped(transmitter, sink, 7)
-        for request in (SourceRequest(True), SourceRequest(), SourceRequest(True, (256, 999)), SourceRequest(powers="all")):
-            wanted.append(request)
-            transmitter.pacer.interrupt()  # as a client does that joins
-            stepped(transmitter, sink, 11)
-    assert sink.numbers == list(range(51))
-    labels = [spoke.labels is not None for batch in sink.batches for spoke in batch.block.spokes()]
-    powers = [spoke.powers is not None for batch in sink.batches for spoke in batch.block.spokes()]
-    assert labels[:18] == [False] * 7 + [True] * 11 and labels[29:40] == [True] * 11
-    assert not any(powers[:29]) and all(powers[29:])
-    for batch in sink.batches:
-        np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
 
 
 def test_every_next_engine_tells_what_is_requested() -> None:

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from radar_service.display.video import Controls
-from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio import truth_stream
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.truth_stream import Follower, TruthStream
@@ -194,16 +193,6 @@ async def test_who_reads_too_slowly_is_ended_and_others_go_on(monkeypatch: pytes
         _, lines = played.follow()
         await played.over()
         assert [line["type"] for line in lines] == ["header"]
-
-
-async def test_there_is_a_limit_of_followers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(truth_stream, "MAX_FOLLOWERS", 1)
-    async with playing() as played:
-        only = played.stream.join()
-        with pytest.raises(FeedRefused, match="1 clients"):
-            played.stream.join()
-        played.stream.leave(only)
-        played.stream.join()
 
 
 async def test_the_end_of_the_radar_ends_followers() -> None:
