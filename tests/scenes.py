@@ -12,7 +12,7 @@ ONE_TARGET: dict[str, Any] = {
     "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
 }
 
-TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twice as fast and sees her
+TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twice as fast and sees it
     "name": "two radars",
     "radar": [
         {"id": "bow", **ONE_TARGET["radar"]},

@@ -23,7 +23,7 @@ def ships(**radar: Any) -> tuple[rs.Simulator, rs.Scan]:
 
 
 def behind(sim: rs.Simulator, scan: rs.Scan, name: str) -> tuple[float, NDArray[np.float64]]:
-    """A ship's strongest cell over the noise [dB], and the mean power over the noise [dB] of ten stretches of 100 m behind her in
+    """A ship's strongest cell over the noise [dB], and the mean power over the noise [dB] of ten stretches of 100 m behind it in
     that spoke."""
     truth = next(body for body in sim.truth(0.0).bodies if body.name == name)
     east, north = truth.position[0], truth.position[1]  # own ship lies at the origin

@@ -133,7 +133,7 @@ def test_harbour_ships_and_buoys_have_water_under_them() -> None:
             continue
         times = np.linspace(
             0.0, afloat.motion.period or 0.0, 1000 if afloat.motion.period else 1
-        )  # steps of less than her half length
+        )  # steps of less than half its length
         centre = afloat.motion.pose(times).position
         around = make_scenes.polygon(0.0, 0.0, afloat.length / 2.0)  # the ship turned any way
         assert sea_floor(centre[:, None, :2] + around).max() < 0.0, afloat.name

@@ -138,9 +138,11 @@ class SpokeSink(Protocol):
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Receives the notice that `count` spokes of this epoch, from sequence number `first` on, will never come."""
+        return
 
     def close(self, reason: str) -> None:
         """Receives the notice that no spokes come until another epoch opens."""
+        return
 
 
 class SentSpokes(NamedTuple):

@@ -23,8 +23,11 @@ class AisPort(SenderPort):
 
     @override
     def tick(self, radar: str, time: float) -> None:
-        station = self.station(radar)
-        if station is None or not isinstance(station.epoch.spoke_source, TellsShips):
+        if (
+            not self.is_of(radar)
+            or (station := self.station) is None
+            or not isinstance(station.epoch.spoke_source, TellsShips)
+        ):
             return
         self.send([line for report in self._transponders.due(station, time) for line in self._sentences(report)])
 

@@ -13,7 +13,7 @@ from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import Capture, CaptureSender
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.ports.udp.udp_port import Sender
-from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 REPORTS, FOUND_BY = 0.5, 1.0  # s between two of each
 
@@ -84,7 +84,7 @@ class Announcements:
             self.report()
 
 
-class DialectSink:
+class DialectSink(SpokeSink):
     """The spokes of one radar."""
 
     def __init__(
@@ -113,12 +113,6 @@ class DialectSink:
             ended = self._spokes.ended(batch, self._samples.of(batch), self._samples.metres, true_headings(batch))
             self._to.spokes(self._frames.of(ended), self._transmits())
             self._note_lost(self._spokes.lost - lost)
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Sends nothing: readers see it by the angles."""
-
-    def close(self, reason: str) -> None:
-        """Sends nothing."""
 
 
 class DialectExport(DialectSink):

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
+from radar_service.numerics.constants import DISPLAY_RANGES
 from radar_service.ports.dialect.dialect import (
     TRANSMIT,
     Commands,
@@ -20,9 +21,7 @@ from radar_service.ports.dialect.dialect import (
 )
 
 GROUP, FINDERS = "239.254.2.0", "239.254.2.2"  # of reports and spokes, of heartbeats
-TABLE = (
-    232, 463, 926, 1389, 1852, 2778, 3704, 5556, 7408, 11112, 14816, 22224, 29632, 44448, 66672, 88896,
-)  # fmt: skip  # m: ranges that are offered, 1/8 to 48 nautical miles
+TABLE = (232, *DISPLAY_RANGES[1:])  # m: ranges that are offered
 AUTO = 2  # a mode of gain and of sea
 # What readers may change: transmit, range, gain and its mode, rain, sea, interference rejection (two of the names it has).
 FEATURES = (0x13, 0x4A, 0x4B, 0x4C, 0x4F, 0x50, 0x51, 0x52, 0x53, 0x37, 0x38)

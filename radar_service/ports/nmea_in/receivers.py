@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import SentenceLines
-from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
+from radar_service.ports.udp.addresses import Address, UdpListener
 from radar_service.service.token_bucket import TokenBucket
 
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
@@ -113,27 +113,16 @@ class TcpReceiver(TcpListener):
         connection.close()
 
 
-class UdpReceiver:
-    """Datagrams of whole sentences, also of a multicast group."""
+class UdpReceiver(UdpListener):
+    """Datagrams of whole sentences."""
 
     def __init__(
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Arguments as of TcpListener. Raises UsageError."""
-        self._allowed, self._clock, self._where, self._joined = allowed, clock, where, clock()
+        super().__init__(option, where, clock)
+        self._allowed, self._clock = allowed, clock
         self._talks: dict[str, _Talk] = {}
-        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: join(joined, where))
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Where it listens."""
-        host, port, *_ = self._socket.getsockname()
-        return host, port
-
-    @property
-    def sockets(self) -> Sequence[socket.socket]:
-        """The only one."""
-        return [self._socket]
 
     @property
     def remembered(self) -> int:
@@ -143,26 +132,17 @@ class UdpReceiver:
     def received(self, count: Count) -> list[Received]:
         """Returns what has come, of each datagram by itself."""
         result: list[Received] = []
-        if self._clock() - self._joined >= REJOIN:
-            self._joined = self._clock()
-            join_again(self._socket, self._where)
-        with contextlib.suppress(BlockingIOError):
-            for _ in range(MAX_DATAGRAMS):
-                data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
-                if may_come(host, self._allowed):
-                    sender = f"udp {host}:{port}"
-                    result.append(Received(sender, self._talk(sender).lines_of(data + b"\n", count)))
-                else:
-                    count("connection", 1)
+        for data, host, port in self.datagrams(MAX_READ):
+            if may_come(host, self._allowed):
+                sender = f"udp {host}:{port}"
+                result.append(Received(sender, self._talk(sender).lines_of(data + b"\n", count)))
+            else:
+                count("connection", 1)
         return result
-
-    def close(self) -> None:
-        """Closes the socket."""
-        self._socket.close()
 
     def _talk(self, sender: str) -> _Talk:
         """The talk of one of the last MAX_CLIENTS senders."""
-        talk = self._talks.pop(sender) if sender in self._talks else _Talk(self._clock)
+        talk = self._talks.pop(sender, None) or _Talk(self._clock)
         self._talks[sender] = talk
         if len(self._talks) > MAX_CLIENTS:
             del self._talks[next(iter(self._talks))]

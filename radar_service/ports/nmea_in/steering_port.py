@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from radar_service.ports.nmea.nmea_port import station_of
 from radar_service.ports.nmea_in.helm import SILENCE, Helm, HelmOrder
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread, described
+from radar_service.ports.udp.udp_port import station_of
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.poses import CommandedPose
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
@@ -35,7 +35,7 @@ LOOK = 0.1  # s between two looks at whether the port ends
 ANSWER = 0.01  # s between two looks at whether the last command was carried out
 POSES = 20.0  # a second at most: each costs a block that is computed anew, and a world takes a million
 BETWEEN = 0.005  # s between two readings: so a flood takes a few per cent of a core
-BY = "nmea"
+BY, OPTION = "nmea", "--nmea-of"
 ANGLES = ("heading_deg", "course_deg")
 JUMP, FASTEST = 100.0, 50.0  # m and m/s: from so far on, and faster than that, own ship jumps
 FRESH = 1.0  # s: how old a position may be at which true north is taken
@@ -176,12 +176,12 @@ class SteeringPort(Port):
 
     @override
     def check(self, stations: Mapping[str, Station]) -> None:
-        if reason := unfitness(station_of(stations, self._radar).epoch.info.scene):
+        if reason := unfitness(station_of(OPTION, stations, self._radar).epoch.info.scene):
             raise UsageError(f"--nmea-in: {reason}")
 
     @override
     async def start(self, service: Service) -> None:
-        self._stations, station = service.stations, station_of(service.stations, self._radar)
+        self._stations, station = service.stations, station_of(OPTION, service.stations, self._radar)
         faults = next((thread for thread in service.threads if thread.name == self.name), None)
         steering = NmeaSteering(station, service.refused)
         self._thread = threading.Thread(target=self._run, args=(steering, faults), name="nmea in", daemon=True)

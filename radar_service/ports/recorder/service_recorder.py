@@ -96,13 +96,13 @@ class ServiceRecorder:
                     self._scan_ends -= work.ends_scan
                     self._changed.notify_all()
         except OSError as error:
-            self._report(f"{error.filename}: {error.strerror}")
+            self._end(f"{error.filename}: {error.strerror}")
         except Exception as error:  # of any kind: the feed must go on
-            self._report(f"{self._path}: {type(error).__name__}: {error}")
+            self._end(f"{self._path}: {type(error).__name__}: {error}")
         try:
             self._file.close()
         except OSError as error:
-            self._report(f"{error.filename}: {error.strerror}")
+            self._end(f"{error.filename}: {error.strerror}")
 
     def _next(self) -> Work | None:
         with self._changed:
@@ -112,20 +112,18 @@ class ServiceRecorder:
     def _has_room(self, work: Work) -> bool:
         return self._waiting < MAX_WAITING and not (work.ends_scan and self._scan_ends)
 
-    def _report(self, reason: str) -> None:
-        with self._changed:
-            self._end(reason)
-
     def _end(self, reason: str) -> None:
-        """Ends the recording, where it has not ended. The lock is held."""
-        if self.fault is None:
+        """Ends the recording, where it has not ended."""
+        with self._changed:
+            if self.fault is not None:
+                return
             self.fault = reason
             self._work.clear()
             self._changed.notify_all()
             log_event("recording failed, the feed goes on", logging.ERROR, reason=reason)
 
 
-class RecordingSink:
+class RecordingSink(SpokeSink):
     """Hands what a radar sends to the recorder's thread."""
 
     def __init__(self, recording: Callable[[], RadarRecording], put: Callable[[Work], None]) -> None:
@@ -145,9 +143,6 @@ class RecordingSink:
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
         self._put(Work(lambda: self._recording().skip(epoch, first, count, reason)))
-
-    def close(self, reason: str) -> None:
-        """Keeps the file open: the recording goes on with the next epoch."""
 
 
 class RecorderPort(Port):

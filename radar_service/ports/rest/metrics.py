@@ -20,7 +20,9 @@ Family = CounterMetricFamily | GaugeMetricFamily
 Value = tuple[Sequence[str], float | None]  # labels and number
 
 
-def _trees(station: Station) -> int:
+def _trees(station: Station) -> int | None:
+    if station.epoch.is_blind:
+        return None  # meshes have trees
     spoke_source = station.epoch.spoke_source
     return spoke_source.trees if isinstance(spoke_source, Spared) else 0
 

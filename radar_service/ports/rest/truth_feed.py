@@ -11,12 +11,10 @@ from radar_service.ports.http.conversation import (
     FORBIDDEN,
     UNAVAILABLE,
     accepted,
+    converse,
     refuse,
     say_bye,
-    server_end,
-    until_first_ends,
     until_gone,
-    until_server_ends,
 )
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.hub import FeedRefused
@@ -55,14 +53,12 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
 
 async def _serve(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
     """Serves one client until it leaves or is ended."""
-    end = server_end(socket)
     try:
-        await until_first_ends(_send(socket, stream, follower), until_gone(socket), until_server_ends(end))
+        end = await converse(socket, _send(socket, stream, follower), until_gone(socket))
     finally:
         stream.leave(follower)
-    if end.done():
-        code, reason = end.result()
-        follower.end(reason, code)
+    if end:
+        follower.end(end[1], end[0])
     if follower.reason:
         await say_bye(socket, follower.code, follower.reason)
 

@@ -9,29 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from radar_service.numerics.constants import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
 from radar_service.world.outline import SceneOutline
 
 Values = Mapping[str, Any]
-RANGES = (
-    231,
-    463,
-    926,
-    1389,
-    1852,
-    2778,
-    3704,
-    5556,
-    7408,
-    11112,
-    14816,
-    22224,
-    29632,
-    44448,
-    66672,
-    88896,
-)  # m: 1/8 to 48 NM
 METRES = {"m": 1.0, "km": 1000.0, "nm": 1852.0}
 POWERS = {"0": "Off", "1": "Standby", "2": "Transmit"}
 SWITCH = {"0": "Off", "1": "On"}
@@ -66,7 +49,7 @@ class SignalKControl:
 def ranges(scene: SceneOutline) -> list[int]:
     """Returns the display ranges [m] that are offered: those of sets, and all that the radar has, rounded down."""
     maximum = int(scene.radar.longest_range)
-    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in RANGES if each <= maximum), maximum})
+    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in DISPLAY_RANGES if each <= maximum), maximum})
 
 
 def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]:
@@ -180,13 +163,12 @@ def _automatic(name: str, number: int, label: str, description: str) -> SignalKC
 
 
 def _enum(
-    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any],
-    category: str = "advanced",
-) -> SignalKControl:  # fmt: skip
+    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any]
+) -> SignalKControl:
     """A choice of named values that one of our controls has. kind: our value from the number of the choice."""
     limits = {"minValue": 0, "maxValue": len(names) - 1, "descriptions": dict(names), "validValues": list(range(len(names)))}
     return SignalKControl(
-        identity, number, label, f"our control {own}", category, "enum", lambda scene: limits,
+        identity, number, label, f"our control {own}", "advanced", "enum", lambda scene: limits,
         lambda state: {"value": round(float(state[own]))},
         lambda values: {own: kind(_choice(identity, values.get("value"), names))},
     )  # fmt: skip

@@ -205,7 +205,7 @@ def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
 @pytest.mark.parametrize(
     ("radar", "expected"), [("bow", {("VDO", 201), ("VDM", 202)}), ("pier", {("VDM", 202)}), ("ferry", {("VDO", 202)})]
 )
-def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
+def test_own_ship_that_is_no_body_is_in_the_world_of_its_own_radars_alone(
     radar: str, expected: set[tuple[str, int]]
 ) -> None:
     """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""
@@ -261,5 +261,5 @@ def test_options_open_the_port() -> None:
         assert [port.name for port in ports] == ["ais", "feed", "nmea", "rest"]
     with pytest.raises(UsageError, match="--ais-udp: 10.0.0.2 is beyond this machine"), opened("--ais-udp", "10.0.0.2:7"):
         pass
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar"):
         started(world(), radar="aft")

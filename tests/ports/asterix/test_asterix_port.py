@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.commands.command_line import parser
 from radar_service.ports.asterix import PLOTS, VIDEO
-from radar_service.ports.asterix.asterix_port import AsterixPort, VideoSink
+from radar_service.ports.asterix.asterix_port import AsterixPort
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.sender import UdpSender
@@ -26,7 +26,7 @@ def test_a_reader_gets_all_spokes_and_a_summary_each_scan() -> None:
     ear.bind((HERE, 0))
     ear.settimeout(30)
     sender = UdpSender("--asterix", Address(*ear.getsockname()), joined=0)
-    port = AsterixPort("asterix", [sender], lambda port, sic: VideoSink(port, sic, Form(1)))
+    port = AsterixPort([sender], Form(1))
     got: list[str | Video] = []
 
     async def listen(server: Server) -> None:

@@ -300,7 +300,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
         error = reported.speed[0] - truth.speed
         close(
             vbw[int(time)].lon_water_spd, (truth.water_speed + error) / KNOT, 0.01
-        )  # no leeway: she heads through the water
+        )  # no leeway: the ship heads through the water
         assert abs(error) > 0.05  # far above the last digit
     assert abs(rmc[9.0].latitude - (simulator.truth(9.0).own_ship.latitude_deg or 0.0)) > 5e-5
 
@@ -323,7 +323,7 @@ def test_a_scene_without_an_origin_has_no_positions() -> None:
 
 
 def test_a_radar_that_is_not_there_ends_the_start() -> None:
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar of this service; it has 0"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar of this service; it has 0"):
         started(simulator_of({}), "aft")
 
 
@@ -404,7 +404,7 @@ def test_options_open_the_port_with_its_sockets() -> None:
     ("words", "message"),
     [
         (["--nmea-tcp", "0.0.0.0:7"], "0.0.0.0 is beyond this machine"), (["--nmea-udp", "10.0.0.2:7"], "--nmea-allow 10.0.0.2"),
-        (["--nmea-tcp", "0.0.0.0:7", "--token", "t" * 20], "nothing asks for a login"),
+        (["--nmea-tcp", "0.0.0.0:7", "--token-file", "t"], "nothing asks for a login"),
     ],
 )  # fmt: skip
 def test_beyond_this_machine_no_option_opens_it_alone(words: list[str], message: str) -> None:

@@ -39,7 +39,6 @@ def assert_presets_keep_their_limits(data: dict[str, Any]) -> None:
     field = {name: p["error_db"] for name, p in named if p["panel"] == "field"}
     limits = {"fast": -50, "balanced": -70, "reference": -80, "balanced under way": -50, "reference under way": -80}
     assert all(field[preset] < limit for preset, limit in limits.items())
-    assert data["closed_form_error_db"] < -250
     models = {p["setting"]: p for p in data["points"] if p["panel"] == "scattering"}
     assert models["3 bounces"]["error_db"] < 0.5 < 10 < models["2 bounces"]["error_db"] < models["1 bounce"]["error_db"]
     for name, point in named:
