@@ -176,8 +176,8 @@ def test_the_open_sea_does_not_flood() -> None:
 
 
 def test_the_harbour_does_not_flood_beside_a_cell_of_rain() -> None:
-    """The same limit, of sea and rain, with ships and buoys held; 2,374 of a CFAR for noise."""
-    cell = {"position_m": [-1200, -1500], "radius_m": 700, "rain_mm_h": 50, "course_deg": 60, "speed_kn": 20}
+    """The same limit, of sea and rain, with ships and buoys held; without a level of its own the cell gives 75 a scan."""
+    cell = {"position_m": [2500, -3000], "radius_m": 900, "rain_mm_h": 100, "course_deg": 60, "speed_kn": 20}
     report = _report("harbour", rain_cell=[cell])
     assert [body.name for body in report.bodies if body.pd != 1.0 and "reflector" not in body.name] == []  # on land
 
