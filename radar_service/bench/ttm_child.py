@@ -95,8 +95,8 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
         return
     plotter, port = Plotter(), socket(AF_INET, SOCK_DGRAM)
     port.bind(("127.0.0.1", 0))
-    addresses = {"{feed}": video["feed"], "{address}": video["address"], "{udp}": str(port.getsockname()[1])}
-    command = [reduce(lambda word, key: word.replace(key, addresses[key]), addresses, word) for word in words]
+    places = {"{feed}": video["feed"], "{address}": video["address"], "{udp}": str(port.getsockname()[1])}
+    command = [reduce(lambda word, key: word.replace(key, places[key]), places, word) for word in words]
     program = subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace")
     assert program.stdout is not None
     Thread(target=plotter.follow, args=(own_ships(video["feed"]),), daemon=True).start()
