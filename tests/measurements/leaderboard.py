@@ -90,4 +90,4 @@ def main(folder: Path, seeds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]).absolute(), int((sys.argv[2:] or ["5"])[0]))
+    main(Path(sys.argv[1]).absolute(), int((sys.argv[2:] or ["3"])[0]))
