@@ -146,7 +146,7 @@ def test_a_simulator_refuses_an_unknown_radar() -> None:
         rs.Simulator(world(), "fast", radar="stern")
 
 
-def test_a_command_to_own_ship_and_to_her_body_are_the_same() -> None:
+def test_a_command_to_own_ship_and_to_its_body_are_the_same() -> None:
     """The tug turns from 1.25 s on: spoke 32 of the bow's radar, spoke 64 of the pier's, which turns twice as fast."""
     made = scene(
         [{**HULL, "name": "tug", "speed_kn": 8, "steerable": {}}],

@@ -311,7 +311,7 @@ def test_a_heaving_hull_keeps_its_waterline_at_the_sea_between_nodes(
 def test_a_plain_hull_that_rolls_and_turns_is_that_of_each_frozen_instant_in_a_faint_aspect(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """20 degrees off her beam facets nearly cancel. What her house reflects grazes the deck, so a tenth of a degree moves its
+    """20 degrees off its beam facets nearly cancel. What its house reflects grazes the deck, so a tenth of a degree moves its
     foot by metres: shared traces erred by -23 and +0.9 dB. Each scene at rest is traced by itself and has no nodes between it."""
     radar = {"azimuths": 720, "beamwidth_deg": 1.9, "rpm": 24, "bandwidth_hz": 20e6, "height_m": 15, "range_max_m": 900}
     for key, value in radar.items():

@@ -5,6 +5,7 @@ import hashlib
 import numpy as np
 from scipy.special import ndtri
 
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
@@ -14,6 +15,7 @@ SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench
 BIASES = 44  # purpose of the signs of the biases of sensors in the test bench
 SEAWAY, LEAN = 45, 46  # purposes of the waves of a seaway, and of the lists and trims of ships
+LAND_TEXTURE = 52  # purpose of the texture of land
 HULL_PARTS = 47  # purpose of the parts of hulls
 SWEEP_SEED, SWEEP_LIST, SWEEP_DRAW = 48, 49, 50  # purposes of seeds of runs, of drawn lists, of draws of each run
 SENSOR, FEED = 31, 32  # errors on purpose
@@ -55,9 +57,18 @@ def normals(rng: np.random.Generator, rows: int, columns: int) -> Singles:
     They are eight times faster than exact ones, and as good where many are summed, as in spectra. Their fourth moment is
     3 - 0.001.
     """
-    count = rows * columns
-    words = np.asarray(rng.bit_generator.random_raw(-(-count // 4)), dtype=np.uint64)
-    return _QUANTILES.take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
+    result = np.empty((rows, columns), dtype=np.float32)
+    weighted_normals(result, rng, np.ones(columns, dtype=np.float32), columns)
+    return result
+
+
+def weighted_normals(rows: Singles, rng: np.random.Generator, weight: Singles, above: int, adds: bool = False) -> None:
+    """Writes such numbers, times `weight` (N,), to rows (K, M), or adds them: `above` to the first columns, the rest to the last,
+    0 between."""
+    count, (number, size) = len(weight), rows.shape
+    words = np.asarray(rng.bit_generator.random_raw(-(-number * count // 4)), dtype=np.uint64).view(np.int64)
+    gap, below = size - count, count - above
+    KERNELS.weighted_normals(number, above, gap, below, int(adds), len(words), words, _QUANTILES, weight, rows)
 
 
 def _quantiles() -> Singles:

@@ -20,6 +20,13 @@ Family = CounterMetricFamily | GaugeMetricFamily
 Value = tuple[Sequence[str], float | None]  # labels and number
 
 
+def _trees(station: Station) -> int | None:
+    if station.epoch.is_blind:
+        return None  # meshes have trees
+    spoke_source = station.epoch.spoke_source
+    return spoke_source.trees if isinstance(spoke_source, Spared) else 0
+
+
 COUNTERS: dict[str, tuple[str, Read]] = {
     "radar_azimuths": ("Spokes sent since the start", lambda s: s.transmitter.state.sent),
     "radar_spokes_lost": ("Spokes that slow clients lost, all together", lambda s: s.hub.totals().lost),
@@ -46,10 +53,7 @@ GAUGES: dict[str, tuple[str, Read]] = {
         "Messages that clients have not taken, all together", lambda s: sum(c.queued for c in list(s.hub.clients)),
     ),
     "radar_views": ("Different views that are encoded", lambda s: len(s.hub.views)),
-    "radar_trees": (
-        "Trees for ray tests that its world process holds",
-        lambda s: source.trees if isinstance(source := s.epoch.spoke_source, Spared) else 0,
-    ),
+    "radar_trees": ("Trees for ray tests that its world process holds", _trees),
 }  # fmt: skip
 
 

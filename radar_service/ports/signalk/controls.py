@@ -150,13 +150,12 @@ def _automatic(name: str, number: int, label: str, description: str) -> SignalKC
 
 
 def _enum(
-    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any],
-    category: str = "advanced",
-) -> SignalKControl:  # fmt: skip
+    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any]
+) -> SignalKControl:
     """A choice of named values that one of our controls has. kind: our value from the number of the choice."""
     limits = {"minValue": 0, "maxValue": len(names) - 1, "descriptions": dict(names), "validValues": list(range(len(names)))}
     return SignalKControl(
-        identity, number, label, f"our control {own}", category, "enum", lambda scene: limits,
+        identity, number, label, f"our control {own}", "advanced", "enum", lambda scene: limits,
         lambda state: {"value": round(float(state[own]))},
         lambda values: {own: kind(_choice(identity, values.get("value"), names))},
     )  # fmt: skip

@@ -200,7 +200,7 @@ def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
 @pytest.mark.parametrize(
     ("radar", "expected"), [("bow", {("VDO", 201), ("VDM", 202)}), ("pier", {("VDM", 202)}), ("ferry", {("VDO", 202)})]
 )
-def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
+def test_own_ship_that_is_no_body_is_in_the_world_of_its_own_radars_alone(
     radar: str, expected: set[tuple[str, int]]
 ) -> None:
     """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""

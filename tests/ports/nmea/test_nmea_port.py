@@ -285,7 +285,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
         error = reported.speed[0] - truth.speed
         close(
             vbw[int(time)].lon_water_spd, (truth.water_speed + error) / KNOT, 0.01
-        )  # no leeway: she heads through the water
+        )  # no leeway: the ship heads through the water
         assert abs(error) > 0.05  # far above the last digit
     assert abs(rmc[9.0].latitude - (simulator.truth(9.0).own_ship.latitude_deg or 0.0)) > 5e-5
 

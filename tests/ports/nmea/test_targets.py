@@ -74,7 +74,7 @@ def test_a_name_is_the_same_in_each_sentence_however_long_the_numbers_are() -> N
     assert named == {"TRUTH ferry"} and max(lengths) == 82
 
 
-def test_who_keeps_her_distance_has_no_time() -> None:
+def test_who_keeps_its_distance_has_no_time() -> None:
     own = simulator_of(OWN, body=BODIES).truth(0.0)
     same = replace(own.bodies[0], velocity=own.own_ship.velocity)
     assert closest_approach(same, own.own_ship) == (pytest.approx(math.hypot(300, 200), rel=1e-12), None)

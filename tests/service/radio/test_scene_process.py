@@ -114,66 +114,6 @@ def test_a_spare_goes_on_and_has_a_spare_itself(maker: SceneProcessMaker) -> Non
     until(lambda: all(is_gone(process) for process in processes if process))
 
 
-STEERED: dict[str, Any] = SCENE | {
-    "own_ship": {"steerable": {}},
-    "body": [{**SCENE["body"][0], "steerable": {"max_speed_kn": 40}}, SCENE["body"][1]],
-}
-ORDERS: dict[int, tuple[str | None, dict[str, Any]]] = {  # by the number of spokes sent before
-    50: ("ship", {"course_deg": 180, "speed_kn": 30}),
-    71: (None, {"speed_kn": 20, "turn_rate_deg_s": 4}),
-    130: ("ship", {"position_m": [50, 250], "present": True}),
-    180: ("ship", {"present": False}),
-    200: ("ship", {"present": True, "heading_deg": 20}),
-}
-
-
-def sent_under_command(maker: SceneProcessMaker, kill_after: int = 0) -> tuple[RecordingSink, Transmitter]:
-    """What a radar in a process of its own sends while it is commanded."""
-    sink = RecordingSink()
-    paused = Settings(pace=Pace("pause", math.inf))
-    source = maker(SceneRequest(STEERED), Progress())
-    transmitter = Transmitter(source, paused, (sink,), time.monotonic, maker)
-    transmitter.start()
-    try:
-        for stop in (*ORDERS, 300):
-            transmitter.pacer.step(stop - sink.spokes)
-            sink.wait_for(lambda stop=stop: sink.spokes >= stop)  # type: ignore[misc]
-            if stop in ORDERS:
-                body, values = ORDERS[stop]
-                transmitter.commands.put(body, lambda time, values=values: values).result(10.0)  # type: ignore[misc]
-            if kill_after and stop == kill_after:
-                os.kill(source.process, signal.SIGKILL)
-    finally:
-        transmitter.stop(10.0)
-    return sink, transmitter
-
-
-def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: SceneProcessMaker) -> None:
-    sink, transmitter = sent_under_command(maker)
-    commands = list(transmitter.epoch.commands)
-    assert [command.spoke for command in commands] == list(ORDERS)
-    assert sink.numbers[:300] == list(range(300))
-    ours = Simulator(load_scene(STEERED), "fast", commands=[command.as_dict() for command in commands])
-    assert ours.commands == tuple(commands)
-    expected = np.array([spoke.power for spoke in ours.spokes(5)])
-    made = np.concatenate([batch.block.power for batch in sink.batches])[:300]
-    assert made.tobytes() == expected.tobytes()
-    assert [batch.block.commands for batch in sink.batches][-1] == len(ORDERS)
-
-
-def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: SceneProcessMaker) -> None:
-    """The rest of the scan is lost; what is sent later has the bytes of a run without the crash."""
-    sink, transmitter = sent_under_command(maker, kill_after=130)
-    commands = list(transmitter.epoch.commands)
-    assert len(commands) == len(ORDERS) and transmitter.state.restarts == 1
-    ours = Simulator(load_scene(STEERED), "fast", commands=commands)
-    expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
-    for batch in sink.batches:
-        for number, power in enumerate(batch.block.power, batch.block.first):
-            np.testing.assert_array_equal(power, expected[number])
-    assert sink.numbers[-1] >= 240
-
-
 @pytest.mark.parametrize("kill_after", [0, 70])
 def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProcessMaker, kill_after: int) -> None:
     """Every spoke that is sent has the bytes of a run with labels from the start, whoever asks when."""
