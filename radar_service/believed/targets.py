@@ -109,6 +109,7 @@ TABLE_2 = {
     "D08": (2.0, {"X": (2.5, 3.4), "S": (1.4, 3.0)}, 1),
 }
 SHIPS = {"D03": (110.0, 17.0, 10.0, 11.0), "D04": (50.0, 9.0, 5.0, 8.0)}  # length, beam, height [m], range [NM]
+SHORES_DRAWN = 10
 SHORES = {"D01": ((60.0, 20.0),), "D02": ((6.0, 8.0), (3.0, 6.0))}  # height [m], range [NM]
 
 
@@ -154,19 +155,20 @@ def shores(row: str, run: Run) -> list[Figure]:
 
 
 def shore_share(run: Run, radar: Table, height: float, nautical: float) -> float:
-    """Returns the share of scans in which a shore due north exceeds the threshold."""
+    """Returns the share of scans, each of another draw of its scatterers, in which a cell of a shore exceeds the threshold."""
     rise = np.tile(np.clip(np.linspace(height * 2.5, -0.02 * height, 51), -1.0, height)[:, None], (1, 41))
     shore = {
         "heightmap": run.height_map(f"shore-{height:g}-m", rise), "extent_m": [2000, 1000],
         "position_m": [0, nautical * NM + 500.0, 0],
     }  # fmt: skip
-    simulator = run.simulator(reaching(radar, nautical * NM + 2500.0), AIR, [shore], sector=(-0.02, 0.02), fidelity="fast")
-    hits = 0
-    for _ in range(10):
-        scan = over_beam(simulator.scan().power, simulator.scene.radar)
-        power = around(scan, simulator, 0.0, nautical * NM + 300.0, round(300.0 / simulator.range_step))
+    half, hits = 1000.0 / (nautical * NM), 0
+    for seed in range(SHORES_DRAWN):
+        scene = reaching(radar, nautical * NM + 2500.0), AIR, [shore]
+        simulator = run.simulator(*scene, seed=seed, sector=(-2.0 * half, 2.0 * half), fidelity="fast")
+        scan, beams = over_beam(simulator.scan().power, simulator.scene.radar), half / simulator.scene.radar.beamwidth
+        power = around(scan, simulator, 0.0, nautical * NM + 300.0, round(300.0 / simulator.range_step), beams)
         hits += float(power.max()) > threshold_in_noise(simulator)  # of each cell, as of a point's
-    return hits / 10.0
+    return hits / SHORES_DRAWN
 
 
 NEAR = SHORT | {"eclipsing": True, "range_max_m": 2778}  # of the scale of 1.5 NM

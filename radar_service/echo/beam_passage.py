@@ -97,8 +97,6 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> list[ObservedEchoes]:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths."""
-        if not self._aspects:
-            return []
         spoke = self._scene.radar.spokes_at(azimuths.time)
         parts = list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self.key]
@@ -156,8 +154,7 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        some = self._may_pass(time, middle, half)
-        if not len(some):
+        if not self._aspects or not len(some := self._may_pass(time, middle, half)):
             return []
         bearing, distance = self._bearings(time, some)
         off = wrap_angle(bearing - middle)
