@@ -118,8 +118,8 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))
-        whole = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in numbers))
-        ended = few.plots(numbers, extractor) if few else whole
+        all_tiles = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in numbers))
+        ended = few.plots(numbers, extractor) if few else all_tiles
         for (plots, last), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             given = with_errors(plots.plots, truths, scenario.plot_errors, last.heading, seed, last.scan, lengths)
             yield ScanResult(given_from(last, given, scene.radar.rotation_period), (), truths, plots.flood)

@@ -102,8 +102,8 @@ class SignalKPort(Port):
         """Own ship at a time [s], and what other ships have reported up to it."""
         (own,) = own_reports(station, [time])
         values = own_ship_values(own)
-        for said in self._transponders.due(station, time):
-            values |= {} if said.is_own else vessel_values(said)
+        for due in self._transponders.due(station, time):
+            values |= {} if due.is_own else vessel_values(due)
         return values
 
     def _call(self, function: Callable[[Streams], None]) -> None:
