@@ -1,6 +1,6 @@
 """The command `export`: captures of a recorded run hold what ports sent, with the time of each spoke."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +18,9 @@ from radar_service.recording import read, replay_station
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.asterix.reading import videos
+from tests.ports.kept import Kept
 from tests.ports.udp.test_capture import frames
 from tests.recording.scenes import AZIMUTHS, recorded, simulator
-
-
-class Kept:
-    """A sender that keeps what it gets."""
-
-    lost = 0
-
-    def __init__(self) -> None:
-        self.pieces: list[bytes] = []
-
-    def send(self, pieces: Sequence[bytes]) -> None:
-        self.pieces += pieces
-
-    def close(self) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")

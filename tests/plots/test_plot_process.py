@@ -19,9 +19,9 @@ from radar_service.ports.port import Service
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer
 from radar_service.scans.scan import Scan, scan_of
-from tests.commands.test_export import Kept
 from tests.ports.asterix.reading import reports
 from tests.ports.asterix.test_plot_blocks import SOURCE, plots, sent
+from tests.ports.kept import Kept
 from tests.ports.reflectors import radar_of
 
 
@@ -96,7 +96,7 @@ def test_a_port_sends_all_plots_and_goes_on_where_a_process_has_failed(
     broken, kept = far_end(ends), Kept()
     starts: Any = SimpleNamespace(child=lambda function: (broken if ends else server).child(function))
     port = PlotPort([kept], Form())
-    asyncio.run(port.start(cast(Service, SimpleNamespace(fork_server=starts, threads=()))))
+    asyncio.run(port.start(cast(Service, SimpleNamespace(fork_server=starts))))
     sinks = [port.sinks(radar)[0] for radar in ("0", "1")]
     for sink in sinks:
         sink.open_epoch(radar_of(SOURCE()))

@@ -3,8 +3,6 @@
 import itertools
 from collections.abc import Sequence
 
-from typing_extensions import override
-
 from radar_service.ports.ais.messages import ais_sentences, position_of, static_of
 from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.nmea.nmea_port import SenderPort
@@ -21,8 +19,8 @@ class AisPort(SenderPort):
         super().__init__(senders, radar)
         self._transponders, self._numbers = Transponders(), itertools.count()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
+        """Sends the reports that are due."""
         if (
             not self.is_of(radar)
             or (station := self.station) is None

@@ -4,8 +4,6 @@ import contextlib
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from typing_extensions import override
-
 from radar_service.plots.extractor import Extract, LivePlots
 from radar_service.plots.plot import Plot
 from radar_service.plots.plot_process import PlotProcess, extraction
@@ -30,8 +28,8 @@ class AsterixPort(UdpPort):
         self.form = form
         self._sics: dict[str, int] = {}  # by the id of a radar
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
         return (self.sink(self.sic(radar)),)
 
     def sic(self, radar: str) -> int:
@@ -50,12 +48,12 @@ class VideoSink(SpokeSink):
         self._port, self._form, self._sic = port, form, sic
         self._radar: RadarInfo | None = None
 
-    @override
     def open_epoch(self, radar: RadarInfo) -> None:
+        """Notes the radar."""
         self._radar = radar
 
-    @override
     def send(self, batch: SpokeBatch) -> None:
+        """Sends spokes, or plots."""
         assert self._radar is not None, "open_epoch comes first"
         spokes = list(video(batch, self._form, self._sic))
         begins = batch.first == 0 or batch.block.index == 0
@@ -73,22 +71,21 @@ class PlotPort(AsterixPort):
         self._fork_server: ForkServer | None = None
         self._by_radar: dict[str, PlotSink] = {}
 
-    @override
     async def start(self, service: Service) -> None:
-        await super().start(service)
+        """Notes what starts processes."""
         self._fork_server = service.fork_server
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
         self._by_radar[radar] = self.sink(self.sic(radar))
         return (self._by_radar[radar],)
 
-    @override
     def sink(self, sic: int) -> "PlotSink":
+        """Returns a sink of plots."""
         return PlotSink(self, sic, self.form.sac, lambda: self._fork_server)
 
-    @override
     def tick(self, radar: str, time: float) -> None:
+        """Sends the plots that have come."""
         self._by_radar[radar].look()
 
 
@@ -102,13 +99,13 @@ class PlotSink(SpokeSink):
         self._plots: LivePlots | None = None
         self._process: PlotProcess | None = None
 
-    @override
     def open_epoch(self, radar: RadarInfo) -> None:
+        """Notes the radar."""
         self.close("another epoch")
         self._radar = radar
 
-    @override
     def send(self, batch: SpokeBatch) -> None:
+        """Sends spokes, or plots."""
         self._send(lambda: self._live().add(batch.block))
 
     def look(self) -> None:
@@ -116,8 +113,8 @@ class PlotSink(SpokeSink):
         if self._process is not None:
             self._send(self._process.ended)
 
-    @override
     def close(self, reason: str) -> None:
+        """Sends the plots that come soon."""
         with contextlib.suppress(OSError, EOFError):
             if self._process is not None:
                 self._send(partial(self._process.ended, PATIENCE))
@@ -137,12 +134,12 @@ class PlotSink(SpokeSink):
 
     def _send(self, plots: Callable[[], list[Plot]]) -> None:
         try:
-            extracted = plots()
+            ended = plots()
         except (OSError, EOFError):
             self._end()
             raise
         assert self._radar is not None
-        self._port.send(plot_blocks(extracted, self._radar.epoch, self._sac, self._sic))
+        self._port.send(plot_blocks(ended, self._radar.epoch, self._sac, self._sic))
 
     def _end(self) -> None:
         if self._process is not None:

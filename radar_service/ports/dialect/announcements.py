@@ -28,12 +28,8 @@ class Senders(NamedTuple):
 
 def senders_of(dialect: Dialect, here: str, capture: Capture | None = None) -> Senders:
     """Returns senders from an address of this machine; each has the port of its destination. Raises UsageError."""
-
-    def sender(group: str, port: int) -> UdpSender:
-        to, source = Address(group, port, here), Address(here, port)
-        return UdpSender(f"--{dialect.name}", to, joined=0, source=source, capture=capture)
-
-    return Senders(*(sender(*to) for to in dialect.destinations))
+    ways = [(Address(group, port, here), Address(here, port)) for group, port in dialect.destinations]
+    return Senders(*(UdpSender(f"--{dialect.name}", to, joined=0, source=own, capture=capture) for to, own in ways))
 
 
 class Announcements:

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any
 
-from typing_extensions import override
-
 from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
 from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT, Dialect, IgnoredError
 from radar_service.ports.port import Service
@@ -47,29 +45,33 @@ class DialectPort(OneRadarPort):
         self._ends = threading.Event()
         self._own_thread = threading.Thread(target=self._run, name=self.name.replace("-", " "), daemon=True)
 
-    @override
     async def start(self, service: Service) -> None:
+        """Begins to take commands."""
         await super().start(service)
         self._loop, self._refused = asyncio.get_running_loop(), service.refused
         self._own_thread.start()
 
-    @override
     async def stop(self) -> None:
+        """Takes no more commands."""
         self._ends.set()
         await asyncio.to_thread(self._own_thread.join)
 
-    @override
     def close(self) -> None:
+        """Closes all sockets."""
         super().close()
         for each in self._listeners:
             each.close()
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (DialectSink(self._to, lambda: self.is_of(radar), self._transmits, self.note_lost),)
+        """Returns the sink of a radar."""
 
-    @override
+        def transmits() -> bool:
+            return self.station is not None and state(self.station) in TRANSMITS
+
+        return (DialectSink(self._to, lambda: self.is_of(radar), transmits, self.note_lost),)
+
     def changed(self, change: StateChange) -> None:
+        """Reports a change."""
         if not self.is_of(change.radar):
             return
         if change.kind == "controls":
@@ -77,9 +79,6 @@ class DialectPort(OneRadarPort):
             self._to.report(controls=has, range=round(has["range_m"]))
         if change.kind == "status":
             self._to.become(TRANSMIT if change.values["state"] in TRANSMITS else STANDBY)
-
-    def _transmits(self) -> bool:
-        return self.station is not None and state(self.station) in TRANSMITS
 
     def _run(self) -> None:
         while not self._ends.wait(BETWEEN):

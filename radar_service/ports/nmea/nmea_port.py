@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from datetime import timedelta
 
-from typing_extensions import override
-
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.targets import target_sentences
 from radar_service.ports.udp.udp_port import OneRadarPort, Sender
@@ -64,8 +62,8 @@ class NmeaPort(SenderPort):
         super().__init__(senders, radar)
         self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
+        """Sends the sentences that are due."""
         if not self.is_of(radar) or (station := self.station) is None:
             return
         due = self._schedule.due(time)

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
-from typing_extensions import override
-
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import SentenceLines
 from radar_service.ports.udp.addresses import Address, UdpListener
@@ -41,11 +39,13 @@ class Receiver(Protocol):
 
 
 class _Talk:
-    """What one sender says, no more than is read. spoke: when it has last ended a line, or begun [s]."""
+    """What one sender says, no more than is read. idle_since: when it has last ended a line, or begun [s]."""
+
+    has_ended = False
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._lines, self._budget, self._clock = SentenceLines(), TokenBucket(RATE, AT_ONCE, clock), clock
-        self.spoke = clock()
+        self.idle_since = clock()
 
     def lines_of(self, data: bytes, count: Count) -> list[bytes]:
         """Returns the lines that end in these bytes."""
@@ -53,64 +53,52 @@ class _Talk:
         count("form", self._lines.too_long - before)
         taken = next((n for n in range(len(lines)) if not self._budget.take(1)), len(lines))
         count("flood", len(lines) - taken)
-        self.spoke = self._clock() if lines else self.spoke
+        self.idle_since = self._clock() if lines else self.idle_since
         return lines[:taken]
 
 
-class TcpReceiver(TcpListener):
+class _TcpTalk(_Talk):
+    """What a TCP client says. sender: its protocol and address."""
+
+    def __init__(self, connection: socket.socket, address: str, clock: Callable[[], float]) -> None:
+        super().__init__(clock)
+        self.connection, self.sender = connection, f"tcp {address}"
+
+
+class TcpReceiver(TcpListener[_TcpTalk]):
     """A TCP server that reads."""
 
     def __init__(
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        super().__init__(option, where, allowed)
-        self._clock = clock
-        self._clients: dict[socket.socket, tuple[str, _Talk]] = {}
+        super().__init__(
+            option, where, allowed, lambda connection, address: _TcpTalk(connection, address, clock), IDLE, clock
+        )
 
     @property
     def sockets(self) -> Sequence[socket.socket]:
         """The listener, and all connections."""
-        return [self._listener, *self._clients]
+        return [self._listener, *(client.connection for client in self.clients)]
 
     def received(self, count: Count) -> list[Received]:
         """Takes those who connect, and returns what all have sent."""
         before = self.refused
-        for connection, host, port in self.accepted(len(self._clients), self._make_room):
-            self._clients[connection] = f"tcp {host}:{port}", _Talk(self._clock)
+        self.accept()
         count("connection", self.refused - before)
         return [
-            Received(sender, talk.lines_of(data, count))
-            for connection, (sender, talk) in list(self._clients.items())
-            if (data := self._data(connection))
+            Received(client.sender, client.lines_of(data, count))
+            for client in list(self.clients)
+            if (data := self._data(client))
         ]
 
-    @override
-    def close(self) -> None:
-        """Closes all."""
-        for connection in self._clients:
-            connection.close()
-        super().close()
-
-    def _data(self, connection: socket.socket) -> bytes:
+    def _data(self, client: _TcpTalk) -> bytes:
         """What a client has sent; one that has gone is left out from now on."""
         with contextlib.suppress(BlockingIOError):
             with contextlib.suppress(ConnectionError, TimeoutError):
-                if data := connection.recv(MAX_READ):
+                if data := client.connection.recv(MAX_READ):
                     return data
-            self._drop(connection)
+            self.drop(client)
         return b""
-
-    def _make_room(self) -> bool:
-        """Drops the client that has said nothing for the longest time."""
-        silent = min(self._clients, key=lambda connection: self._clients[connection][1].spoke, default=None)
-        if silent is None or self._clock() - self._clients[silent][1].spoke < IDLE:
-            return False
-        self._drop(silent)
-        return True
-
-    def _drop(self, connection: socket.socket) -> None:
-        del self._clients[connection]
-        connection.close()
 
 
 class UdpReceiver(UdpListener):

@@ -9,8 +9,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, NamedTuple, Self
 
-from typing_extensions import override
-
 from radar_service.ports.port import Port
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
@@ -156,8 +154,8 @@ class RecorderPort(Port):
         self._recorder = ServiceRecorder(path, with_truth, recorded=sources)
         self._recorder.__enter__()
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
         return (self._recorder.sink(radar),)
 
     def close(self) -> None:

@@ -85,11 +85,8 @@ class ChangeFeed:
                 client.end.set_result((TOO_SLOW, BEHIND))
 
     def _is_for(self, change: StateChange, client: "_Listener") -> bool:
-        return change.kind not in SECRET or client.may_command or self._gives_truth(change.radar)
-
-    def _gives_truth(self, radar: str) -> bool:
-        station = self._stations.get(radar)
-        return station is not None and station.allow_truth
+        station = self._stations.get(change.radar)
+        return change.kind not in SECRET or client.may_command or (station is not None and station.allow_truth)
 
 
 class _Listener(NamedTuple):

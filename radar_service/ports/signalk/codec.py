@@ -5,7 +5,6 @@ The API has no hello, no gap and no bye: a client sees the angles that it did no
 """
 
 from collections.abc import Mapping
-from datetime import datetime
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,7 +79,7 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     bearing = _in_spokes(block.azimuth, azimuths)
     # The heading is rounded as such: clients take it from the difference, and each angle comes once in a revolution.
     angle = np.mod(bearing - _in_spokes(np.where(lost, 0.0, block.heading), azimuths), azimuths)
-    times = _milliseconds(batch.epoch.start_utc, block.time)
+    times = np.rint(1000.0 * (batch.epoch.start_utc.timestamp() + block.time)).astype(np.int64).tolist()  # ms since 1970
     origin = known.scene.origin
     positions = (
         None if origin is None else [(north, east) for north, east in geographic_from_map(block.position, origin).tolist()]
@@ -93,12 +92,6 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
         SpokeFields(angles[k], bearings[k], to_edge, times[k], positions[k] if positions else None, rows[k].tobytes())
         for k in range(len(block))
     ]
-
-
-def _milliseconds(start: datetime, times: Floats) -> list[int]:
-    """Simulated times [s] in milliseconds since 1970. start: UTC at simulated time 0."""
-    counts: list[int] = np.rint(1000.0 * (start.timestamp() + times)).astype(np.int64).tolist()
-    return counts
 
 
 def _in_spokes(angle: Floats, azimuths: int) -> Floats:

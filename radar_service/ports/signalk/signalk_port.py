@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import RedirectResponse
 from starlette.staticfiles import StaticFiles
-from typing_extensions import override
 
 from radar_service.ports.ais.transponders import Transponders
 from radar_service.ports.nmea.own_ship import own_reports
@@ -60,27 +59,27 @@ class SignalKPort(Port):
         self._streams: Streams | None = None
         self._transponders, self._ticks = Transponders(), Counter[str]()
 
-    @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
+        """Returns all routes."""
         radars = Radars(service.stations)
         self._streams = Streams(service, radars)
         targets = self._streams.values.targets if self._tells_truth else None
         routers = [self._streams.routes(), radar_routes(service, radars, targets)]
         return [*routers, gui_routes(self._gui)] if self._gui else routers
 
-    @override
     async def start(self, service: Service) -> None:
+        """Begins to announce."""
         self._loop, self._stations = asyncio.get_running_loop(), service.stations
         if self._announcement is not None:
             await self._announcement.start()
 
-    @override
     async def stop(self) -> None:
+        """Ends the announcement."""
         if self._announcement is not None:
             await self._announcement.stop()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
+        """Tells own ship and targets."""
         if (station := self._stations.of(radar)) is None:
             return
         is_repeat = self._ticks[radar] % REPEAT == 0
@@ -93,8 +92,8 @@ class SignalKPort(Port):
                 targets = targets_of(station.epoch.spoke_source.truth(time), station.epoch.info.scene.origin)
                 self._call(lambda streams: streams.values.put_targets(streams.radars.identity(station), targets))
 
-    @override
     def changed(self, change: StateChange) -> None:
+        """Takes new values of controls."""
         if change.kind in ("controls", "scene") or change.values.get("state") == "ended":
             self._call(lambda streams: streams.values.keep_radars(streams.radars))
 
@@ -102,8 +101,8 @@ class SignalKPort(Port):
         """Own ship at a time [s], and what other ships have reported up to it."""
         (own,) = own_reports(station, [time])
         values = own_ship_values(own)
-        for said in self._transponders.due(station, time):
-            values |= {} if said.is_own else vessel_values(said)
+        for each in self._transponders.due(station, time):
+            values |= {} if each.is_own else vessel_values(each)
         return values
 
     def _call(self, function: Callable[[Streams], None]) -> None:

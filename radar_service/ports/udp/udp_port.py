@@ -4,10 +4,7 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from typing_extensions import override
-
 from radar_service.ports.port import Port, Service
-from radar_service.ports.port_thread import PortThread
 from radar_service.service.radio.station import Station, Stations
 from radar_service.terminal.arguments import UsageError
 
@@ -30,14 +27,9 @@ class UdpPort(Port):
     def __init__(self, senders: Sequence[Sender]) -> None:
         self.senders, self.lost = senders, 0
         self._counted = 0
-        self._thread: PortThread | None = None  # counts what is lost
 
-    @override
-    async def start(self, service: Service) -> None:
-        self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
-
-    @override
     def close(self) -> None:
+        """Closes all senders."""
         for sender in self.senders:
             with contextlib.suppress(OSError):
                 sender.close()
@@ -52,8 +44,8 @@ class UdpPort(Port):
         """Counts what was not handed to a sender, and what senders have lost since the last call, as dropped."""
         self.lost += count
         lost = self.lost + sum(sender.lost for sender in self.senders)
-        if self._thread is not None and lost > self._counted:
-            self._thread.note_dropped(lost - self._counted)
+        if self.thread is not None and lost > self._counted:
+            self.thread.note_dropped(lost - self._counted)
         self._counted = lost
 
 
@@ -65,13 +57,12 @@ class OneRadarPort(UdpPort):
         super().__init__(senders)
         self._option, self._radar, self._stations = option, radar, Stations()
 
-    @override
     def check(self, stations: Mapping[str, Station]) -> None:
+        """Looks for the radar."""
         station_of(self._option, stations, self._radar)
 
-    @override
     async def start(self, service: Service) -> None:
-        await super().start(service)
+        """Notes the radars."""
         self._stations = service.stations
 
     @property

@@ -14,8 +14,8 @@ from radar_service.ports.asterix.asterix_port import PlotSink
 from radar_service.ports.asterix.plot_blocks import IN_BLOCK, plot_blocks
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.spokes import SpokeBatch
-from tests.commands.test_export import Kept
 from tests.ports.asterix.reading import reports
+from tests.ports.kept import Kept
 from tests.ports.reflectors import batches, crossings, radar_of, simulator
 from tests.reference.true_north import true_deg
 

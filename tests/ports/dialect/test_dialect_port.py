@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import socket
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -14,27 +14,13 @@ from radar_service.ports.dialect.dialect_port import DialectPort
 from radar_service.ports.garmin_xhd.datagrams import XHD
 from radar_service.ports.udp.addresses import Address, UdpListener
 from radar_service.service.settings import Pace, Settings
-from radar_service.terminal.arguments import UsageError
 from tests.ports.asgi import Server
 from tests.ports.garmin_xhd.reading import command, read_reports, read_spoke
+from tests.ports.kept import Kept
 from tests.ports.listening import PAUSED, play
 
 HERE = "127.0.0.1"
 FAST = Settings(pace=Pace("run", 10.0))
-
-
-class Kept:
-    """A sender that keeps what it gets."""
-
-    def __init__(self) -> None:
-        self.pieces: list[bytes] = []
-        self.lost = 0
-
-    def send(self, pieces: Sequence[bytes]) -> None:
-        self.pieces += pieces
-
-    def close(self) -> None:
-        pass
 
 
 class Display:
@@ -141,8 +127,3 @@ def test_reports_come_in_a_pause_too(display: Display) -> None:
 
     play(display.port, test, PAUSED)
     assert not display.spokes.pieces
-
-
-def test_a_radar_that_is_not_there_ends_the_start(display: Display) -> None:
-    with pytest.raises(UsageError, match="--garmin-xhd-of: stern is no radar of this service; it has bow"):
-        display.other_radar.check({"bow": None})  # type: ignore[dict-item]

@@ -84,15 +84,6 @@ async def test_batches_are_cut_by_time() -> None:
         assert [m["count"] for m in await feed.spokes(7)] == [2, 2, 2, 1]  # 3 and 4 end a block, 9 ends the steps
 
 
-async def test_spokes_into_a_blind_sector_are_marked() -> None:
-    async with playing(station()) as server:
-        feed = await server.feed()
-        await step(server, AZIMUTHS)
-        blind = [b for m in await feed.spokes(AZIMUTHS) for b in m.get("blind", [False] * m["count"])]
-        # the sector is 80 to 100 degrees off a bow at 030: azimuths 110 to 130, of steps of 15 only 120
-        assert [k * 15 for k in range(AZIMUTHS) if blind[k]] == [120]
-
-
 async def test_a_scan_is_the_same_whatever_the_batches() -> None:
     async with playing(station(identity="a"), station(Settings(pace=Pace("pause", math.inf)), identity="b")) as server:
         paced, flat = (
@@ -337,26 +328,18 @@ async def test_rubbish_from_a_client_harms_nobody() -> None:
         ("?labels=1", 4403, "labels and powers: this server does not send them; start it with --truth"),
         ("?powers=all", 4403, "--truth"),
         ("?labels=2", 4400, 'labels: "2" is not 0 or 1'),
+        ("", 4404, 'radar: there is no "9"'),
         ("?powers=1,x", 4400, 'powers: "1,x" is not all, nor 1 to 64 numbers of sources'),
     ],
 )
 async def test_a_bad_request_is_refused_with_the_reason(query: str, code: int, reason: str) -> None:
     async with playing(station()) as server:
-        feed = await server.feed(query)
+        feed = await server.feed(query, "0" if query else "9")
         bye = await feed.receive()
         assert bye["type"] == "bye" and reason in bye["reason"]
         with pytest.raises(Closed) as closed:
             await feed.receive()
         assert closed.value.code == code
-
-
-async def test_an_unknown_radar_is_refused_with_the_reason() -> None:
-    async with playing(station()) as server:
-        feed = await server.feed(radar="9")
-        assert "9" in (await feed.receive())["reason"]
-        with pytest.raises(Closed) as closed:
-            await feed.receive()
-        assert closed.value.code == 4404
 
 
 async def test_a_page_of_another_site_may_not_listen() -> None:
@@ -427,15 +410,11 @@ def test_a_connection_without_errors_carries_at_once() -> None:
     assert played.clock.now == 100.0
 
 
-def test_a_slow_connection_carries_its_bytes_per_second() -> None:
+def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
     played = Played()
     played.errors = settings({"feed": {"bytes_per_s": 2000}})
     asyncio.run(played.connection.carry(500))
     assert played.clock.now == 100.25 and played.connection.is_faulty()
-
-
-def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
-    played = Played()
 
     def errors() -> ErrorSettings | None:
         return settings({"feed": {"bytes_per_s": 100}}) if played.clock.now < 103.0 else None

@@ -1,14 +1,10 @@
 """Who may do what is decided before anything is read, and no answer holds a secret."""
 
-import asyncio
 import logging
-from collections.abc import Awaitable, Callable
 
 import pytest
 
-from radar_service.ports.http import security
-from radar_service.ports.roles import Roles
-from radar_service.service.access import Access, Tickets
+from radar_service.service.access import Access
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Closed
 from tests.ports.playing import playing
@@ -115,27 +111,6 @@ async def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: py
                     answer = await server.http.get(path, headers=bearer(token))
                     assert COMMAND not in answer.text and READ not in answer.text
     assert "refused" in caplog.text and COMMAND not in caplog.text and READ not in caplog.text
-
-
-def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(security, "BODY_SECONDS", 0.01)
-    received = []
-
-    async def app(scope: object, receive: Callable[[], Awaitable[dict[str, object]]], send: object) -> None:
-        received.append((await receive())["type"])
-        received.append((await receive())["type"])
-
-    async def stalling() -> dict[str, object]:
-        if not received:
-            return {"type": "http.request", "body": b"{", "more_body": True}
-        await asyncio.Event().wait()
-        return {}
-
-    async def send(_: object) -> None: ...
-
-    wall = security.SecurityMiddleware(app, Access(), Tickets(), Roles([]))  # type: ignore[arg-type]
-    asyncio.run(wall({"type": "http", "method": "PUT", "path": "/", "headers": []}, stalling, send))  # type: ignore[arg-type]
-    assert received == ["http.request", "http.disconnect"]
 
 
 async def test_a_page_of_another_site_may_not_command() -> None:

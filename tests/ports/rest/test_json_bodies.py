@@ -105,7 +105,8 @@ async def test_a_key_that_occurs_twice_is_refused_and_named_on_every_route() -> 
 async def test_a_number_that_is_not_finite_is_refused_and_named(number: str) -> None:
     async with playing(steerable()) as server:
         for path, body, key in (
-            ("own-ship", f'{{"course_deg": {number}}}', "course_deg"), ("controls", f'{{"gain": {number}}}', "gain"),
+            ("own-ship", f'{{"course_deg": {number}}}', "course_deg"), ("bodies/buoy", f'{{"speed_kn": {number}}}', "speed_kn"),
+            ("own-ship", f'{{"position_m": [{number}, 0]}}', "position_m"), ("controls", f'{{"gain": {number}}}', "gain"),
             ("errors", f'{{"gyro": {{"bias_deg": {number}}}}}', "gyro.bias_deg"),
         ):  # fmt: skip
             answer = await server.http.patch(f"/api/radars/0/{path}", content=body, headers=JSON)

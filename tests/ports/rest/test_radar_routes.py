@@ -212,9 +212,7 @@ async def test_errors_are_told_changed_and_switched_off() -> None:
 @pytest.mark.parametrize(
     ("body", "status", "line"),
     [
-        ('{"gyro": {"bias_deg": NaN}}', 422, "gyro.bias_deg: nan; Input should be a finite number"),
         ('{"gyro": {"bias_deg": 181}}', 422, "gyro.bias_deg: 181; Input should be less than or equal to 180"),
-        ('{"gyro": {"bias_deg": "1"}}', 422, "gyro.bias_deg: '1'; Input should be a valid number"),
         ('{"gyroscope": {}}', 422, "gyroscope: {}; Extra inputs are not permitted"),
         ('{"feed": {"heading_lost_s": [[2, 1]]}}', 422, "heading_lost_s[0]: 1 s is not after 2 s"),
         ('{"profile": "imo"}', 422, "profile: 'imo'; Input should be 'imo-a823'"),
@@ -280,7 +278,8 @@ async def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> N
         async with playing() as server:
             await server.http.patch(ERRORS, json=change)
             seen.append(await blind(server))
-    assert seen[0] == seen[1] == seen[2] and any(seen[0])
+    # azimuths 110 to 130, of steps of 15 only 120
+    assert seen[0] == seen[1] == seen[2] == [15 * k == 120 for k in range(AZIMUTHS)]
 
 
 async def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,9 +1,7 @@
 """The store of scenes: bounded, and gone with the server."""
 
-import gc
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -23,27 +21,9 @@ async def test_the_number_of_uploads_is_bounded(monkeypatch: pytest.MonkeyPatch)
 
 
 async def test_uploads_go_with_the_server() -> None:
-    kept: list[Path] = []
-    make = scene_store.SceneStore.__init__
-
-    def noting(store: Any, *arguments: Any) -> None:
-        make(store, *arguments)
-        kept.append(store.home)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scene_store.SceneStore, "__init__", noting)
-        async with playing() as server:
-            await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "s"}})
-    assert kept and not kept[0].exists()
-
-
-def test_a_store_that_nobody_closes_leaves_no_folder() -> None:
-    store = scene_store.SceneStore([])
-    home = store.home
-    assert home.is_dir()
-    del store
-    gc.collect()
-    assert not home.exists()
+    async with playing(ports=PortHost((rest := RestPort(), FeedPort()))) as server:
+        await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "s"}})
+    assert not rest.store.home.exists()
 
 
 async def test_a_scene_of_several_radars_is_summed_up_by_its_first(tmp_path: Path) -> None:
