@@ -8,11 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from queue import Empty, Queue
+from threading import Thread
 from types import TracebackType
-from typing import Any, Literal, Protocol, Self, TextIO
+from typing import IO, Any, Literal, Protocol, Self, TextIO
 
 import numpy as np
 from typing_extensions import override
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from radar_service import wire
@@ -32,6 +35,7 @@ from radar_service.world.scene import Scene, known_radar
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
+START_TIMEOUT = 600.0  # s until a service tells its address: large scenes are prepared first
 STOP_TIMEOUT = 20.0  # s, then a service is killed
 LAST_WORDS = 300  # characters of what a service that has ended wrote last
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
@@ -290,10 +294,13 @@ def own_ships(feed: str) -> Iterator[OwnShip]:
 
 
 def release(address: str, radars: Sequence[str]) -> None:
-    """Connects to radars and leaves them: a group waits for a client of each."""
+    """Connects to radars and leaves them: a group waits for a client of each. Raises RuntimeError where one is not reached."""
     for radar in radars:
-        with connect(f"ws://{address}/api/radars/{radar}/feed", close_timeout=CLOSE_TIMEOUT) as client:
-            client.recv(RECEIVE_TIMEOUT)
+        try:
+            with connect(f"ws://{address}/api/radars/{radar}/feed", close_timeout=CLOSE_TIMEOUT) as client:
+                client.recv(RECEIVE_TIMEOUT)
+        except (OSError, EOFError, WebSocketException) as error:
+            raise RuntimeError(f"radar {radar} cannot be reached: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -332,13 +339,11 @@ def service(
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True) as process:
             assert process.stdout is not None
             try:
-                _, start, address = process.stdout.readline().partition("open http://")
+                _, start, address = _first_line(process.stdout).partition("open http://")
                 if not start:
-                    process.wait(STOP_TIMEOUT)
+                    status = process.wait(STOP_TIMEOUT)
                     errors.seek(0)
-                    raise RuntimeError(
-                        f"the service did not start: {errors.read().strip() or f'exit status {process.returncode}'}"
-                    )
+                    raise RuntimeError(f"the service did not start: {errors.read().strip() or f'exit status {status}'}")
                 yield RunningService(address.strip().rstrip("/"), process, errors)
             finally:
                 process.terminate()
@@ -346,3 +351,13 @@ def service(
                     process.wait(STOP_TIMEOUT)
                 except subprocess.TimeoutExpired:
                     process.kill()
+
+
+def _first_line(output: IO[str]) -> str:
+    """The first line of a program's output; "" where it ends. Raises RuntimeError where there is none in time."""
+    lines: Queue[str] = Queue()
+    Thread(target=lambda: lines.put(output.readline()), daemon=True).start()
+    try:
+        return lines.get(timeout=START_TIMEOUT)
+    except Empty:
+        raise RuntimeError(f"the service did not start: it has not told its address within {START_TIMEOUT:g} s") from None

@@ -232,8 +232,8 @@ class Simulator:
 
         values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
         after the blocks taken so far. time: at which it acts [s], instead of a spoke: the first one not before it shows it.
-        With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several commands to a body, the last one
-        holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        With an earlier one, a running `blocks` goes back there, and repeats spokes. May be called from any thread. Raises
+        CommandError, and then nothing changes.
         """
         return self._stream.command(body, spoke, time, values)
 
@@ -276,23 +276,25 @@ class Simulator:
         them does not count. Safe to call from another thread. Raises KeyError for a name that no body has."""
         return ship_states(self._stream.steering.past, np.asarray(times, dtype=np.float64), names)
 
-    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
-        """The truth of each time that the boresight met a body in a scan, by time; by default in the scan that was taken last.
+    def crossings(self, scan: int | None = None, radiometric: bool = False, count: int = 1) -> tuple[Crossing, ...]:
+        """The truth of each time that the boresight met a body in so many scans, by time; by default in the one taken last.
 
         A body near north may be crossed twice in a scan, or not at all. radiometric: whether to measure the power of each body
         too, for which the engine computes the azimuths about it again. Safe to call from another thread. Raises ValueError
         where radiometric truth is asked of the fidelity `documented`.
         """
-        crossings = self._crossings.crossings(self._latest(scan))
-        if self._stream.reporter.has_errors:
-            reported = (self._stream.with_report(each.own_ship, each.scan, each.spoke) for each in crossings)
+        crossings = self._crossings.crossings(self._latest(scan), count)
+        if crossings and self._stream.reporter.has_errors:
+            of_each = zip(*((each.own_ship, each.scan, each.spoke) for each in crossings), strict=True)
+            reported = self._stream.with_reports(*of_each)
             crossings = tuple(replace(each, own_ship=own) for each, own in zip(crossings, reported, strict=True))
         return self._measured(crossings) if radiometric else crossings
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
         snapshot = self._crossings.snapshot(number := self._latest(scan))
-        own_ship = self._stream.with_report(snapshot.own_ship, number, self._stream.reporter.last_spoke(number))
+        last = self._stream.reporter.last_spoke(number)
+        (own_ship,) = self._stream.with_reports([snapshot.own_ship], [number], [last])
         return replace(snapshot, own_ship=own_ship, feed_errors=self._stream.reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """How the suite runs: on all cores, except where figures are printed or measured. The file of a scene that tests share."""
 
+import asyncio
 import gc
+import inspect
 import json
 import os
 import sys
@@ -49,6 +51,16 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         gc.collect()
         gc.freeze()
         gc.set_threshold(5_000, 10, 10)  # seven times as seldom: what a test leaves may wait, a full search takes 0.1 s
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Runs a test that is a coroutine, for a minute at most where it is no study."""
+    if not inspect.iscoroutinefunction(pyfuncitem.function):
+        return None
+    arguments = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.function).parameters}
+    asyncio.run(asyncio.wait_for(pyfuncitem.obj(**arguments), None if pyfuncitem.get_closest_marker("study") else 60))
+    return True
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from typing import Any
 
 import radar_service as rs
 from radar_service.radar.parameters import Radar
+from radar_service.scene_file.document import scene_content, scene_path
 
 ONE_TARGET: dict[str, Any] = {
     "name": "one target",
@@ -11,7 +12,7 @@ ONE_TARGET: dict[str, Any] = {
     "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
 }
 
-TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twice as fast and sees her
+TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twice as fast and sees it
     "name": "two radars",
     "radar": [
         {"id": "bow", **ONE_TARGET["radar"]},
@@ -23,6 +24,18 @@ TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twic
         *ONE_TARGET["body"],
     ],
 }
+
+SHIPPED = scene_path("harbour").parent
+BASIN = {  # a compressed pulse that no maker sells: a nonlinear chirp of 50 MHz behind its inverse filter
+    "frequency_hz": 9.41e9, "bandwidth_hz": 50e6, "pulse_s": 10e-6, "modulation": "nlfm", "window": "nuttall",
+    "compression": "inverse", "azimuths": 720, "rpm": 24, "range_max_m": 5000, "beamwidth_deg": 1.9, "beamwidth_el_deg": 25,
+    "pattern": "taylor", "height_m": 20, "power_w": 100, "gain_dbi": 30, "noise_figure_db": 4,
+}  # fmt: skip
+
+
+def basin(**radar: Any) -> dict[str, Any]:
+    """The document of the shipped harbour with the radar BASIN; radar: settings that replace those of BASIN."""
+    return dict(scene_content(scene_path("harbour"))) | {"name": "basin", "radar": BASIN | radar}
 
 
 def scene(bodies: list[dict[str, Any]] | None = None, **sections: Any) -> rs.Scene:

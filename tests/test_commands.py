@@ -183,7 +183,7 @@ def test_the_past_stays_in_truth_and_crossings() -> None:
     assert sim.crossings(1)[0].position == (0.0, 200.0, 15.0)
 
 
-def test_a_moved_ship_shadows_what_is_behind_her_now() -> None:
+def test_a_moved_ship_shadows_what_is_behind_it_now() -> None:
     wall = {
         "name": "wall",
         "shape": "box",
@@ -315,7 +315,7 @@ def test_a_day_of_commands_replays_to_the_same_bytes() -> None:
 
 
 def test_own_ship_steers_round_a_target_by_what_the_radar_shows() -> None:
-    """Each scan the strongest echo is the target; she keeps it abeam to starboard, 250 m off, and comes round it."""
+    """Each scan the strongest echo is the target; own ship keeps it abeam to starboard, 250 m off, and comes round it."""
     made = scene(
         [point("rock", 30, 330, 15.0, 30.0)],
         radar={"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 600, "pulse_s": 1e-6},
@@ -335,4 +335,4 @@ def test_own_ship_steers_round_a_target_by_what_the_radar_shows() -> None:
     turned = np.unwrap(bearings)
     assert turned[-1] - turned[5] > 2.0 * np.pi  # all the way round
     true = [np.hypot(30 - x, 330 - y) for x, y, _ in (sim.truth(t).own_ship.position for t in np.arange(40.0, 170.0, 5.0))]
-    assert 190.0 < min(true) and max(true) < 290.0  # inside 250 m: she turns late by a scan, 31 m of way, and by a beam
+    assert 190.0 < min(true) and max(true) < 290.0  # inside 250 m: own ship turns late by a scan, 31 m of way, and by a beam

@@ -20,7 +20,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "clients/ppi": "address errors",
     "radar_service": "public_names pytest_plugin strict_json",
     "radar_service/bench": "ppi_picture",
-    "radar_service/commands": "plan schema simulator_options stability",
+    "radar_service/commands": "check plan schema simulator_options stability",
     "radar_service/display": "last_scan",
     "radar_service/errors": "history",
     "radar_service/numerics": "constants gamma_law kaiser_bessel ragged types",

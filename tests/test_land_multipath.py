@@ -169,7 +169,7 @@ def test_each_azimuth_has_the_reflection_where_own_ship_turns_short() -> None:
             )  # fmt: skip
             sim = rs.Simulator(made, FEW)
             sim.skip_to(1)
-            fields.append(np.abs(sim.scan().field[4].astype(complex)).max())  # 1.031 s: she turned at 1.030 s
+            fields.append(np.abs(sim.scan().field[4].astype(complex)).max())  # 1.031 s: it turned at 1.030 s
         measured.append(20.0 * np.log10(fields[0] / fields[1]))
     lobe = 40.0 * np.log10(abs(factor(1000.0, 4.5, 15.0, [Piece(1e4, 0.5, *CONCRETE)], EARTH)))
     np.testing.assert_allclose(measured, [lobe, 0.0], atol=0.02)

@@ -108,6 +108,15 @@ def test_a_service_that_does_not_stop_is_killed(tmp_path: Path, monkeypatch: pyt
     assert running.process.returncode == -signal.SIGKILL
 
 
+def test_a_service_that_is_silent_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (program := tmp_path / "silent").write_text("#!/bin/sh\nexec sleep 30\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    monkeypatch.setattr("radar_service.radar_feed.START_TIMEOUT", 0.01)
+    with pytest.raises(RuntimeError, match="it has not told its address within 0.01 s"), service(MOVING, 0, "max", "auto"):
+        pass
+
+
 def test_a_service_that_does_not_start_says_why() -> None:
     with RadarFeeds() as feeds, pytest.raises(RuntimeError, match="the service did not start: .*body\\[0\\].mesh"):
         feeds({"name": "bad", "body": [{"name": "b", "mesh": "none.obj"}]}, over="websocket")

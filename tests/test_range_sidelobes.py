@@ -1,7 +1,5 @@
-"""No range sidelobes stand behind the ships of the shipped harbour; they did behind a linear chirp with a window."""
+"""No range sidelobes stand behind the ships of the basin; they do behind a linear chirp with a window."""
 
-import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,24 +7,23 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from tests.scenes import SHIPPED, basin
 
-FOLDER = Path(__file__).parents[1] / "scenes"
 SHIPS = ("tanker at anchor", "ferry", "coaster")
 LENGTHS = {"tanker at anchor": 180.0, "ferry": 100.0, "coaster": 90.0}  # m, upper bounds: streaks are sought beyond
 
 
 def ships(**radar: Any) -> tuple[rs.Simulator, rs.Scan]:
-    """The first scan of these ships alone, in noise and on a calm sea; radar: settings that replace those of the harbour."""
-    source = tomllib.loads((FOLDER / "harbour.toml").read_text())
+    """The first scan of these ships alone, in noise and on a calm sea; radar: settings that replace those of the basin."""
+    source = basin(**radar)
     source["body"] = [body for body in source["body"] if body["name"] in SHIPS]
     source["environment"] |= {"sea_state": 0}
-    source["radar"] |= radar
-    sim = rs.Simulator(rs.load_scene(source, folder=FOLDER), fidelity="fast")
+    sim = rs.Simulator(rs.load_scene(source, folder=SHIPPED), fidelity="fast")
     return sim, sim.scan()
 
 
 def behind(sim: rs.Simulator, scan: rs.Scan, name: str) -> tuple[float, NDArray[np.float64]]:
-    """A ship's strongest cell over the noise [dB], and the mean power over the noise [dB] of ten stretches of 100 m behind her in
+    """A ship's strongest cell over the noise [dB], and the mean power over the noise [dB] of ten stretches of 100 m behind it in
     that spoke."""
     truth = next(body for body in sim.truth(0.0).bodies if body.name == name)
     east, north = truth.position[0], truth.position[1]  # own ship lies at the origin
@@ -41,21 +38,21 @@ def behind(sim: rs.Simulator, scan: rs.Scan, name: str) -> tuple[float, NDArray[
 
 
 @pytest.fixture(scope="module")
-def harbour() -> tuple[rs.Simulator, rs.Scan]:
+def of_basin() -> tuple[rs.Simulator, rs.Scan]:
     return ships()
 
 
 @pytest.mark.parametrize("name", SHIPS)
-def test_there_is_noise_alone_behind_a_ship_of_the_harbour(name: str, harbour: tuple[rs.Simulator, rs.Scan]) -> None:
+def test_there_is_noise_alone_behind_a_ship_of_the_basin(name: str, of_basin: tuple[rs.Simulator, rs.Scan]) -> None:
     """A stretch has 50 cells, of which neighbours correlate: about 20 independent ones, so its mean scatters by 1 dB; 3 dB. The
     sidelobes themselves are 93 dB below the peak at first, and 110 dB after 20 cells."""
-    peak, stretches = behind(*harbour, name)
+    peak, stretches = behind(*of_basin, name)
     assert peak > 75.0
     assert np.abs(stretches).max() < 3.0
 
 
 def test_a_linear_chirp_leaves_streaks_of_a_kilometre() -> None:
-    """Blackman's window on the reference, as the harbour had: the ends of the chirp leave 58 to 66 dB below the peak."""
+    """Blackman's window on the reference: the ends of the chirp leave 58 to 66 dB below the peak."""
     sim, scan = ships(modulation="lfm", compression="matched", window="blackman")
     for name in SHIPS:
         peak, stretches = behind(sim, scan, name)

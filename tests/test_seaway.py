@@ -42,7 +42,7 @@ def test_truth_has_the_positions_and_velocities_of_ships_in_a_seaway() -> None:
         sim.scan()
         for crossing in sim.crossings():
             if crossing.time < 1e-3:
-                continue  # she begins to move at 0
+                continue  # the ship begins to move at 0
             body = next(each for each in sim.scene.bodies if each.name == crossing.body)
             assert isinstance(body.motion.sway, SeawayMotion)
             ends = []

@@ -58,11 +58,11 @@ def lean(keys: dict[str, Any], time: float) -> Floats:
 def frozen(made: rs.Scene, keys: list[dict[str, Any]], time: float) -> rs.Scene:
     """The scene at rest as it is at `time`: meshes lean, heights have the heave."""
     bodies = []
-    for body, its in zip(made.bodies, keys, strict=True):
+    for body, motion in zip(made.bodies, keys, strict=True):
         upright = replace(body.motion, sway=None).pose(time)
-        mesh = None if body.mesh is None else Mesh(body.mesh.vertices @ lean(its, time).T, body.mesh.faces)
-        position = upright.position + np.array([[0.0, 0.0, wave(its, "heave", "m", 8.0, time)]])
-        heading = upright.heading + np.deg2rad(wave(its, "yaw", "deg", 20.0, time))
+        mesh = None if body.mesh is None else Mesh(body.mesh.vertices @ lean(motion, time).T, body.mesh.faces)
+        position = upright.position + np.array([[0.0, 0.0, wave(motion, "heave", "m", 8.0, time)]])
+        heading = upright.heading + np.deg2rad(wave(motion, "yaw", "deg", 20.0, time))
         bodies.append(replace(body, mesh=mesh, motion=Motion(np.zeros(1), position, heading)))
     return made.with_world(bodies=tuple(bodies))
 
@@ -311,7 +311,7 @@ def test_a_heaving_hull_keeps_its_waterline_at_the_sea_between_nodes(
 def test_a_plain_hull_that_rolls_and_turns_is_that_of_each_frozen_instant_in_a_faint_aspect(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """20 degrees off her beam facets nearly cancel. What her house reflects grazes the deck, so a tenth of a degree moves its
+    """20 degrees off its beam facets nearly cancel. What its house reflects grazes the deck, so a tenth of a degree moves its
     foot by metres: shared traces erred by -23 and +0.9 dB. Each scene at rest is traced by itself and has no nodes between it."""
     radar = {"azimuths": 720, "beamwidth_deg": 1.9, "rpm": 24, "bandwidth_hz": 20e6, "height_m": 15, "range_max_m": 900}
     for key, value in radar.items():

@@ -15,7 +15,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from radar_service.display.film import write_gif, write_mp4
+from radar_service.display.film import write_gif
 from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
 from radar_service.scans.file import write_arrays
@@ -25,7 +25,7 @@ from . import live
 from .client import FeedClient
 from .errors import FeedError
 from .film import film
-from .options import FILMS, PROGRAM, options
+from .options import FILM, PROGRAM, options
 from .scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
 from .terminal_ppi import TerminalPpi
 
@@ -73,7 +73,7 @@ def _show_live(chosen: argparse.Namespace) -> str:
 def _receive_and_save(chosen: argparse.Namespace) -> str:
     """Receives scans and writes them; returns a summary."""
     client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice, labels=chosen.labels)
-    collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind in FILMS else 1))
+    collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind == FILM else 1))
     _save(list(collector.scans), chosen)
     return _summary(client, collector, chosen)
 
@@ -101,8 +101,6 @@ def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
     match chosen.kind:
         case ".gif":
             write_gif(chosen.out, _frames(scans, chosen), chosen.fps, chosen.palette)
-        case ".mp4":
-            write_mp4(chosen.out, _frames(scans, chosen), chosen.fps)
         case ".png":
             ppi, heading = scans[-1].ppi, scans[-1].newest_heading
             picture = brightness(scans[-1], chosen.dynamic_range_db)

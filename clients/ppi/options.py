@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from radar_service import wire
-from radar_service.display.film import MAX_FPS, ffmpeg
+from radar_service.display.film import MAX_FPS
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.display.units import add_unit
@@ -16,7 +16,7 @@ from radar_service.terminal.output_files import add_overwrite, prepare
 from .client import TIMEOUT
 
 PROGRAM = "radar-ppi"
-PICTURE, FILMS = ".png", (".gif", ".mp4")
+PICTURE, FILM = ".png", ".gif"
 PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is about 3 MB of GIF
 
 
@@ -34,7 +34,7 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
         p.error(f"{fault.filename}: {fault.strerror}")
     chosen.scans = chosen.scans or 1
     chosen.kind = chosen.out.suffix.lower() if chosen.out else ""
-    chosen.size = chosen.size or (FILM_SIZE if chosen.kind in FILMS else PICTURE_SIZE)
+    chosen.size = chosen.size or (FILM_SIZE if chosen.kind == FILM else PICTURE_SIZE)
     return chosen
 
 
@@ -54,7 +54,7 @@ def _add_output(p: argparse.ArgumentParser) -> None:
     p.add_argument("--scans", type=_whole(1, 100_000), metavar="N", help="revolutions to receive (default 1)")
     p.add_argument(
         "--out", type=_picture, metavar="FILE",
-        help="x.png: a picture of the last of them; x.gif, x.mp4 (with ffmpeg): a film of all of them",
+        help="x.png: a picture of the last of them; x.gif: a film of all of them",
     )  # fmt: skip
     p.add_argument("--npz", type=_npz, metavar="FILE", help="x.npz: all of them as numpy arrays")
     add_overwrite(p)
@@ -143,15 +143,10 @@ def _first_line(text: str) -> str:
 
 def _picture(text: str) -> Path:
     path = Path(text)
-    if path.suffix.lower() not in (PICTURE, *FILMS):
+    if path.suffix.lower() not in (PICTURE, FILM):
         raise argparse.ArgumentTypeError(
-            f"{text}: a picture is .png, a film .gif or .mp4 (arrays are written by --npz); give one of these endings"
+            f"{text}: a picture is .png, a film .gif (arrays are written by --npz); give one of these endings"
         )
-    if path.suffix.lower() == ".mp4":
-        try:
-            ffmpeg()  # fails before anything is received
-        except OSError as fault:
-            raise argparse.ArgumentTypeError(f"{text}: {fault}") from None
     return path
 
 

@@ -1,7 +1,7 @@
 // Decides how much of the feed the page asks for: as much as arrives, and as the page can draw.
 
 /** Views of the feed: the part of the bins, the spokes that are merged, and the bytes as a share of the first view's, which
- *  were measured of the harbour. What messages have beside their samples is the rest of the last one. */
+ *  were measured of spokes of 2502 bins. What messages have beside their samples is the rest of the last one. */
 export const VIEWS = [[1, 1, 1], [2, 1, 0.7], [4, 1, 0.6], [4, 2, 0.47], [4, 4, 0.36], [8, 8, 0.33]].map(
   ([divisor, spokes, share]) => ({ divisor, spokes, share }),
 );

@@ -90,9 +90,8 @@ def runs_of(
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
-        if count and not counts["checked"]:
+        if count and not counts:  # before the first run that is made
             check_start(tracker, scenarios[0], blind)
-            counts["checked"] = 1
         return _watched(progress(outcomes, count), counts)
 
     try:

@@ -1,25 +1,31 @@
 """Plots from the few tiles of a scan that may hold a detection, with the bytes of the whole scan.
 
-A tile without a body in the beam is left out unless its noise exceeds the threshold.
+A tile is left out where its noise and a bound of its echoes do not reach the threshold together.
 """
+
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from radar_service.bench.trackers.tracker import TrackerInput
-from radar_service.engine.pipeline import noise_power, profiles, tile_azimuths
+from radar_service.engine.pipeline import noise_amplitude, profiles, tile_azimuths
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Floats
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor, ScanPlots
 from radar_service.plots.thresholds import KnownThreshold, Threshold
+from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.receive.detection import square_law
 from radar_service.records.reports import Readings
-from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in
 
 MARGIN = 0.02  # rad beyond the beam in which a body counts as within
+ECHO_BOUND = 2.0  # times the amplitude of a point in free space
+ROUNDING = 1e-4  # of an amplitude: far more than single precision has
+BEARINGS = 2**14  # of the table of gains, on half a circle
+TOGETHER = 16  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
@@ -36,58 +42,63 @@ def has_few(simulator: Simulator, threshold: Threshold) -> bool:
 class FewTiles:
     """The plots of the scans of a simulator."""
 
-    def __init__(self, simulator: Simulator, threshold: Threshold, scans: int) -> None:
+    def __init__(self, simulator: Simulator, threshold: Threshold) -> None:
         self._simulator, self._radar, (self._prepared,) = simulator, simulator.scene.radar, simulator.pulses
         self._level = threshold.of(np.empty((1, 1), dtype=np.float32))[0, 0]
-        self._near = self._passed(scans)
 
-    def _passed(self, scans: int) -> Flags:
-        """In which tiles (scans, T) the beam may pass a body."""
-        radar, scene, tile = self._radar, self._simulator.scene, self._prepared.tile
+    def _bounds(self, scans: range) -> Floats:
+        """Bounds (scans, T) [sqrt(W)] of the echoes in tiles: inf where the beam may pass a body whose power is not declared."""
+        radar, scene, tile, fidelity = self._radar, self._simulator.scene, self._prepared.tile, self._simulator.fidelity
         starts = np.arange(0, radar.azimuths, tile)
         ends = np.minimum(starts + tile, radar.azimuths) - 1
-        number = np.arange(scans)[:, None, None] * radar.azimuths + np.stack([starts, ends], axis=1)
+        number = np.array(scans)[:, None, None] * radar.azimuths + np.stack([starts, ends], axis=1)
         boresight, time = radar.schedule(number.ravel())
-        antenna, near = scene.antenna(time), np.zeros(number.shape[:2], dtype=np.bool_)
-        reach = 2.0 * (self._simulator.fidelity.beam_extent * radar.beamwidth + MARGIN) + (tile + 2) * radar.azimuth_step
+        antenna, bound = scene.antenna(time), np.zeros(number.shape[:2])
+        gain = np.abs(radar.azimuth_gain(np.linspace(0.0, np.pi, BEARINGS + 1)))
+        gain = np.maximum.accumulate(gain[::-1])[::-1]
         for body in scene.bodies:
             offset = body.motion.pose(time).position - antenna
             bearing, distance = np.arctan2(offset[:, 0], offset[:, 1]), np.hypot(offset[:, 0], offset[:, 1])
             width = np.where(distance > 2.0 * body.arm, 2.0 * body.arm / np.maximum(distance, 1.0), np.pi)
             turned = np.abs(wrap_angle(np.diff(bearing.reshape(number.shape), axis=2)))[..., 0]
             away = (np.abs(wrap_angle(boresight - bearing)) - width).reshape(number.shape).sum(axis=2)
-            near |= away <= reach + 2.0 * turned
-        return near
+            away = away / 2.0 - MARGIN - (tile + 2) / 2.0 * radar.azimuth_step - turned
+            near = away <= fidelity.beam_extent * radar.beamwidth
+            if body.mesh or body.reflector or body.swerling or body.rcs is None or scene.environment.multipath:
+                bound[near] = np.inf
+                continue
+            nearest = distance.reshape(number.shape).min(axis=2) - 2.0 * fidelity.visibility_step
+            amplitude = ECHO_BOUND * np.sqrt(body.rcs) * received_amplitude(radar, np.maximum(nearest, 0.0))
+            bound[near] += (amplitude * gain[(np.clip(away, 0.0, np.pi) * (BEARINGS / np.pi)).astype(np.int64)])[near]
+        return bound
+
+    def plots(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, Floats, Readings]]:
+        """Yields the plots of some scans, each with time (1,) [s] and own ship (1,) at its last spoke. extractor: has the scans
+        before."""
+        azimuths, end = self._radar.azimuths, 0
+        crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
+        last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
+        number = np.concatenate([np.append(crossings[n][0], last) for n, last in enumerate(last_spokes)])
+        time, own = self._radar.schedule(number)[1], self._simulator.reported(number)
+        azimuth = own.azimuth if self._simulator.errors else number % azimuths * (2.0 * np.pi / azimuths)
+        for scan, (spoke, cell, power) in zip(scans, crossings, strict=True):
+            first, end = end, end + len(spoke) + 1
+            of, last = slice(first, end - 1), slice(end - 1, end)
+            columns = time[of], azimuth[of], own.position[of, 0], own.position[of, 1]
+            fresh = Detections(spoke, cell, power, np.full(len(spoke), self._level), *columns)
+            size = azimuths * len(self._simulator.range)
+            yield extractor.add_detections(scan, fresh, size, self._simulator.range[0]), time[last], own.part(last)
 
     @BLAS_LIMIT.held()
-    def plots(self, number: int, extractor: PlotExtractor) -> tuple[ScanPlots, TrackerInput]:
-        """Returns the plots of a scan, and own ship at its last spoke. extractor: has the scans before."""
-        radar, parts = self._radar, [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]
-        for start in range(0, radar.azimuths, self._prepared.tile):
-            azimuths = tile_azimuths(self._prepared, number, start)
-            if self._near[number, start // self._prepared.tile] or noise_power(self._prepared, azimuths).max() > self._level:
-                power = square_law(profiles(self._prepared, azimuths))
-                row, cell = np.nonzero(power > self._level)
-                parts.append((azimuths.number[row], cell, power[row, cell].astype(np.float64)))
-        spoke, cell, powers = (np.concatenate(column) for column in zip(*parts, strict=True))
-        spokes = np.append(spoke, (number + 1) * radar.azimuths - 1)
-        time, own = radar.schedule(spokes)[1], self._simulator.reported(spokes)
-        azimuth = own.azimuth if self._simulator.errors else spokes % radar.azimuths * (2.0 * np.pi / radar.azimuths)
-        columns = time[:-1], azimuth[:-1], own.position[:-1, 0], own.position[:-1, 1]
-        fresh = Detections(spoke, cell, powers, np.full(len(spoke), self._level), *columns)
-        size = radar.azimuths * len(self._simulator.range)
-        return extractor.add_detections(number, fresh, size, self._simulator.range[0]), _at_last(number, time, own)
-
-
-def last_spoke(scan: Scan) -> TrackerInput:
-    """Returns own ship at the last spoke of a scan, without plots."""
-    return _at_last(scan.number, scan.time, Readings(scan.azimuth, scan.heading, scan.position, scan.course, scan.speed))
-
-
-def _at_last(number: int, time: Floats, own: Readings) -> TrackerInput:
-    """Own ship (K,) at the last of times (K,) [s] of a scan of that number."""
-    east, north = own.position[-1].tolist()
-    return TrackerInput(
-        scan=number, time=float(time[-1]), east=east, north=north, heading=float(own.heading[-1]), course=float(own.course[-1]),
-        speed=float(own.speed[-1]), plots=(),
-    )  # fmt: skip
+    def _cells(self, scan: int, bounds: Floats) -> list[Any]:
+        """The detections (C,) of a scan: spokes, cells and powers [W]. bounds: (T,) [sqrt(W)] of the echoes in its tiles."""
+        parts = [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]
+        needed = np.sqrt(self._level) * (1.0 - ROUNDING)
+        for start, bound in zip(range(0, self._radar.azimuths, self._prepared.tile), bounds.tolist(), strict=True):
+            azimuths = tile_azimuths(self._prepared, scan, start)
+            if bound < needed and bound + noise_amplitude(self._prepared, azimuths) < needed:
+                continue
+            power = square_law(profiles(self._prepared, azimuths))
+            row, cell = np.nonzero(power > self._level)
+            parts.append((azimuths.number[row], cell, power[row, cell].astype(np.float64)))
+        return [np.concatenate(column) for column in zip(*parts, strict=True)]

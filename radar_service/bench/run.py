@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from radar_service.bench.few_tiles import FewTiles, has_few, last_spoke
+from radar_service.bench.few_tiles import TOGETHER, FewTiles, has_few
 from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
@@ -14,12 +14,14 @@ from radar_service.bench.scores.scan_result import ScanResult, Surroundings, Tar
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Floats
 from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, in_clutter
+from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
 from radar_service.plots.marine import threshold
 from radar_service.plots.plot import Plot
 from radar_service.plots.thresholds import Threshold
+from radar_service.records.reports import Readings
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
@@ -31,11 +33,6 @@ from radar_service.world.scene import Scene
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
 LAND_STEP = 50.0  # m between places of land, within which tracks may be false
 ROUNDING = 1e-6  # s: no state is from the future by less
-
-
-def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises as its parts do."""
-    return answered(observed(scenario, seed), tracker)
 
 
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
@@ -119,16 +116,16 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     simulator = simulator_of(scenario, seed)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)
-    few = FewTiles(simulator, extractor.threshold, scenario.scans) if has_few(simulator, extractor.threshold) else None
-    for number in range(scenario.scans):
-        if few:
-            ended, last = few.plots(number, extractor)
-        else:
-            scan = simulator.scan()
-            ended, last = extractor.add(scan), last_spoke(scan)
-        truths = truths_of(simulator, number, scenario.tracked)
-        plots = with_errors(ended.plots, truths, scenario.plot_errors, last.heading, seed, number, lengths_of(scenario))
-        yield ScanResult(given_from(last, plots, scene.radar.rotation_period), (), truths, ended.flood)
+    few = FewTiles(simulator, extractor.threshold) if has_few(simulator, extractor.threshold) else None
+    lengths, together = lengths_of(scenario), TOGETHER if few else 1
+    for first in range(0, scenario.scans, together):
+        numbers = range(first, min(first + together, scenario.scans))
+        whole = ((extractor.add(scan), scan.time, scan) for scan in (simulator.scan() for _ in numbers))
+        ended: Iterable[tuple[ScanPlots, Floats, Readings | Scan]] = few.plots(numbers, extractor) if few else whole
+        for (plots, time, own), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
+            heading = float(own.heading[-1])
+            erring = with_errors(plots.plots, truths, scenario.plot_errors, heading, seed, plots.scan, lengths)
+            yield ScanResult(_given(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood)
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
@@ -162,30 +159,35 @@ def rule_of(settings: PlotSettings) -> ClusterRule:
 
 def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
     """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
-    return given_from(last_spoke(scan), plots, rotation_period)
+    return _given(scan.number, scan.time, scan, plots, rotation_period)
 
 
-def given_from(last: TrackerInput, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """Returns what a tracker gets of one scan. last: own ship at its last spoke."""
-    end = (last.scan + 1) * rotation_period
-    way = (end - last.time) * last.speed * np.array([np.sin(last.course), np.cos(last.course)])
-    east, north = (np.array([last.east, last.north]) + way).tolist()
-    return replace(last, time=end, east=east, north=north, plots=tuple(plots))
+def _given(number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
+    """What a tracker gets of a scan of that number. time, own: of its last spokes (K,)."""
+    end, course, speed = (number + 1) * rotation_period, float(own.course[-1]), float(own.speed[-1])
+    way = (end - float(time[-1])) * speed * np.array([np.sin(course), np.cos(course)])
+    east, north = (own.position[-1] + way).tolist()
+    return TrackerInput(
+        scan=number, time=end, east=east, north=north, heading=float(own.heading[-1]), course=course, speed=speed,
+        plots=tuple(plots),
+    )  # fmt: skip
 
 
 @BLAS_LIMIT.held()
-def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:
-    """Returns each target at its last crossing in a scan, or at the end of the scan where it has none.
+def truths_of(simulator: Simulator, scans: range, targets: Sequence[str]) -> list[tuple[TargetTruth, ...]]:
+    """Returns each target at its last crossing in some scans, or at the end of a scan where it has none.
 
     Where a target is no point, its power is measured, as far as the simulation can.
     """
     bodies = [body for body in simulator.scene.bodies if body.name in targets]
     measured = any(body.length for body in bodies) and simulator.fidelity.name != "documented"
-    latest = {crossing.body: _crossed(crossing) for crossing in simulator.crossings(scan, radiometric=measured)}
-    if any(body.name not in latest for body in bodies):
-        snapshot = simulator.snapshot(scan)
-        latest = {body.body: _truth(body, snapshot.own_ship) for body in snapshot.bodies} | latest
-    return tuple(latest[body.name] for body in bodies)
+    crossings = simulator.crossings(scans.start, radiometric=measured, count=len(scans))
+    latest = {(crossing.scan, crossing.body): _crossed(crossing) for crossing in crossings}
+    for scan in scans:
+        if any((scan, body.name) not in latest for body in bodies):
+            snapshot = simulator.snapshot(scan)
+            latest = {(scan, body.body): _truth(body, snapshot.own_ship) for body in snapshot.bodies} | latest
+    return [tuple(latest[scan, body.name] for body in bodies) for scan in scans]
 
 
 def _crossed(crossing: Crossing) -> TargetTruth:

@@ -143,6 +143,12 @@ class AisStation(FrozenTable):
     course_deg: float = 0.0
     speed_kn: Annotated[float, Field(ge=0)] = 0.0
 
+    @model_validator(mode="after")
+    def _swaps_at_a_time(self) -> "AisStation":
+        if (self.swap_s is None) != (self.swap_body is None):
+            raise ValueError("swap_s and swap_body: one needs the other")
+        return self
+
     def body_at(self, time: float) -> str | None:
         """Returns the target whose motion it reports at a time [s]."""
         return self.body if self.swap_s is None or time < self.swap_s else self.swap_body

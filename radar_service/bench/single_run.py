@@ -21,7 +21,7 @@ from radar_service.bench.scores.set_scores import allowed_distance
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
-from radar_service.bench.video import Video, program_on_video, video_of
+from radar_service.bench.video import Video, VideoError, program_on_video, video_of
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.scene_file.load import load_scene
 from radar_service.terminal.progress import progress
@@ -127,13 +127,13 @@ def _tracked(
         else:
             results.extend(answered(observed, tracker, video is not None))
         if video and (fault := video.fault()):
-            raise TrackerError(f"video: {fault}")
+            raise VideoError(f"video: {fault}")
     except BaseException as error:
         if line_tracker:
             line_tracker.close()
         if not isinstance(error, TrackerError):
             raise
-        if video and not str(error).startswith("video:") and (fault := video.fault()):
+        if video and not isinstance(error, VideoError) and (fault := video.fault()):
             error = type(error)(f"video: {fault}; then {error}")
         last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
         return results, _failed(error, len(results), *last)

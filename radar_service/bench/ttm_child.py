@@ -1,7 +1,7 @@
 """A radar plotter of others under test, unmodified: `python -m radar_service.bench.ttm_child PROGRAM ...`.
 
-The program writes NMEA 0183 to its standard output; its TTM are the tracks. `{feed}` and `{address}` in its arguments stand for
-those of the radar, which turns in real time.
+The program writes NMEA 0183 to its standard output, or sends it to `{udp}`, a port of this machine; its TTM are the tracks.
+`{feed}` and `{address}` in its arguments stand for those of the radar, which turns in real time.
 """
 
 import json
@@ -11,9 +11,10 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from functools import reduce
+from functools import partial, reduce
+from socket import AF_INET, SOCK_DGRAM, socket
 from threading import Condition, Thread
-from typing import Any, TextIO
+from typing import IO, Any, TextIO
 
 from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
 from radar_service.radar_feed import OwnShip, own_ships
@@ -21,6 +22,9 @@ from radar_service.radar_feed import OwnShip, own_ships
 SENTENCE = re.compile(r"\$([A-Z]{2}TTM,([ -~]*))\*([0-9A-F]{2})")
 METRES = {"N": NAUTICAL_MILE, "K": 1000.0, "S": 1609.344}
 MS = {"N": KNOT, "K": 1.0 / 3.6, "S": 0.44704}
+MAX_LINE = 1000  # characters of a line of a program, or of a part of it; a sentence has 82
+MAX_DATAGRAM = 65536
+LAST_WORDS = 1.0  # s for what a program has written: what it leaves behind may hold its output open
 WAIT_SECONDS = 50.0  # for the end of a scan, of the minute that an answer may take
 
 
@@ -89,20 +93,39 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     video = json.loads(next(lines)).get("video")
     if video is None:  # the bench only looks whether the program starts
         return
-    command = [word.replace("{feed}", video["feed"]).replace("{address}", video["address"]) for word in words]
-    plotter = Plotter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace") as program:
-        assert program.stdout is not None
-        listening = Thread(target=plotter.listen, args=(program.stdout,), daemon=True)
-        listening.start()
-        Thread(target=plotter.follow, args=(own_ships(video["feed"]),), daemon=True).start()
-        try:
-            for scan in map(json.loads, lines):
-                answer = {"type": "tracks", "scan": scan["scan"], "tracks": plotter.tracks(scan["time"])}
-                print(json.dumps(answer), file=answers, flush=True)
-        finally:
-            program.kill()
-            listening.join()
+    plotter, port = Plotter(), socket(AF_INET, SOCK_DGRAM)
+    port.bind(("127.0.0.1", 0))
+    places = {"{feed}": video["feed"], "{address}": video["address"], "{udp}": str(port.getsockname()[1])}
+    command = [reduce(lambda word, key: word.replace(key, places[key]), places, word) for word in words]
+    program = subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace")
+    assert program.stdout is not None
+    Thread(target=plotter.follow, args=(own_ships(video["feed"]),), daemon=True).start()
+    listening = [Thread(target=plotter.listen, args=(of,), daemon=True) for of in (_written(program.stdout), _sent(port))]
+    for thread in listening:
+        thread.start()
+    try:
+        for scan in map(json.loads, lines):
+            answer = {"type": "tracks", "scan": scan["scan"], "tracks": plotter.tracks(scan["time"])}
+            print(json.dumps(answer), file=answers, flush=True)
+    finally:
+        program.kill()
+        program.wait()
+        port.sendto(b"", port.getsockname())
+        for thread in listening:
+            thread.join(LAST_WORDS)
+
+
+def _written(output: IO[str]) -> Iterator[str]:
+    """Yields the lines of a program."""
+    with output:
+        yield from iter(partial(output.readline, MAX_LINE), "")
+
+
+def _sent(port: socket) -> Iterator[str]:
+    """Yields the lines of datagrams, to an empty one."""
+    while data := port.recv(MAX_DATAGRAM):
+        yield from data.decode("ascii", "replace").splitlines()
+    port.close()
 
 
 if __name__ == "__main__":

@@ -33,6 +33,10 @@ TTM_CHILD = "radar_service.bench.ttm_child"
 HEALTH_SECONDS = 20.0
 
 
+class VideoError(TrackerError):
+    """The service of the video, not the program, has failed."""
+
+
 @dataclass(frozen=True)
 class Video:
     """The video of one run. header: what a program is told of it."""
@@ -62,7 +66,7 @@ class Video:
 def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
     """Runs the service of a scenario and a seed. plots: the folder that keeps truth, and the scene until the service has it.
 
-    Raises TrackerError where the service does not start, SceneError and OSError.
+    Raises VideoError where the service does not start, SceneError and OSError.
     """
     scene = scenario.scene_for(seed)
     ids = [entry.id for entry in radar_entries(model_from(scene).radar)]
@@ -78,9 +82,12 @@ def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
         try:
             started = running.__enter__()
         except RuntimeError as error:
-            raise TrackerError(f"video: {scenario.name}: {error}") from None
+            raise VideoError(f"video: {scenario.name}: {error}") from None
     try:
-        release(started.address, [other for other in ids if other != radar])
+        try:
+            release(started.address, [other for other in ids if other != radar])
+        except RuntimeError as error:
+            raise VideoError(f"video: {scenario.name}: {error}") from None
         yield Video(_header(scenario, started.address, radar), started)
     finally:
         running.__exit__(None, None, None)

@@ -1,7 +1,6 @@
 """The command `check`: validates a scene, and lists what it contains."""
 
 import argparse
-import sys
 from dataclasses import replace
 
 from radar_service.commands.shared_options import add_radar, add_scene
@@ -12,10 +11,6 @@ from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.vessel_walls import upright_warnings
 from radar_service.scene_file.describe import describe, overview
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.readers.mesh import LoadedBody
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, BodyFile
-
-LARGE = 10 * 2**20  # bytes of a file, which take some seconds to read
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,21 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; returns the exit status. Raises SceneError."""
-    scene = load_scene(options.scene, mesh_reader=_ReportingReader()).for_radar(options.radar)
+    scene = load_scene(options.scene).for_radar(options.radar)
     upright = upright_warnings([body for body in scene.bodies if scattering_model(body).by_aspect], scene.environment)
     scene = replace(scene, warnings=(*scene.warnings, *upright))
     remarks = body_remarks(scene, fidelity_for(scene, ErrorBudget()))
     print(describe(scene, remarks) if options.all else overview(scene, remarks))
     return 0
-
-
-class _ReportingReader:
-    """Reads files in this process, and says on standard error which large one it reads."""
-
-    max_triangles = IN_PROCESS.max_triangles
-
-    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
-        """Returns the bodies in a file. Raises SceneError if there is no usable one."""
-        if len(file.content) >= LARGE:
-            print(f"reading {file.location}, {len(file.content) / 2**20:.0f} MiB", file=sys.stderr, flush=True)
-        return IN_PROCESS.read(file)

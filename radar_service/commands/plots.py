@@ -23,6 +23,8 @@ from radar_service.trace.land_mask import LandMask
 from radar_service.world.scene import Scene
 
 NEVER = "-"
+GUARD, WINDOW = 100.0, 300.0  # m
+MAX_PLOTS = 10_000  # of a scan: the strongest
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,15 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     choices, usual = ["known", "ca", "os", "marine"], "default marine in sea, rain and land, else ca"
     parser.add_argument("--threshold", choices=choices, help=f"see docs/plots.md ({usual})")
     parser.add_argument("--pfa", type=_probability, help="false alarms per cell (default 1e-4; of marine 5e-6)")
-    beside, averaged, near = (
-        "length beside a cell, not averaged",
-        "length averaged on each side",
-        "plots nearer are left out",
-    )
-    for name, default, text in (("guard", 100.0, beside), ("window", 300.0, averaged), ("nearest", 0.0, near)):
-        parser.add_argument(f"--{name}-m", default=default, type=_length, metavar="M", help=f"{text} (default {default:g})")
-    strongest = "the strongest of a scan (default 10000)"
-    add_whole_number(parser, "--max-plots", 10_000, 1, 10_000, metavar="N", help=strongest)
+    parser.add_argument("--nearest-m", default=0.0, type=_length, metavar="M", help="plots nearer are left out")
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
     parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
     add_unit(parser, "--png")
@@ -68,7 +62,7 @@ def _plots(options: argparse.Namespace) -> int:
     tell = partial(print, file=sys.stderr, flush=True)
     scene = simulator.scene
     extractor = PlotExtractor(
-        scene.radar, _threshold(options, scene), max_plots=options.max_plots, nearest=options.nearest_m, tell=tell,
+        scene.radar, _threshold(options, scene), max_plots=MAX_PLOTS, nearest=options.nearest_m, tell=tell,
         land=LandMask.of(scene.bodies),
     )  # fmt: skip
     report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
@@ -83,7 +77,7 @@ def _plots(options: argparse.Namespace) -> int:
 def _threshold(options: argparse.Namespace, scene: Scene) -> Threshold:
     kind = options.threshold or ("marine" if in_clutter(scene) else "ca")
     pfa = options.pfa or (PFA if kind == "marine" else 1e-4)
-    return threshold(kind, scene.radar, pfa, options.guard_m, options.window_m)
+    return threshold(kind, scene.radar, pfa, GUARD, WINDOW)
 
 
 def _progress(simulator: Simulator, scans: Iterable[Scan], count: int) -> Iterable[Scan]:

@@ -149,7 +149,7 @@ def _radars(make: "Callable[[SceneRequest], SceneProcess]", scene_request: "Scen
 
 def access_for(options: argparse.Namespace) -> Access:
     """Returns who may do what. Raises AccessError where other machines reach the server and no option protects it."""
-    command, read = token(options.token, options.token_file), token(options.read_token, options.read_token_file)
+    command, read = token(options.token_file), token(options.token_file_for_reading)
     if command is None and not is_loopback(options.host) and not options.insecure:
         raise AccessError(
             f"--host: {options.host} is open to other machines, and anybody there could command the radar; give "
@@ -157,7 +157,7 @@ def access_for(options: argparse.Namespace) -> Access:
         )
     if command is None and read is not None:
         raise AccessError(
-            "--token-for-reading: protects nothing where everybody may command; give --token-file FILE as well"
+            "--token-file-for-reading: protects nothing where everybody may command; give --token-file FILE as well"
         )
     return Access(command, read, frozenset(name.lower() for name in (options.host, *options.allow_host)))
 
@@ -169,15 +169,12 @@ def _blind(options: argparse.Namespace) -> Access:
     return replace(access_for(options), command=secrets.token_hex(32), lossless=True)
 
 
-def token(text: str | None, path: Path | None) -> str | None:
-    """Returns a token from the command line or from the first line of a file.
-
-    Raises AccessError, which does not repeat the token.
-    """
-    if path is not None:
-        lines = path.read_text(errors="replace").splitlines()
-        text = lines[0].strip() if lines else ""
+def token(path: Path | None) -> str | None:
+    """Returns the token in the first line of a file; None without a file. Raises AccessError, which does not repeat the token."""
+    if path is None:
+        return None
+    lines = path.read_text(errors="replace").splitlines()
     try:
-        return None if text is None else checked_token(text)
+        return checked_token(lines[0].strip() if lines else "")
     except ValueError as error:
-        raise AccessError(f"{path or '--token'}: {error}") from None
+        raise AccessError(f"{path}: {error}") from None

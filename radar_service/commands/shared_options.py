@@ -120,15 +120,7 @@ def add_network(groups: Mapping[str, "argparse._ActionsContainer"]) -> None:
 def _add_access(may: "argparse._ActionsContainer") -> None:
     """Adds the options that decide who may do what."""
     may.add_argument("--truth", action="store_true", help="allow clients to read the truth")
-    may.add_argument(
-        "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"
-    )
-    may.add_argument("--token-file", type=Path, metavar="FILE", help="a file whose first line is that token")
-    may.add_argument("--token-for-reading", dest="read_token", metavar="TOKEN", help="token that reading needs")
-    may.add_argument(
-        "--token-file-for-reading", dest="read_token_file", type=Path, metavar="FILE",
-        help="a file whose first line is that token",
-    )  # fmt: skip
+    for name, needs in (("--token-file", "every change"), ("--token-file-for-reading", "reading")):
+        may.add_argument(name, type=Path, metavar="FILE", help=f"a file whose first line is a token that {needs} needs")
     may.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
-    for name, of in (("--connections", ""), ("--connections-per-address", " from one other machine")):
-        add_whole_number(may, name, None, 1, 100_000, metavar="N", help=f"maximum number of connections{of}")
+    add_whole_number(may, "--connections", None, 1, 100_000, metavar="N", help="maximum number of connections")

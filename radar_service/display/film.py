@@ -1,7 +1,5 @@
-"""Films of pictures: an animated GIF, or an MP4 where ffmpeg is on the PATH."""
+"""Films of pictures: an animated GIF."""
 
-import shutil
-import subprocess
 from collections.abc import Iterable
 from functools import lru_cache
 from io import BytesIO
@@ -54,48 +52,3 @@ def _gif_parts(frame: Page, duration_ms: int, palette: str) -> tuple[bytes, byte
     data = out.getvalue()
     split = GIF_HEADER + 3 * 2 ** ((data[10] & 7) + 1)
     return data[:split], data[split:-1]
-
-
-def ffmpeg() -> str:
-    """The path of ffmpeg. Raises OSError with the remedy where there is none."""
-    path = shutil.which("ffmpeg")
-    if path is None:
-        raise OSError("MP4 needs ffmpeg on the PATH, and there is none; install it (apt-get install ffmpeg), or choose .gif")
-    return path
-
-
-def write_mp4(path: Path, frames: Iterable[Page], fps: int) -> None:
-    """Writes a film with ffmpeg. Raises OSError where there is no ffmpeg, or it fails."""
-    process = None
-    with written(path) as part:
-        try:
-            for frame in frames:
-                process = process or _encoder(part, frame.size, fps)
-                assert process.stdin is not None
-                process.stdin.write(frame.convert("RGB").tobytes())
-            _finish(process)
-        except BrokenPipeError:
-            _finish(process)  # which raises the reason
-        finally:
-            if process:
-                process.kill()
-                process.communicate()
-
-
-def _encoder(path: Path, size: tuple[int, int], fps: int) -> subprocess.Popen[bytes]:
-    """An ffmpeg process that reads raw pictures. Sides are padded to even sizes, as players halve the resolution of colours."""
-    command = [
-        ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}",
-        "-r", str(fps), "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-f", "mp4",
-        "-movflags", "+faststart", str(path),
-    ]  # fmt: skip
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-def _finish(process: subprocess.Popen[bytes] | None) -> None:
-    if process is None:
-        raise OSError("a film needs at least one picture")
-    _, errors = process.communicate()
-    if process.returncode:
-        reason = errors.decode(errors="replace").strip()[-500:]
-        raise OSError(f"ffmpeg ended with {process.returncode}: {reason or 'without a message'}")

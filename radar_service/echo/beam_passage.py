@@ -10,6 +10,7 @@ Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to fir
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -96,8 +97,6 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> list[ObservedEchoes]:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths."""
-        if not self._aspects:
-            return []
         spoke = self._scene.radar.spokes_at(azimuths.time)
         parts = list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self.key]
@@ -112,9 +111,10 @@ class BeamPassages:
                         parts.append(replace(observed, fade=np.broadcast_to(fade, (len(observed.echoes), len(spoke)))))
         return ObservedEchoes.joined(parts)
 
-    def _placed(self, n: int, echoes: BodyEchoes, time: float) -> Floats:
-        """Positions (M, 3) of echoes of body n on the map at `time` [s]."""
-        return self._poses.at(np.array([time]), np.array([n])).map_from_bodies(0, echoes.position, np.full(len(echoes), n))
+    def _placed(self, n: int, evaluated: Sequence[BodyEchoes], time: float) -> list[Floats]:
+        """Positions (M, 3) of each of the echoes of body n on the map at `time` [s]."""
+        poses = self._poses.at(np.array([time]), np.array([n]))
+        return [poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n)) for echoes in evaluated]
 
     def node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke, kept for all azimuths that need them; those bodies occlude that are present
@@ -154,8 +154,7 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        some = self._may_pass(time, middle, half)
-        if not len(some):
+        if not self._aspects or not len(some := self._may_pass(time, middle, half)):
             return []
         bearing, distance = self._bearings(time, some)
         off = wrap_angle(bearing - middle)
@@ -221,11 +220,16 @@ class BeamPassages:
         def slack(nodes: Indices) -> Floats:
             return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
 
-        def evaluate(spoke: int, at: int) -> Fields:
-            echoes, then = self.node(n, spoke, time).echoes, radar.time_of_spokes(float(at))
+        def evaluate(spokes: Sequence[int], at: int) -> list[Fields]:
+            evaluated = [self.node(n, spoke, time).echoes for spoke in spokes]
             if self._bodies[n].motion.sway is None:
-                return by_centre(echoes)
-            return by_range(echoes, np.linalg.norm(self._placed(n, echoes, then) - self._scene.antenna(then), axis=1), radar)
+                return [by_centre(echoes) for echoes in evaluated]
+            then = radar.time_of_spokes(float(at))
+            antenna, placed = self._scene.antenna(then), self._placed(n, evaluated, then)
+            return [
+                by_range(echoes, np.linalg.norm(position - antenna, axis=1), radar)
+                for echoes, position in zip(evaluated, placed, strict=True)
+            ]
 
         parts = []
         for stretch in stretches(corners.tolist(), reach):
@@ -279,7 +283,8 @@ class BeamPassages:
         if self._at_rest:
             alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
             echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
-        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), self._placed(n, echoes, instant.time))
+        (position,) = self._placed(n, [echoes], instant.time)
+        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
     def _bearings(self, time: float, some: Indices | None = None) -> tuple[Floats, Floats]:
         """Bearings (M,) [rad] and ground distances (M,) [m] of the middles of some bodies (M,), None: of all."""

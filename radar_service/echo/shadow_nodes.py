@@ -35,7 +35,7 @@ class Fields(NamedTuple):
     field: Complexes
 
 
-Evaluate = Callable[[int, int], Fields]  # at a node, and as they are at another spoke
+Evaluate = Callable[[Sequence[int], int], list[Fields]]  # at nodes, and as they are at one spoke
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,14 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
     """The nodes (M,) that are needed [spokes, rising], the first and the last one always.
 
     unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
-    evaluate: the fields at a node, as they are at another spoke.
+    evaluate: the fields at nodes, as they are at one spoke.
     """
     stride, last = SKIPPED, len(nodes) - 1
     if len(unshaded) > 1:
         while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
             stride //= 2
     firm = sorted({*range(0, last, stride), last})
-    size = max(float(np.linalg.norm(evaluate(*2 * (int(nodes[row]),)).field)) for row in firm)
+    size = max(float(np.linalg.norm(evaluate([int(nodes[row])], int(nodes[row]))[0].field)) for row in firm)
     allowed = CHANGE * size * slack(nodes)
     chosen = set(firm)
     left = list(zip(firm[:-1], firm[1:], strict=True))
@@ -104,7 +104,7 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
         middle = _middle(nodes, begin, end)
         chosen.add(middle)
         share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
-        before, between, after = (evaluate(int(nodes[row]), int(nodes[middle])) for row in (begin, middle, end))
+        before, between, after = evaluate(nodes[[begin, middle, end]].tolist(), int(nodes[middle]))
         if _bend(before, between, after, share) > allowed[middle]:
             left += [(begin, middle), (middle, end)]
     return nodes[_graded(sorted(chosen))]

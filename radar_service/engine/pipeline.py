@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy.fft
 
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
@@ -224,11 +225,10 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
         integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
 
 
-@BLAS_LIMIT.held()
-def noise_power(prepared: Prepared, azimuths: AzimuthTimes) -> Singles:
-    """Power (K, bins) [W] of the azimuths (K,) of one tile, where they have receiver noise alone."""
+def noise_amplitude(prepared: Prepared, azimuths: AzimuthTimes) -> float:
+    """The greatest amplitude [sqrt(W)] in the azimuths (K,) of one tile, beyond the last bin too, were there noise alone."""
     noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
-    return square_law(prepared.compression.all_from_spectrum(noise))
+    return float(np.abs(scipy.fft.ifft(noise, axis=1, overwrite_x=True)).max())
 
 
 def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:

@@ -4,9 +4,11 @@ A timeline says which errors are in force at which spoke, where they change whil
 """
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -120,28 +122,33 @@ class ErrorReporter:
         """Returns what the feed sends when the spokes of a block are due: blocks of consecutive spokes, in order."""
         return self._arranger.arranged(block, self._feed_law(block.first))
 
-    def own_ship(self, own: OwnShipTruth, spoke: int, earlier: Earlier) -> ReportedOwnShip | None:
-        """Returns own ship with the errors that a spoke reports; None where no errors are in force."""
-        errors = self._timeline.at(spoke)
-        if errors is None:
-            return None
-        number = np.array([spoke])
-        true = earlier(number)
-        reported = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
-        offset = np.append(reported.position[0] - true.position[0], 0.0)
-        heading, course = (
-            None if np.isnan(value[0]) else float(wrap_bearing(true_angle + wrap_angle(value - was)[0]))
-            for true_angle, value, was in (
-                (own.heading, reported.heading, true.heading),
-                (own.course, reported.course, true.course),
+    def own_ships(
+        self, own: Sequence[OwnShipTruth], spokes: Sequence[int], earlier: Earlier
+    ) -> list[ReportedOwnShip | None]:  # fmt: skip
+        """Returns own ship at some instants (K,) with the errors that spokes (K,) report; None where no errors are in force."""
+        result: list[ReportedOwnShip | None] = []
+        for errors, group in groupby(zip(own, spokes, strict=True), lambda each: self._timeline.at(each[1])):
+            some, numbers = zip(*group, strict=True)
+            if errors is None:
+                result += [None] * len(some)
+                continue
+            true = earlier(number := np.array(numbers))
+            there = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
+            offset, lost = np.pad(there.position - true.position, ((0, 0), (0, 1))), np.isnan(there.heading)
+            none: Any = np.array(None)
+            heading = np.where(
+                lost, none, wrap_bearing([each.heading for each in some] + wrap_angle(there.heading - true.heading))
             )
-        )
-        expected = true.azimuth - true.heading if heading is None else true.azimuth
-        east, north, up = (np.asarray(own.position) + offset).tolist()
-        return ReportedOwnShip(
-            position=(east, north, up), heading=heading, course=course, speed=own.speed + float((reported.speed - true.speed)[0]),
-            azimuth_error=float(wrap_angle(reported.azimuth - expected)[0]),
-        )  # fmt: skip
+            course = np.where(
+                lost, none, wrap_bearing([each.course for each in some] + wrap_angle(there.course - true.course))
+            )
+            error = wrap_angle(there.azimuth - (true.azimuth - np.where(lost, true.heading, 0.0)))
+            position = ([each.position for each in some] + offset).tolist()
+            speed = [each.speed for each in some] + (there.speed - true.speed)
+            columns = map(tuple, position), heading.tolist(), course.tolist(), speed.tolist(), error.tolist()
+            names = "position", "heading", "course", "speed", "azimuth_error"
+            result += [ReportedOwnShip(**dict(zip(names, row, strict=True))) for row in zip(*columns, strict=True)]
+        return result
 
     def counts(self, scan: int) -> FeedErrorCounts | None:
         """Returns what happens to the spokes of a scan; None where no errors of the feed are in force."""

@@ -465,10 +465,14 @@ static enum Seen seen_by(Aspect *a, View *view, int piece, double water) {
     Polygon whole = piece_of(a->scene, piece);
     double area = area_of(&whole);
     a->kept.n = 0;
-    add_region(&a->kept, &whole);
-    hide(a, &a->kept, view, &whole, piece, NULL, view->leg.eye, water);
+    if (!is_covered(a, view, &whole, piece, water)) {
+        add_region(&a->kept, &whole);
+        hide(a, &a->kept, view, &whole, piece, NULL, water);
+        if (!a->kept.n && view->told) view->hider = view->telling[view->told - 1];
+    }
     int is_whole = a->kept.n == 1 && a->kept.at[0].n == whole.n && fabs(area_of(a->kept.at) - area) <= 1e-12 * area;
     view->seen[piece] = (signed char)(a->kept.n == 0 ? HIDDEN : is_whole ? WHOLE : PARTLY);
+    if (view->seen[piece] == PARTLY) remember(view, piece, &a->kept);
     return (enum Seen)view->seen[piece];
 }
 
@@ -489,11 +493,11 @@ static void single_fields(Aspect *a, double water) {
             if (seen == HIDDEN) continue;
             Path path = {0, {0, 0}, s, {eye, eye, eye}};
             a->lit.n = 0;
-            add_region(&a->lit, &whole);
-            if (seen == PARTLY) hide(a, &a->lit, view, &whole, piece, NULL, eye, water);
+            if (seen == WHOLE) add_region(&a->lit, &whole);
+            if (seen == PARTLY) parts_of(a, &a->lit, view, &whole, piece, water);
             if (own) radiate(a, &a->lit, &path, view, piece);
             if (!mixed || seen_by(a, mixed, piece, water) == HIDDEN) continue;
-            if (mixed->seen[piece] == PARTLY) hide(a, &a->lit, mixed, &whole, piece, NULL, mixed->leg.eye, water);
+            if (mixed->seen[piece] == PARTLY) hide(a, &a->lit, mixed, &whole, piece, NULL, water);
             radiate(a, &a->lit, &path, mixed, piece);
         }
     }
@@ -515,14 +519,21 @@ static Polygon window_of(const Polygon *region, Vec eye, Plane plane) {
  * may overlap by as much as pieces are off their planes. */
 static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *part) {
     double rise = 0.0;
-    *part = piece_of(scene, piece);
+    const Vec *corner = scene->corner + scene->first[piece];
+    int corners = scene->first[piece + 1] - scene->first[piece], cuts[MOST + 2], count = 0;
     for (int k = 0; k < beam->n; k++) {
-        int any = 0;
-        for (int i = 0; i < part->n && !any; i++) any = height_over(beam->at[k], part->at[i]) > THIN;
+        int any = 0, all = 1;
+        for (int i = 0; i < corners; i++) {
+            double height = height_over(beam->at[k], corner[i]);
+            any |= height > THIN;
+            all &= height >= -THIN;
+        }
         if (!any) return 0;
+        if (!all) cuts[count++] = k;
     }
-    for (int k = 0; k < beam->n; k++)
-        if (!keep_before(part, beam->at[k])) return 0;
+    *part = piece_of(scene, piece);
+    for (int k = 0; k < count; k++)
+        if (!keep_before(part, beam->at[cuts[k]])) return 0;
     for (int i = 0; i < part->n; i++) rise = larger(rise, height_over(beam->at[0], part->at[i]));
     return part->n > 2 && rise > FLUSH && area_of(part) > SPECK;
 }
@@ -544,10 +555,10 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
             for (int k = path->n - 1; k >= 0; k--) window[k] = window_of(&window[k + 1], path->eye[k + 1], scene->plane[path->chain[k]]);
             a->lit.n = 0;
             add_region(&a->lit, region);
-            if (seen_by(a, out, path->chain[0], water) == PARTLY) hide(a, &a->lit, out, window, path->chain[0], path, eye, water);
+            if (seen_by(a, out, path->chain[0], water) == PARTLY) hide(a, &a->lit, out, window, path->chain[0], path, water);
             for (int k = 0; k < path->n && a->lit.n; k++) {
                 int to = k + 1 < path->n ? path->chain[k + 1] : last;
-                hide_between(a, &a->lit, path->chain[k], to, &window[k + 1], path->eye[k + 1], k + 1 < path->n ? path : NULL, eye);
+                hide_between(a, &a->lit, path->chain[k], to, &window[k + 1], path->eye[k + 1], k + 1 < path->n ? path : NULL);
             }
             made = 1;
         }
@@ -556,7 +567,7 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
             radiate(a, &a->lit, path, back, last);
         } else {
             copy_regions(&a->kept, &a->lit);
-            hide(a, &a->kept, back, region, last, NULL, back->leg.eye, water);
+            hide(a, &a->kept, back, region, last, NULL, water);
             radiate(a, &a->kept, path, back, last);
         }
     }
@@ -565,9 +576,7 @@ static void bounce_fields(Aspect *a, const Path *path, int last, const Polygon *
 /* Narrows a window, a piece that an eye sees in part, to a box about what it sees. */
 static void narrow(Aspect *a, View *view, int piece, Polygon *window, double water) {
     Vec along = unit_of(vsub(window->at[1], window->at[0])), axes[2] = {along, vcross(a->scene->plane[piece].normal, along)};
-    a->kept.n = 0;
-    add_region(&a->kept, window);
-    hide(a, &a->kept, view, window, piece, NULL, view->leg.eye, water);
+    parts_of(a, &a->kept, view, window, piece, water);
     for (int side = 0; side < 4; side++) {
         Plane end = {vscale(axes[side / 2], side % 2 ? 1.0 : -1.0), INFINITY};
         for (int64_t k = 0; k < a->kept.n; k++)

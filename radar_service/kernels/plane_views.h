@@ -6,7 +6,7 @@
 #include "phasors.h"
 #include "polygons.h"
 
-enum { WAYS = 2, LEVELS = 17, FAN = 4, CELLS = 128 };
+enum { WAYS = 2, LEVELS = 17, FAN = 4, CELLS = 128, MOST_KEPT = 1 << 23 };
 
 static const double ROUNDED = 4e-6; /* of the radius of a scene: by which boxes in single precision are too large */
 
@@ -27,20 +27,23 @@ static int add_planes_of_edges(const Vec *corner, int corners, Vec eye, Vec midd
     return count;
 }
 
-/* Takes out of regions the shadow that a convex occluder, with its plane, throws from an eye; `first`: also of regions that lie in
- * this plane, so that of two layers in one place one counts. What no shadow meets stays as it is. */
-static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plane plane, int first) {
-    Plane sides[MOST + 1];
-    int count = 0;
+/* The planes that a shadow lies above which a convex occluder throws from an eye, its own plane first; none of one seen edge on. */
+static int shadow_sides(const Polygon *occluder, Vec eye, Plane plane, Plane *sides) {
     double toward = height_over(plane, eye);
-    if (fabs(toward) < THIN) return;
-    Vec middle = vec(0.0, 0.0, 0.0);
-    for (int i = 0; i < corners; i++) middle = vadd(middle, occluder[i]);
-    middle = vscale(middle, 1.0 / corners);
-    sides[count].normal = vscale(plane.normal, toward > 0.0 ? -1.0 : 1.0); /* the eye is below, the shadow above */
-    sides[count++].offset = (toward > 0.0 ? -plane.offset : plane.offset) - (first ? 2.0 * THIN : 0.0);
-    count = add_planes_of_edges(occluder, corners, eye, middle, sides, count);
-    int64_t before = list->n;
+    if (fabs(toward) < THIN) return 0;
+    sides[0].normal = vscale(plane.normal, toward > 0.0 ? -1.0 : 1.0);
+    sides[0].offset = toward > 0.0 ? -plane.offset : plane.offset;
+    return add_planes_of_edges(occluder->at, occluder->n, eye, middle_of(occluder), sides, 1);
+}
+
+/* Takes a shadow out of regions; `first`: also of regions that lie in the plane of its occluder, so that of two layers in one place
+ * one counts. What no shadow meets stays as it is. Returns whether anything changes. */
+static int shade(Regions *list, const Plane *planes, int count, int first) {
+    Plane sides[MOST + 1];
+    int changed = 0;
+    int64_t before = count ? list->n : 0;
+    memcpy(sides, planes, (size_t)count * sizeof(Plane));
+    sides[0].offset -= first ? 2.0 * THIN : 0.0;
     list->work += before;
     for (int64_t k = 0; k < before && !list->failed; k++) {
         int met = 1;
@@ -55,7 +58,7 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
         }
         if (!met) continue;
         halve_if_large(list, k, count);
-        if (list->failed) return;
+        if (list->failed) return 1;
         Polygon rest, inside, outside[MOST + 1];
         int lit = 0, gone = 0;
         copy_polygon(&rest, list->at + k);
@@ -70,6 +73,7 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
             gone = part == NOTHING || rest.n < 3;
         }
         if (gone || area_of(&rest) < SPECK) continue;
+        changed = 1;
         if (!lit) {
             copy_polygon(list->at + k, list->at + list->n - 1);
             if (--list->n < before) {
@@ -81,6 +85,7 @@ static void shade(Regions *list, const Vec *occluder, int corners, Vec eye, Plan
         copy_polygon(list->at + k, outside);
         for (int i = 1; i < lit; i++) add_region(list, outside + i);
     }
+    return changed;
 }
 
 /* Of leg_rays.c. */
@@ -126,6 +131,27 @@ typedef struct {
     float *box[LEVELS];
 } Tree;
 
+/* Numbers that are kept, as many as MOST_KEPT; place 0 is that of none. */
+typedef struct {
+    double *at;
+    int n, room;
+} Store;
+
+/* The place of `count` numbers more; 0: there is no room, and what they say is computed anew. */
+static int keep(Store *store, int64_t count) {
+    int64_t place = store->n ? store->n : 1;
+    if (place + count > MOST_KEPT) return 0;
+    if (place + count > store->room) {
+        int room = (int)(2 * (place + count));
+        double *wider = realloc(store->at, (size_t)room * sizeof(double));
+        if (!wider) return 0;
+        store->at = wider;
+        store->room = room;
+    }
+    store->n = (int)(place + count);
+    return (int)place;
+}
+
 /* What lies before an eye: projected boxes of the pieces that face it, in a grid. By the sea their images in it come after them,
  * numbered from n on: they stop rays on their way down. Other bodies' screens are numbered from 2 n on. */
 typedef struct {
@@ -139,6 +165,10 @@ typedef struct {
     int *begin, *member; /* of cells */
     int *stamp, now;
     signed char *seen; /* of each piece of the scene: as of `Seen` */
+    Store kept;
+    int *shadow, *part; /* places there: of an occluder's `shadow_sides`; of what `remember` says of a piece */
+    int *telling, told; /* what took something out of the latest piece that was `seen_by` this view */
+    int hider;          /* what hid the latest piece that was hidden, -1: nothing */
 } View;
 
 enum Seen { BACK = 0, HIDDEN, UNKNOWN, PARTLY, WHOLE };
@@ -342,7 +372,11 @@ static int look(View *view, const Scene *scene, const Leg *leg, int level, doubl
     view->box = malloc(sizeof(double) * 5 * (size_t)(most + 1));
     view->stamp = calloc((size_t)(most + 1), sizeof(int));
     view->seen = malloc((size_t)(scene->n + 1));
-    if (!view->which || !view->box || !view->stamp || !view->seen) return 0;
+    view->shadow = calloc((size_t)(most + 1), sizeof(int));
+    view->part = calloc((size_t)(scene->n + 1), sizeof(int));
+    view->telling = malloc(sizeof(int) * (size_t)(most + 1));
+    view->hider = -1;
+    if (!view->which || !view->box || !view->stamp || !view->seen || !view->shadow || !view->part || !view->telling) return 0;
     double high[2] = {-INFINITY, -INFINITY};
     view->low[0] = view->low[1] = INFINITY;
     for (int number = 0; number < most; number++) {
@@ -399,6 +433,10 @@ static void free_view(View *view) {
     free(view->box);
     free(view->stamp);
     free(view->seen);
+    free(view->shadow);
+    free(view->part);
+    free(view->telling);
+    free(view->kept.at);
     free(view->begin);
     free(view->member);
 }
@@ -409,54 +447,133 @@ typedef struct {
     Vec eye[3];
 } Path;
 
-/* Shades a region on a piece from an occluder that lies before it, mirrored in the last `from` pieces of a path. */
-static void shade_by(const Scene *scene, Regions *list, Polygon *occluder, Plane plane, const Path *path, int from, Vec eye, int first) {
+/* Shades regions on a piece from an occluder that lies before it, mirrored in the last `from` pieces of a path. */
+static void shade_by(const Scene *scene, Regions *list, Polygon *occluder, Plane plane, const Path *path, int from) {
+    Plane sides[MOST + 1];
     for (int k = from; k < path->n; k++) {
         Plane mirror = scene->plane[path->chain[k]];
         for (int i = 0; i < occluder->n; i++) occluder->at[i] = mirrored(occluder->at[i], mirror);
         plane.normal = reflected(plane.normal, mirror.normal);
     }
     plane.offset = vdot(plane.normal, occluder->at[0]);
-    shade(list, occluder->at, occluder->n, eye, plane, first);
+    shade(list, sides, shadow_sides(occluder, path->eye[path->n], plane, sides), 0);
 }
 
-static inline void shade_by_view(Aspect *a, Regions *list, const View *view, int f, int own, const Path *path, Vec eye, double water) {
-    const Scene *scene = a->scene;
+/* The `shadow_sides` of an occluder of a view, kept where there is room, else in `scratch`. */
+static const Plane *sides_in(const Scene *scene, View *view, int f, double water, Plane *scratch, int *count) {
+    if (!view->shadow[f]) {
+        Plane plane;
+        Polygon occluder = occluder_of(scene, &view->leg, view->which[f], water, &plane);
+        *count = shadow_sides(&occluder, view->leg.eye, plane, scratch);
+        view->shadow[f] = keep(&view->kept, 1 + 4 * (int64_t)*count);
+        if (!view->shadow[f]) return scratch;
+        view->kept.at[view->shadow[f]] = *count;
+        memcpy(view->kept.at + view->shadow[f] + 1, scratch, (size_t)*count * sizeof(Plane));
+    }
+    *count = (int)view->kept.at[view->shadow[f]];
+    return (const Plane *)(view->kept.at + view->shadow[f] + 1);
+}
+
+static inline int may_hide(const Scene *scene, int number, int own) {
+    return number != own && (number >= scene->n || scene->patch[number] != scene->patch[own]);
+}
+
+/* Shades regions by an occluder of a view, where the boxes of both meet; returns whether anything changes. */
+static int shade_by_view(Aspect *a, Regions *list, View *view, int f, const double *box, int own, const Path *path, double water) {
+    const double *other = view->box + 5 * f;
     int number = view->which[f];
-    if (number == own || (number < scene->n && scene->patch[number] == scene->patch[own])) return;
-    Plane plane;
-    Polygon occluder = occluder_of(scene, &view->leg, number, water, &plane);
-    if (path && !keep_before(&occluder, scene->plane[own])) return;
-    Path none = {0, {0, 0}, 0, {eye, eye, eye}};
-    shade_by(scene, list, &occluder, plane, path ? path : &none, 0, eye, number < own);
+    if (other[0] >= box[1] || other[1] <= box[0] || other[2] >= box[3] || other[3] <= box[2] || other[4] >= box[5]) return 0;
+    if (!may_hide(a->scene, number, own)) return 0;
+    if (path) {
+        Plane plane;
+        Polygon occluder = occluder_of(a->scene, &view->leg, number, water, &plane);
+        if (keep_before(&occluder, a->scene->plane[own])) shade_by(a->scene, list, &occluder, plane, path, 0);
+        return 1;
+    }
+    Plane scratch[MOST + 1];
+    int count;
+    const Plane *sides = sides_in(a->scene, view, f, water, scratch, &count);
+    return shade(list, sides, count, number < own);
 }
 
-/* Takes out of regions what is hidden from a view. `window`: as the view has it on piece `own`; with a path, the regions lie on its
- * next piece, mirrored. */
-static void hide(Aspect *a, Regions *list, View *view, const Polygon *window, int own, const Path *path, Vec eye, double water) {
+/* Whether the latest hider of a view covers a piece, so that nothing of it is left. */
+static int is_covered(const Aspect *a, View *view, const Polygon *whole, int own, double water) {
+    Plane scratch[MOST + 1];
+    int count;
+    if (view->hider < 0 || !may_hide(a->scene, view->which[view->hider], own)) return 0;
+    const Plane *sides = sides_in(a->scene, view, view->hider, water, scratch, &count);
+    for (int s = 0; s < count; s++)
+        for (int i = 0; i < whole->n; i++)
+            if (height_over(sides[s], whole->at[i]) < THIN) return 0;
+    return count > 0;
+}
+
+/* Takes out of regions what is hidden from a view: of piece `own`, or of what is lit along a path that begins there. `window`: as
+ * the view has them on piece `own`. Of a piece seen in part before, those that told then are enough. */
+static void hide(Aspect *a, Regions *list, View *view, const Polygon *window, int own, const Path *path, double water) {
     double box[6];
-    int cell[4];
+    int cell[4], known = view->part[own];
     box_in(view, window, box);
+    for (int k = 1; known && k <= (int)view->kept.at[known] && list->n && !is_worn_out(a); k++)
+        shade_by_view(a, list, view, (int)view->kept.at[known + k], box, own, path, water);
     cells_of(view, box, cell);
     view->now++;
-    for (int v = cell[2]; v <= cell[3] && list->n; v++)
+    view->told = 0;
+    for (int v = cell[2]; !known && v <= cell[3] && list->n; v++)
         for (int u = cell[0]; u <= cell[1] && list->n && !is_worn_out(a); u++) {
-            list->work += (view->begin[v * view->fine + u + 1] - view->begin[v * view->fine + u]) / 8; /* the quick ones */
-            for (int m = view->begin[v * view->fine + u]; m < view->begin[v * view->fine + u + 1] && list->n; m++) {
+            int first = view->begin[v * view->fine + u], last = view->begin[v * view->fine + u + 1];
+            list->work += (last - first) / 8; /* the quick ones */
+            for (int m = first; m < last && list->n; m++) {
                 int f = view->member[m];
-                const double *other = view->box + 5 * f;
                 if (view->stamp[f] == view->now) continue;
                 view->stamp[f] = view->now;
-                if (other[0] >= box[1] || other[1] <= box[0] || other[2] >= box[3] || other[3] <= box[2] || other[4] >= box[5]) continue;
-                shade_by_view(a, list, view, f, own, path, eye, water);
+                if (shade_by_view(a, list, view, f, box, own, path, water)) view->telling[view->told++] = f;
             }
         }
     if (is_worn_out(a)) list->n = 0;
 }
 
-/* Takes out of regions on piece `to` what is hidden on the way from piece `from`. there: the window on `to`. eye: the image that
- * lights it from `from`; last: of the path, if the regions lie one piece further on, else NULL. */
-static void hide_between(Aspect *a, Regions *list, int from, int to, const Polygon *there, Vec eye, const Path *last, Vec last_eye) {
+/* Keeps what a view has of a piece that it sees in part: how many occluders told, these, how many regions there are, and of each
+ * its corners. */
+static void remember(View *view, int piece, const Regions *seen) {
+    int64_t count = 2 + view->told;
+    for (int64_t k = 0; k < seen->n; k++) count += 1 + 3 * seen->at[k].n;
+    int place = keep(&view->kept, count);
+    if (!place) return;
+    double *to = view->kept.at + place;
+    view->part[piece] = place;
+    *to++ = view->told;
+    for (int k = 0; k < view->told; k++) *to++ = view->telling[k];
+    *to++ = (double)seen->n;
+    for (int64_t k = 0; k < seen->n; k++) {
+        *to++ = seen->at[k].n;
+        memcpy(to, seen->at[k].at, (size_t)seen->at[k].n * sizeof(Vec));
+        to += 3 * seen->at[k].n;
+    }
+}
+
+/* The regions of a piece that a view sees in part. */
+static void parts_of(Aspect *a, Regions *list, View *view, const Polygon *whole, int piece, double water) {
+    const double *from = view->kept.at + view->part[piece];
+    list->n = 0;
+    if (!view->part[piece]) {
+        add_region(list, whole);
+        hide(a, list, view, whole, piece, NULL, water);
+        return;
+    }
+    from += 1 + (int)*from;
+    for (int left = (int)*from++; left > 0; left--) {
+        Polygon *region = new_region(list);
+        if (!region) return;
+        region->n = (int)*from++;
+        memcpy(region->at, from, (size_t)region->n * sizeof(Vec));
+        from += 3 * region->n;
+    }
+}
+
+/* Takes out of regions what is hidden on the way from piece `from` to piece `to`. there: the window on `to`. eye: the image that
+ * lights it from `from`; path: whose end the regions lie on, if that is one piece further on, else NULL. */
+static void hide_between(Aspect *a, Regions *list, int from, int to, const Polygon *there, Vec eye, const Path *path) {
     const Scene *scene = a->scene;
     Beam beam = beam_through(there, eye, scene->plane[from]);
     beam.at[beam.n++] = scene->plane[to];
@@ -465,12 +582,12 @@ static void hide_between(Aspect *a, Regions *list, int from, int to, const Polyg
         int c = a->near_list[k];
         if (c == from || c == to || scene->patch[c] == scene->patch[to] || height_over(scene->plane[c], eye) <= THIN) continue;
         Polygon occluder = piece_of(scene, c);
-        if (!keep_before(&occluder, scene->plane[from])) continue;
-        if (last) {
-            if (!keep_before(&occluder, scene->plane[to])) continue;
-            shade_by(scene, list, &occluder, scene->plane[c], last, last->n - 1, last_eye, 0);
+        if (!keep_before(&occluder, scene->plane[from]) || (path && !keep_before(&occluder, scene->plane[to]))) continue;
+        if (path) {
+            shade_by(scene, list, &occluder, scene->plane[c], path, path->n - 1);
         } else {
-            shade(list, occluder.at, occluder.n, eye, scene->plane[c], c < to);
+            Plane sides[MOST + 1];
+            shade(list, sides, shadow_sides(&occluder, eye, scene->plane[c], sides), c < to);
         }
     }
     if (is_worn_out(a)) list->n = 0;

@@ -8,3 +8,6 @@ GRAVITY = 9.80665  # m/s^2, standard, exact
 KNOT = 1852.0 / 3600.0  # m/s, exact
 NAUTICAL_MILE = 1852.0  # m, exact
 MAX_COORDINATE = 2e6  # m from the origin of the map, which is flat; farther out it is meaningless
+DISPLAY_RANGES = (
+    231, 463, 926, 1389, 1852, 2778, 3704, 5556, 7408, 11112, 14816, 22224, 29632, 44448, 66672, 88896,
+)  # fmt: skip  # m: those of sets, 1/8 to 48 nautical miles

@@ -101,12 +101,15 @@ def map_from_deck(heading: Floats, roll: Floats, pitch: Floats) -> Floats:
     """Matrices (..., 3, 3) from a ship's deck (x starboard, y bow, z mast) to the map, for angles (...) [rad]: roll with the
     starboard side down, then pitch with the bow up, then heading."""
     cr, sr, cp, sp, c, s = (f(a) for a in (roll, pitch, heading) for f in (np.cos, np.sin))
-    rows = [
-        [c * cr + s * sp * sr, s * cp, c * sr - s * sp * cr],
-        [-s * cr + c * sp * sr, c * cp, -s * sr - c * sp * cr],
-        [-cp * sr, sp, cp * cr],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    entries = (
+        *(c * cr + s * sp * sr, s * cp, c * sr - s * sp * cr),
+        *(-s * cr + c * sp * sr, c * cp, -s * sr - c * sp * cr),
+        *(-cp * sr, sp, cp * cr),
+    )
+    matrices = np.empty((*np.shape(entries[0]), 9), np.result_type(*entries))
+    for number, entry in enumerate(entries):
+        matrices[..., number] = entry
+    return matrices.reshape(*matrices.shape[:-1], 3, 3)
 
 
 def body_rotation(heading: float) -> Floats:

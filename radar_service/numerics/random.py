@@ -58,7 +58,7 @@ def normals(rng: np.random.Generator, rows: int, columns: int) -> Singles:
     """
     count = rows * columns
     words = np.asarray(rng.bit_generator.random_raw(-(-count // 4)), dtype=np.uint64)
-    return _QUANTILES.take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
+    return QUANTILES.take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
 
 
 def _quantiles() -> Singles:
@@ -66,4 +66,4 @@ def _quantiles() -> Singles:
     return np.asarray(middle / np.sqrt(np.mean(middle**2)), dtype=np.float32)
 
 
-_QUANTILES = _quantiles()
+QUANTILES = _quantiles()

@@ -4,9 +4,9 @@ The gate about the peak of a plot is that in which the truth measures where the 
 """
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -198,34 +198,28 @@ class PlotExtractor:
         return cells[order], part[order]
 
 
-class TakesScans(Protocol):
-    """A plot extractor, here or in another process."""
-
-    def add(self, scan: Scan) -> ScanPlots:
-        """Returns the plots that end in a scan, which follows the one before."""
+Extract = Callable[[Scan], Sequence[Plot]]  # from a scan, plots that ended in it or in earlier ones
 
 
 class LivePlots:
-    """The plots of spokes as they come, at the end of each scan. After half a scan without spokes it begins anew.
+    """The plots of spokes as they come, at the end of each scan. After half a scan without spokes it begins anew."""
 
-    lost: spokes left out: their numbers do not rise, or the heading was lost.
-    """
-
-    def __init__(self, azimuths: int, make: Callable[[], TakesScans]) -> None:
-        """azimuths: of a scan; make: begins anew."""
-        self.lost, self._azimuths, self._make, self._extractor = 0, azimuths, make, make()
+    def __init__(self, azimuths: int, begun: Callable[[], Extract], note_lost: Callable[[int], None]) -> None:
+        """azimuths: of a scan; begun: returns what extracts, with no scan before; note_lost: counts spokes whose numbers do not
+        rise, or whose heading is lost."""
+        self._azimuths, self._begun, self._note_lost, self._extract = azimuths, begun, note_lost, begun()
         self._parts, self._last = list[SpokeBlock](), -1
 
     def add(self, block: SpokeBlock) -> list[Plot]:
         """Returns the plots of the scans that end with a block, by time."""
         if block.first <= self._last:
-            self.lost += len(block)
+            self._note_lost(len(block))
             return []
         if block.first - self._last > self._azimuths // 2:
-            self._parts, self._extractor = [], self._make()
+            self._parts, self._extract = [], self._begun()
         self._last = block.first + len(block) - 1
         if (unknown := np.isnan(block.heading)).any():
-            self.lost += int(unknown.sum())
+            self._note_lost(int(unknown.sum()))
             block = replace(block, power=np.where(unknown[:, None], np.float32(np.nan), block.power))
         ended = self._ended() if self._parts and self._parts[0].scan != block.scan else []
         self._parts.append(block)
@@ -233,4 +227,4 @@ class LivePlots:
 
     def _ended(self) -> list[Plot]:
         parts, self._parts = self._parts, []
-        return list(self._extractor.add(scan_of(parts, self._azimuths)).plots)
+        return list(self._extract(scan_of(parts, self._azimuths)))

@@ -51,6 +51,7 @@ class Port:
     delays: whether radars wait for its sinks, which are then called by the threads of the radars and must not fail. Otherwise
     these are called by a thread of the port, as `tick` and `changed` always are, one at a time; what is too much for them is
     dropped and counted.
+    thread: of the port, which a service gives to it; it counts faults and what is dropped.
     period: of `tick` [s].
     sources: what its sinks need of the sources of cells.
     codecs: of feeds for its clients, which the feed of each radar encodes.
@@ -61,6 +62,7 @@ class Port:
 
     name: ClassVar[str]
     delays: ClassVar[bool] = False
+    thread: PortThread | None = None
     period: float | None = None
     sources: SourceRequest = SourceRequest()
     codecs: Sequence[Codec] = ()

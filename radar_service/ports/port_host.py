@@ -59,6 +59,8 @@ class PortHost:
         self._ports = tuple(ports)
         CODECS.update({codec.name: codec for port in self._ports for codec in port.codecs})
         self.threads = {port: PortThread(port.name) for port in self._ports}
+        for port, thread in self.threads.items():
+            port.thread = thread
         self._listeners = [
             ToldChanges(port.changed, thread)
             for port, thread in self.threads.items()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 from radar_service.ports.app import create_app
 from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
+from radar_service.ports.http.server import MAX_CONNECTIONS, Server, configuration, listening_socket
 from radar_service.ports.port import Port
 from radar_service.ports.port_host import PortHost
 from radar_service.processes.fork_server import ForkServer
@@ -35,10 +35,7 @@ def run(
     """
     refused, requests, stations, host = Refusals(), Requests(), Stations(), PortHost(ports)
     app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
-    config = configuration(
-        app, connections=options.connections or MAX_CONNECTIONS,
-        per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
-    )  # fmt: skip
+    config = configuration(app, connections=options.connections or MAX_CONNECTIONS, refused=refused)
     server = Server(config, stations.stop, lambda: None, requests)
     settings = Settings(pace=Pace("run", options.pace))
     start_utc = options.start_utc or whole_second()

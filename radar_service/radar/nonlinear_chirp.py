@@ -7,12 +7,15 @@ The taper over the band is a cosine sum, W(f) = sum a_m cos(2 pi m f / B) for |f
 """
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.quintic_spline import QuinticSpline
 from radar_service.numerics.types import Complexes, Floats
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 TABLE = 2**16  # frequencies of the table of delays: the phase is stationary in them, so it errs by less than 1e-6 rad
 OVERSAMPLING = 16  # samples of the pulse per 1/B: sums over them, with their ends corrected, err by less than -110 dB
@@ -89,7 +92,7 @@ def _end(frequency: Floats, sign: float, product: float, taper: tuple[float, ...
 
 
 @lru_cache(maxsize=16)
-def _sum_spline(product: float, taper: tuple[float, ...]) -> QuinticSpline:
+def _sum_spline(product: float, taper: tuple[float, ...]) -> "BSpline":
     """The sum over the samples of a chirp, times their step [1/B], as a function of frequency [B]."""
     count = _samples(product)
     step = product / count
@@ -99,4 +102,6 @@ def _sum_spline(product: float, taper: tuple[float, ...]) -> QuinticSpline:
     frequency = scipy.fft.fftshift(scipy.fft.fftfreq(size, step))
     spectrum = scipy.fft.fftshift(scipy.fft.fft(wave, size)) * step * np.exp(-2j * np.pi * frequency * time[0])
     near = np.abs(frequency) <= OVERSAMPLING / 4.0 + 0.1
-    return QuinticSpline.through(frequency[near], spectrum[near])
+    from scipy.interpolate import make_interp_spline  # here: it takes 0.2 s, which other scenes need not wait for
+
+    return make_interp_spline(frequency[near], spectrum[near], k=5)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from radar_service.numerics.random import normals
+from radar_service.kernels.library import KERNELS
+from radar_service.numerics.random import QUANTILES
 from radar_service.numerics.types import Floats, Profiles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
@@ -18,27 +19,25 @@ class GaussianSpectrum:
         weight = np.sqrt(power * size**2 * kept / kept.sum() / 2.0)  # two draws per sample, each with half the power
         signed = np.rint(np.fft.fftfreq(size) * size)[kept > 0.0]
         above, below = int(signed.max(initial=-1.0)) + 1, -int(signed.min(initial=0.0))
-        self._size, self._above, self._below = size, 2 * above, 2 * below
+        self._size, self._above = size, 2 * above
         self._weight = np.repeat(np.concatenate([weight[:above], weight[size - below :]]), 2).astype(np.float32)
 
     def draw(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size)."""
-        draws = normals(rng, rows, self._above + self._below)
         spectrum = np.empty((rows, self._size), dtype=np.complex64)
-        parts = spectrum.view(np.float32)
-        below = parts.shape[1] - self._below
-        np.multiply(draws[:, : self._above], self._weight[: self._above], out=parts[:, : self._above])
-        parts[:, self._above : below] = 0.0
-        np.multiply(draws[:, self._above :], self._weight[self._above :], out=parts[:, below:])
+        self._write(spectrum, rng, 0)
         return spectrum
 
     def add(self, spectrum: Profiles, rng: np.random.Generator) -> None:
         """Adds noise spectra to `spectrum` (rows, size)."""
-        draws = normals(rng, len(spectrum), self._above + self._below)
-        draws *= self._weight
-        parts = spectrum.view(np.float32)
-        parts[:, : self._above] += draws[:, : self._above]
-        parts[:, parts.shape[1] - self._below :] += draws[:, self._above :]
+        self._write(spectrum, rng, 1)
+
+    def _write(self, spectrum: Profiles, rng: np.random.Generator, adds: int) -> None:
+        """Draws as `normals`, and writes the draws times their weights, or adds them."""
+        rows, count = len(spectrum), len(self._weight)
+        words = np.asarray(rng.bit_generator.random_raw(-(-rows * count // 4)), dtype=np.uint64).view(np.int64)
+        sizes = rows, self._above, 2 * self._size - count, count - self._above, adds, len(words)
+        KERNELS.weighted_normals(*sizes, words, QUANTILES, self._weight, spectrum.view(np.float32))
 
 
 def integrate(field: Profiles, pulses: int, power: float, rng: np.random.Generator) -> None:

@@ -71,14 +71,9 @@ def scans_to_xarray(
     return dataset.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
 
 
-def scan_to_xarray(
-    scan: Scan, about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
-) -> xarray.Dataset:
-    """Returns a scan as a dataset with the dimensions azimuth and range.
-
-    about: more attributes; names: of the sources. Raises MissingExtra.
-    """
-    return _dataset(scan, about, names, powered([scan]))
+def scan_to_xarray(scan: Scan, names: Mapping[int, str] | None = None) -> xarray.Dataset:
+    """Returns a scan as a dataset with the dimensions azimuth and range. names: of the sources. Raises MissingExtra."""
+    return _dataset(scan, None, names, powered([scan]))
 
 
 def _dataset(

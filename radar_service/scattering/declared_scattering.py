@@ -69,9 +69,10 @@ class DeclaredScattering(FixedScatterers):
         alone = np.flatnonzero(self.scatterers[body] == 1)
         shared = np.flatnonzero((self.scatterers[body] > 1) & (power > 0.0))
         points = CellEchoes(body[alone], position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])
-        cells = self._cells(body[shared], position.take(shared, axis=0), projected[shared], span[shared], antenna, poses)
-        joined = CellEchoes(*(np.concatenate(column) for column in zip(points, cells, strict=True)))
-        echoes = self._echoes(joined, poses)
+        if len(shared):
+            cells = self._cells(body[shared], position.take(shared, axis=0), projected[shared], span[shared], antenna, poses)
+            points = CellEchoes(*(np.concatenate(column) for column in zip(points, cells, strict=True)))
+        echoes = self._echoes(points, poses)
         return echoes.chosen(np.argsort(echoes.body, kind="stable"))
 
     def _cells(

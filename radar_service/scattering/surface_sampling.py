@@ -22,7 +22,7 @@ CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which it
 R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
 SMALL = 4096  # triangles of a mesh whose normals are kept
 MAX_FACES = 16  # plane faces that are sampled one by one
-ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
+ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the basin: 0.98, with 4 0.44, 16 0.23
 # dB, rms error of the mean power of hulls, spheres, cylinders and boxes: 24 / N, and 2 / sqrt(N)
 STRATIFIED, LOBES = 24.0, 2.0
 RANDOM, RANDOM_LOBES = 4.3, 7.5  # dB over sqrt(N), of more points than strata (tests/plan/test_power.py has all four)

@@ -9,10 +9,8 @@ from typing import Any
 
 BODY = "body "  # how what a choice is about begins, where it is about a body (plan.bodies)
 TELLING: Mapping[str, Any] = {
-    "caveats": [],
-    "believed": [],
-    "counts": None,
-}  # parts of a plan that name or count bodies, and what stands there instead
+    "caveats": [], "believed": [], "counts": None, "field_db": {}, "costs": None, "realtime_factor": None,
+}  # fmt: skip  # parts of a plan that name or count bodies, or say whether these move, and what stands there instead
 
 
 def told_plan(plan: Mapping[str, Any], knows_truth: bool) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The spokes of a simulator in order: tiles of the engine as blocks, as commands steer them and as sensors report them."""
 
 import math
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from threading import Lock
@@ -94,10 +94,11 @@ class SpokeStream:
         own = self.steering.past.own_ship.pose(time)
         return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
 
-    def with_report(self, own: OwnShipTruth, scan: int, spoke: int) -> OwnShipTruth:
-        """Returns own ship with what the nearest spoke of a scan reports."""
-        nearest = min(spoke, self.reporter.last_spoke(scan))
-        return replace(own, reported=self.reporter.own_ship(own, nearest, self.readings))
+    def with_reports(self, own: Sequence[OwnShipTruth], scans: Sequence[int], spokes: Sequence[int]) -> list[OwnShipTruth]:
+        """Returns own ship at some instants with what the nearest spokes of scans report, each of its own."""
+        nearest = [min(spoke, self.reporter.last_spoke(scan)) for scan, spoke in zip(scans, spokes, strict=True)]
+        reports = self.reporter.own_ships(own, nearest, self.readings)
+        return [replace(each, reported=report) for each, report in zip(own, reports, strict=True)]
 
     def _begin(self, spoke: int) -> None:
         """Makes ready to compute from this spoke on, as commanded until there."""

@@ -24,10 +24,11 @@ Offsets = Callable[[Indices, Floats], Floats]  # east and north (E, 2) [m] from 
 
 
 class Crossings(NamedTuple):
-    """point: index (E,) of the crossed point; time: (E,) [s], rising."""
+    """point: index (E,) of the crossed point; time: (E,) [s], rising; scan: (E,) of each."""
 
     point: Indices
     time: Floats
+    scan: Indices
 
 
 class CrossingSearch:
@@ -41,26 +42,27 @@ class CrossingSearch:
         self._offsets, self._points, self._spokes, self._steps = offsets, np.arange(count), spokes, steps
         self._period = period
 
-    def within(self, scan: int) -> Crossings:
-        """Returns the crossings of one scan, which begins with the boresight to the north; its end belongs to the next one."""
-        track = self._tracks(self._points, scan, self._steps)
+    def within(self, scan: int, count: int = 1) -> Crossings:
+        """Returns the crossings of so many scans; each begins with the boresight to the north, and its end is the next one's."""
+        points, scans = np.tile(self._points, count), np.repeat(np.arange(scan, scan + count), len(self._points))
+        track = self._tracks(points, scans, self._steps)
         near = _are_near(track)
-        parts = [self._crossed_in(self._points[~near], scan, track[~near])]
+        parts = [self._crossed_in(points[~near], scans[~near], track[~near])]
         if near.any():
-            parts.append(self._crossed_in(self._points[near], scan, self._tracks(self._points[near], scan, self._spokes)))
-        point = np.concatenate([part.point for part in parts])
-        time = np.concatenate([part.time for part in parts])
-        order = np.lexsort((point, time))
-        return Crossings(point[order], time[order])
+            track = self._tracks(points[near], scans[near], self._spokes)
+            parts.append(self._crossed_in(points[near], scans[near], track))
+        joined = Crossings._make(np.concatenate(column) for column in zip(*parts, strict=True))
+        order = np.lexsort((joined.point, joined.time, joined.scan))
+        return Crossings._make(column[order] for column in joined)
 
-    def _tracks(self, points: Indices, scan: int, steps: int) -> Floats:
-        """Offsets (P, steps + 1, 2) [m] of points (P,) at the edges of the steps of a scan."""
-        time = self._time(scan + np.arange(steps + 1) / steps)
-        flat = self._offsets(np.repeat(points, len(time)), np.tile(time, len(points)))
-        return flat.reshape(len(points), len(time), 2)
+    def _tracks(self, points: Indices, scan: Indices, steps: int) -> Floats:
+        """Offsets (P, steps + 1, 2) [m] of points (P,) at the edges of the steps of a scan (P,)."""
+        time = self._time(scan[:, None] + np.arange(steps + 1) / steps)
+        flat = self._offsets(np.repeat(points, steps + 1), time.ravel())
+        return flat.reshape(len(points), steps + 1, 2)
 
-    def _crossed_in(self, points: Indices, scan: int, track: Floats) -> Crossings:
-        """Crossings of points (P,) in a scan. track: their offsets (P, T, 2) [m], in steps of less than half a circle."""
+    def _crossed_in(self, points: Indices, scan: Indices, track: Floats) -> Crossings:
+        """Crossings of points (P,) in scans (P,). track: their offsets (P, T, 2) [m], in steps of less than half a circle."""
         steps = track.shape[1] - 1
         share = np.arange(steps + 1) / steps
         bearing = np.arctan2(track[..., 0], track[..., 1])
@@ -72,10 +74,10 @@ class CrossingSearch:
         which, step = np.nonzero(np.ceil(begin / FULL_CIRCLE) != np.ceil(end / FULL_CIRCLE))
         low, high = begin[which, step], end[which, step]
         turn = FULL_CIRCLE * np.minimum(np.ceil(low / FULL_CIRCLE), np.ceil(high / FULL_CIRCLE))
-        root = self._root(points[which], scan, share[step], share[step + 1], low - turn, high - turn)
-        return Crossings(points[which], self._time(scan + root))
+        root = self._root(points[which], scan[which], share[step], share[step + 1], low - turn, high - turn)
+        return Crossings(points[which], self._time(scan[which] + root), scan[which])
 
-    def _root(self, points: Indices, scan: int, a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
+    def _root(self, points: Indices, scan: Indices, a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
         """The share (E,) of the turn at which the boresight meets points (E,), between a and b (E,); Illinois method.
 
         at_a, at_b: how far the boresight is ahead there [rad], of different signs.
@@ -88,7 +90,7 @@ class CrossingSearch:
                 break
             fa, fb = at_a[left], at_b[left]
             middle = (a[left] * fb - b[left] * fa) / (fb - fa)
-            value = self._ahead(points[left], scan, middle)
+            value = self._ahead(points[left], scan[left], middle)
             root[left] = middle
             crossed = np.sign(value) == np.sign(fb)
             a[left] = np.where(crossed, a[left], b[left])
@@ -97,7 +99,7 @@ class CrossingSearch:
             left = left[(np.abs(value) > ROUNDING) & (np.abs(b[left] - a[left]) > ROUNDING)]
         return root
 
-    def _ahead(self, points: Indices, scan: int, share: Floats) -> Floats:
+    def _ahead(self, points: Indices, scan: Indices, share: Floats) -> Floats:
         """How far the boresight is ahead of points (E,) after shares (E,) of a turn [rad]."""
         offset = self._offsets(points, self._time(scan + share))
         return wrap_angle(FULL_CIRCLE * share - np.arctan2(offset[:, 0], offset[:, 1]))

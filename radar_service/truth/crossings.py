@@ -53,22 +53,22 @@ class CrossingTruth:
         self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, steps)
 
     @BLAS_LIMIT.held()
-    def crossings(self, scan: int) -> tuple[Crossing, ...]:
-        """Returns the crossings of one scan by time."""
-        bodies, time = self._search.within(scan)
+    def crossings(self, scan: int, count: int = 1) -> tuple[Crossing, ...]:
+        """Returns the crossings of so many scans by time."""
+        bodies, time, scans = self._search.within(scan, count)
         spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
         offset = self._offsets(bodies, time)
         boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
         effects = map(self._of_effects, bodies.tolist(), time.tolist(), boresights)
         states = self._own_ship(time), self._kinematics(bodies, time)
-        rows = zip(bodies.tolist(), spokes, boresights, effects, *states, strict=True)
+        rows = zip(scans.tolist(), bodies.tolist(), spokes, boresights, effects, *states, strict=True)
         return tuple(
             Crossing(
-                scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, effects=of_effects,
+                scan=number, spoke=spoke, boresight=boresight, own_ship=own_ship, effects=of_effects,
                 structure_db=None if self._pattern is None else self._pattern.loss_db(kinematics["relative_bearing"]),
                 false_echoes=self._false_echoes(body, kinematics, own_ship.heading), **kinematics,
             )
-            for body, spoke, boresight, of_effects, own_ship, kinematics in rows
+            for number, body, spoke, boresight, of_effects, own_ship, kinematics in rows
         )  # fmt: skip
 
     @BLAS_LIMIT.held()

@@ -88,6 +88,7 @@ def test_a_scan_without_ais_is_as_it_was_and_one_with_ais_goes_there_and_back() 
         ([{"mmsi": 1, "body": "nobody"}], "there is no target 'nobody'"),
         ([{"mmsi": 1}, {"mmsi": 1}], "two stations have one mmsi"),
         ([{"mmsi": 0}], "ais.0.mmsi"),
+        ([{"mmsi": 1, "swap_body": "westbound"}], "one needs the other"),
     ],
 )
 def test_stations_of_rubbish_are_refused(stations: list[dict[str, Any]], words: str) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.bench.run import answered, check_times, rule_of, run, surroundings, threshold_of, tracker_input
+from radar_service.bench.run import answered, check_times, observed, rule_of, surroundings, threshold_of, tracker_input
 from radar_service.bench.scenario import PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult, as_reported
 from radar_service.bench.trackers.json_lines import TrackerError
@@ -34,7 +34,7 @@ class Noted:
 
 
 def results(**changes: object) -> list[ScanResult]:
-    return list(run(Scenario(**{**SMALL, **changes}), 1, Noted()))
+    return list(answered(observed(Scenario(**{**SMALL, **changes}), 1), Noted()))
 
 
 def test_each_scan_gives_the_plot_and_the_truth_of_the_target() -> None:

@@ -3,8 +3,11 @@
 import io
 import json
 import math
+import os
+import signal
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -61,8 +64,10 @@ def test_a_feed_that_breaks_ends_the_wait(monkeypatch: pytest.MonkeyPatch) -> No
         plotter.tracks(8.0)
 
 
-def test_a_program_is_started_with_the_address_and_answers_each_scan(monkeypatch: pytest.MonkeyPatch) -> None:
-    noted = Event()
+@pytest.fixture
+def heard(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Lines that the program has written, after the first of which the radar turns on."""
+    noted, lines = Event(), list[str]()
 
     def own_ships(feed: str) -> Iterator[dict[str, float]]:
         yield OWN
@@ -70,15 +75,39 @@ def test_a_program_is_started_with_the_address_and_answers_each_scan(monkeypatch
         yield {**OWN, "time": 10.0}
 
     def told(line: str, own: Any) -> Any:
+        lines.append(line)
         noted.set()
         return track_of(line, own)
 
     monkeypatch.setattr(ttm_child, "own_ships", own_ships)
     monkeypatch.setattr(ttm_child, "track_of", told)
-    code = "import sys\nwhile True: print(sys.argv[1], flush=True)"
-    lines = [json.dumps({"video": {"feed": ttm("01", "1.0", "90.0", "T", "1.0", "0.0", "T").strip(), "address": "x"}}),
-             json.dumps({"scan": 3, "time": 10.0})]  # fmt: skip
-    ttm_child.serve([sys.executable, "-c", code, "{feed}"], iter(lines), written := io.StringIO())
-    answer = json.loads(written.getvalue())
-    assert (answer["scan"], [state["track"] for state in answer["tracks"]]) == (3, ["01"])
-    ttm_child.serve(["no-such-program"], iter(['{"type": "header"}']), written)  # a trial start
+    return lines
+
+
+def answers(code: str, *words: str) -> list[dict[str, Any]]:
+    feed = ttm("01", "1.0", "90.0", "T", "1.0", "0.0", "T").strip()
+    lines = [json.dumps({"video": {"feed": feed, "address": "x"}}), json.dumps({"scan": 3, "time": 10.0})]
+    ttm_child.serve([sys.executable, "-c", code, "{feed}", *words], iter(lines), written := io.StringIO())
+    return [json.loads(line) for line in written.getvalue().splitlines()]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "while True: print(sys.argv[1], flush=True)",
+        "s = socket.socket(type=socket.SOCK_DGRAM)\nwhile True: s.sendto(sys.argv[1].encode(), ('127.0.0.1', int(sys.argv[2])))",
+    ],
+)
+def test_a_program_is_started_with_the_addresses_and_answers_each_scan(code: str, heard: list[str]) -> None:
+    (answer,) = answers(f"import socket, sys\n{code}", "{udp}")
+    assert (answer["scan"], [state["track"] for state in answer["tracks"]]) == (3, ["01"]) and heard
+    ttm_child.serve(["no-such-program"], iter(['{"type": "header"}']), io.StringIO())  # a trial start
+
+
+def test_a_program_that_writes_no_line_and_leaves_a_child_is_bounded(tmp_path: Path, heard: list[str]) -> None:
+    """The child, which has its output too, lives on: nobody waits for the end of that."""
+    child = "open(sys.argv[2], 'w').write(str(subprocess.Popen(['sleep', '60']).pid))"
+    code = f"import subprocess, sys\n{child}\nwhile True: print('x' * 3000, end='', flush=True)"
+    (answer,) = answers(code, str(file := tmp_path / "child"))
+    assert answer["tracks"] == [] and {len(line) for line in heard} == {ttm_child.MAX_LINE}
+    os.kill(int(file.read_text()), signal.SIGKILL)

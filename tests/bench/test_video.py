@@ -11,6 +11,7 @@ from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 import pytest
+from websockets.exceptions import ConnectionClosedError
 
 from radar_service.bench import single_run as single_module
 from radar_service.bench.run import observed
@@ -67,6 +68,24 @@ def test_a_service_that_takes_no_more_connections_is_a_fault(monkeypatch: pytest
     monkeypatch.setattr("radar_service.bench.video.urlopen", full)
     fault = Video({}, SimpleNamespace(end=None, address="x")).fault()  # type: ignore[arg-type]
     assert fault and fault.startswith("the service does not answer: ")
+
+
+@pytest.mark.parametrize("error", [TimeoutError("late"), ConnectionClosedError(None, None)])
+def test_a_radar_that_cannot_be_reached_is_told(error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def running(*_: object) -> Any:
+        yield SimpleNamespace(address="x")
+
+    def connect(*_: object, **options: object) -> None:
+        raise error
+
+    scenario, other = with_video(small(tmp_path, 3)), {"id": "other"}
+    both = [{"id": "first", **scenario.scene["radar"]}, {**scenario.scene["radar"], **other}]
+    scenario = scenario.model_copy(update={"scene": {**scenario.scene, "radar": both}, "radar": "first"})
+    monkeypatch.setattr("radar_service.bench.video.service", running)
+    monkeypatch.setattr("radar_service.radar_feed.connect", connect)
+    run = single_run(scenario, 0, "none", tmp_path / "plots")
+    assert run["failure"]["message"] == f"video: small: radar other cannot be reached: {error}"
 
 
 def without_service(monkeypatch: pytest.MonkeyPatch, told: str | None = None) -> None:

@@ -33,12 +33,3 @@ def test_command_writes_over_no_file_unasked(
     )
     assert main(["ws://127.0.0.1:1", option, str(path), "--overwrite", "--no-reconnect"]) == 1  # there is no such feed
     assert path.read_text() == "mine"
-
-
-def test_command_refuses_an_mp4_without_ffmpeg_before_it_connects(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SystemExit):
-        main(["ws://127.0.0.1:1", "--out", str(tmp_path / "a.mp4")])
-    assert "install it (apt-get install ffmpeg)" in capsys.readouterr().err

@@ -82,7 +82,7 @@ def test_true_motion_keeps_the_map_and_moves_own_ship(radar: FakeRadar, opened: 
 
 
 def test_sea_stabilisation_measures_against_the_water(radar: FakeRadar, opened: Opened) -> None:
-    """She lies still in a stream of 4 m/s to the north: over ground the map is at rest, through the water it moves with the
+    """The ship lies still in a stream of 4 m/s to the north: over ground the map is at rest, through the water it moves with the
     stream, and own ship to the south of it. With no stream in the scene the numbers are those over ground."""
     radar.stream = [0.0, 4.0]
     page = opened(f"{BARE}&motion=true&stabilisation=sea")

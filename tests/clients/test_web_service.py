@@ -48,8 +48,10 @@ def serve() -> Iterator[Serve]:
 
 
 def test_the_page_requests_the_token_and_continues_with_it(browser: Browser, serve: Serve, tmp_path: Path) -> None:
-    (tmp_path / "token").write_text(COMMAND)
-    address, _ = serve("--port", "0", "--token-file", str(tmp_path / "token"), "--token-for-reading", READ)
+    for name, token in (("token", COMMAND), ("reading", READ)):
+        (tmp_path / name).write_text(token)
+    files = "--token-file", str(tmp_path / "token"), "--token-file-for-reading", str(tmp_path / "reading")
+    address, _ = serve("--port", "0", *files)
     page = browser.open(f"{address}?{BARE}")
     page.wait(ASKING)
     page.ask(ENTER.format("wrong-token-wrong-token"))

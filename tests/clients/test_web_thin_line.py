@@ -19,7 +19,7 @@ from tests.clients.thin_line import ThinLine
 pytestmark = BROWSER
 __all__ = ["serve"]  # a fixture
 
-# A line carries `rate(now)` kB/s of a feed of 77 kB/s, as that of the harbour has. A new connection shares it for 2 s with what
+# A line carries `rate(now)` kB/s of a feed of 77 kB/s, as of 2502 bins a spoke. A new connection shares it for 2 s with what
 # waits in the one before. Returns lags second by second, levels, and the times of changes.
 LINE = """import('./thinning.js').then(({Thinning, VIEWS}) => {
   const FULL = 77, STEP = 0.02, thinning = new Thinning(), lags = [], levels = [], changes = [];

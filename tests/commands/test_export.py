@@ -1,6 +1,6 @@
 """The command `export`: captures of a recorded run hold what ports sent, with the time of each spoke."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +8,7 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.display.video import Controls
-from radar_service.ports.asterix.asterix_port import VideoSink
-from radar_service.ports.asterix.plot_blocks import PlotSink
+from radar_service.ports.asterix.asterix_port import PlotSink, VideoSink
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
 from radar_service.ports.garmin_xhd.datagrams import XHD
@@ -19,23 +18,9 @@ from radar_service.recording import read, replay_station
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.asterix.reading import videos
+from tests.ports.kept import Kept
 from tests.ports.udp.test_capture import frames
 from tests.recording.scenes import AZIMUTHS, recorded, simulator
-
-
-class Kept:
-    """A sender that keeps what it gets."""
-
-    lost = 0
-
-    def __init__(self) -> None:
-        self.pieces: list[bytes] = []
-
-    def send(self, pieces: Sequence[bytes]) -> None:
-        self.pieces += pieces
-
-    def close(self) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")

@@ -53,9 +53,8 @@ def test_plots_nearer_than_a_distance_are_left_out(
     [
         (["--pfa", "0"], "0 is not allowed; a probability between 0 and 1"),
         (["--pfa", "nan"], "nan is not allowed; a probability"),
-        (["--guard-m", "x"], "x is not allowed; a length above 0 m"),
+        (["--nearest-m", "x"], "x is not allowed; a length above 0 m"),
         (["--fidelity", "documented"], "documented has no labels"),
-        (["--threshold", "ca", "--window-m", "5000"], "window: .* set a shorter guard or window"),
         (["-o", "/dev/null/plots.json"], "a file is in the way of this folder"),
         (["--png", "plots.jpg"], "does not end in .png"),
     ],
@@ -74,10 +73,4 @@ def test_wrong_input_is_one_sentence(
 def test_plots_have_defaults() -> None:
     options = parser().parse_args(["plots"])
     assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, None, None)
-    assert (options.guard_m, options.window_m, options.nearest_m, options.out, options.png) == (
-        100.0,
-        300.0,
-        0.0,
-        None,
-        None,
-    )
+    assert (options.nearest_m, options.out, options.png) == (0.0, None, None)

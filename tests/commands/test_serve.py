@@ -42,8 +42,8 @@ def scene(tmp_path: Path) -> Path:
         (["--host", "0.0.0.0"], ["--host: 0.0.0.0", "--token-file", "--insecure"]),
         (["--host", "::"], ["--host: ::"]),
         (["--host", "radar.example"], ["--host: radar.example"]),
-        (["--token", "short-secret"], ["--token: token: 12 characters; 16 to 512"]),
-        (["--token-for-reading", TOKEN], ["--token-for-reading: protects nothing"]),
+        (["--token-file", "short"], ["short: token: 12 characters; 16 to 512"]),
+        (["--token-file-for-reading", "long"], ["--token-file-for-reading: protects nothing"]),
         (["--token-file", "missing"], ["missing: No such file"]),
         (["--token-file", "empty"], ["empty: token: 0 characters"]),
     ],
@@ -53,7 +53,8 @@ def test_a_server_that_others_reach_is_protected_or_does_not_start(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "empty").touch()
+    for name, content in (("empty", ""), ("short", "short-secret"), ("long", TOKEN)):
+        (tmp_path / name).write_text(content)
     monkeypatch.delattr("radar_service.commands.serve.ForkServer")
     assert main(["serve", str(scene), *arguments]) == 2
     message = capsys.readouterr().err
@@ -70,7 +71,9 @@ def test_what_the_command_line_allows(tmp_path: Path) -> None:
     assert access("--host", "0.0.0.0", "--insecure") == Access(None, None, frozenset({"0.0.0.0"}))
     guarded = access("--host", "0.0.0.0", "--token-file", str(tmp_path / "token"), "--allow-host", "Radar.LAN")
     assert guarded == Access(TOKEN, None, frozenset({"0.0.0.0", "radar.lan"}))
-    assert access("--token", TOKEN, "--token-for-reading", TOKEN[::-1]).read == TOKEN[::-1]
+    (tmp_path / "reading").write_text(TOKEN[::-1])
+    both = access("--token-file", str(tmp_path / "token"), "--token-file-for-reading", str(tmp_path / "reading"))
+    assert both == Access(TOKEN, TOKEN[::-1], frozenset({"127.0.0.1"}))
 
 
 def options(*arguments: str) -> argparse.Namespace:

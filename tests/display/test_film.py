@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from radar_service.display.film import ffmpeg, write_gif, write_mp4
+from radar_service.display.film import write_gif
 from radar_service.display.palettes import colour_map
 from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SEA, SURROUND, UNSEEN
 
@@ -50,42 +50,8 @@ def broken() -> Iterator[Image.Image]:
     raise KeyboardInterrupt
 
 
-def test_what_is_interrupted_leaves_nothing_and_spares_what_was_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    program(tmp_path, monkeypatch, 'for last; do :; done\nexec cat > "$last"')
-    for write, name in ((write_gif, "a.gif"), (write_mp4, "a.mp4")):
-        (tmp_path / name).write_text("an older film")
-        with pytest.raises(KeyboardInterrupt):
-            write(tmp_path / name, broken(), 10)
-        assert (tmp_path / name).read_text() == "an older film"
-    assert sorted(os.listdir(tmp_path)) == ["a.gif", "a.mp4", "ffmpeg"]
-
-
-def program(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    """An ffmpeg that does what the script says, alone on the PATH with the system's own programs."""
-    (folder / "ffmpeg").write_text(f"#!/bin/sh\n{script}\n")
-    (folder / "ffmpeg").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
-
-
-def test_an_mp4_is_what_ffmpeg_makes_of_the_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    program(tmp_path, monkeypatch, 'for last; do :; done\necho "$@" > "$0.said"\nexec cat > "$last"')
-    write_mp4(tmp_path / "a.mp4", frames(3), fps=12)
-    assert (tmp_path / "a.mp4").read_bytes() == b"".join(frame.tobytes() for frame in frames(3))
-    text = (tmp_path / "ffmpeg.said").read_text()
-    assert "-s 5x263 -r 12 -i -" in text and "yuv420p" in text
-
-
-@pytest.mark.parametrize("script", ["echo no such codec >&2; exit 3", "cat > /dev/null; echo no such codec >&2; exit 3"])
-def test_an_ffmpeg_that_fails_is_quoted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    program(tmp_path, monkeypatch, script)
-    with pytest.raises(OSError, match="ffmpeg ended with 3: no such codec"):
-        write_mp4(tmp_path / "a.mp4", frames(50), 10)
-    assert not (tmp_path / "a.mp4").exists()
-
-
-def test_missing_ffmpeg_is_reported_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(OSError, match=r"install it .* or choose \.gif"):
-        ffmpeg()
+def test_what_is_interrupted_leaves_nothing_and_spares_what_was_there(tmp_path: Path) -> None:
+    (tmp_path / "a.gif").write_text("an older film")
+    with pytest.raises(KeyboardInterrupt):
+        write_gif(tmp_path / "a.gif", broken(), 10)
+    assert (tmp_path / "a.gif").read_text() == "an older film" and os.listdir(tmp_path) == ["a.gif"]

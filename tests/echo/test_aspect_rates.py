@@ -44,7 +44,7 @@ def test_jumps_of_the_heading_are_corners_from_a_hundredth_of_a_radian_on() -> N
     assert corners(own_ship=route(-20, 90.0) | {"roll_deg": 10}, heading_deg=0) == []
 
 
-def test_a_corner_of_own_ship_counts_where_she_is_near() -> None:
+def test_a_corner_of_own_ship_counts_where_it_is_near() -> None:
     """It kinks the bearing by 7 m/s: at 2 km by 0.4 rad/s of phase, at 60 m by 12."""
     near: dict[str, Any] = {"position_m": [0, 560, -1], "heading_deg": 30}
     assert corners(own_ship=route(-20, 90.0), **near) == [30]

@@ -80,8 +80,8 @@ def test_points_on_boresight_are_crossed_there(own: dict[str, Any]) -> None:
         assert np.abs(moving.between(2999.0, 3065.0).crossings(at) - number).max() < 1e-6 / moving.scene.radar.azimuth_step
 
 
-def test_own_ship_moves_before_the_start_as_she_begins() -> None:
-    """She rests there; for what the beam passes later she goes on backward, so nothing has a corner."""
+def test_own_ship_moves_before_the_start_as_it_begins() -> None:
+    """It rests there; for what the beam passes later it goes on backward, so nothing has a corner."""
     moving = track(course_deg=90, speed_kn=10)
     east = moving.antenna(np.arange(-80.0, 81.0, 40.0))[:, 0]
     assert np.allclose(np.diff(east), 40 * moving.scene.radar.spoke_period * 10 * KNOT, rtol=0, atol=1e-9)

@@ -48,7 +48,7 @@ def test_each_point_is_passed_once_a_scan() -> None:
 
 
 def test_a_point_beside_own_ship_is_one_echo_at_every_azimuth() -> None:
-    """She passes it by 3 m at 8 kn: while it is within 16 m, boresight may point at it twice, or never. Before and after that, it
+    """Own ship passes by 3 m at 8 kn. Within 16 m boresight may point at the point twice, or never. Before and after that, it
     is an echo while the beam may meet it, half of the turn at most (12 beamwidths each side, and pieces)."""
     made = scene([SLAB], radar=FINE, own_ship={"course_deg": 0.0, "speed_kn": 8.0})
     prepared = with_points(on_grid(made), np.array([[3.0, 22.0, 2.0]]), np.array([0.0, 0.0, 15.0]))

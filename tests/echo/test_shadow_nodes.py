@@ -1,6 +1,6 @@
 """How fast shadows move over bodies, and the nodes that they need, for fields whose change is known at every spoke."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -28,9 +28,9 @@ def told(field: Callable[[int], Floats], unshaded: Indices = NONE, slack: float 
     """The nodes, and the spokes at which the field was asked for."""
     asked: list[int] = []
 
-    def evaluate(spoke: int, _: int) -> Fields:
-        asked.append(spoke)
-        return at_places(np.atleast_1d(field(spoke)))
+    def evaluate(spokes: Sequence[int], _: int) -> list[Fields]:
+        asked.extend(spokes)
+        return [at_places(np.atleast_1d(field(spoke))) for spoke in spokes]
 
     nodes = telling_nodes(EVERY, unshaded, lambda spokes: np.full(len(spokes), slack), evaluate)
     return nodes.tolist(), sorted(set(asked))
@@ -98,7 +98,9 @@ def test_what_is_between_errs_by_less_than_the_limit(width: float) -> None:
 
 
 def test_a_passage_of_two_nodes_keeps_both() -> None:
-    nodes = telling_nodes(np.array([5, 6]), NONE, lambda spokes: np.ones(len(spokes)), lambda *_: at_places(np.ones(1)))
+    nodes = telling_nodes(
+        np.array([5, 6]), NONE, lambda spokes: np.ones(len(spokes)), lambda spokes, _: [at_places(np.ones(1))] * len(spokes)
+    )
     assert nodes.tolist() == [5, 6]
 
 

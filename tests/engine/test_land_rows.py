@@ -192,8 +192,8 @@ def test_coasts_are_those_of_a_range_history_for_each_point(
 
 @pytest.mark.parametrize("way", [0.005, 0.01, 0.02, 0.3])
 def test_speckle_changes_from_scan_to_scan_as_the_beam_says(way: float, tmp_path: Path) -> None:
-    """Own ship moves by `way` [m] a scan, land lies abeam. The energy of what changes beside the phase of her way along the line
-    of sight is 2 (1 - rho), rho the transform of the two-way beam at 2 k times her way across: to 15 %, four standard errors of
+    """Own ship moves by `way` [m] a scan, land lies abeam. The energy of what changes beside the phase of its way along the line
+    of sight is 2 (1 - rho), rho the transform of the two-way beam at 2 k times its way across: to 15 %, four standard errors of
     some 800 cells in the beams of these azimuths."""
     made = coast(
         tmp_path, {"course_deg": 0.0, "speed_kn": way / 2.5 * 3600 / 1852}, bay=170.0, environment={"multipath": False}
@@ -259,7 +259,7 @@ def test_land_has_range_histories_about_a_corner(first: int, holds: bool, tmp_pa
 def test_land_beside_own_ship_leaves_the_rest_on_the_grid(
     speed_kn: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """She runs over land: of what is nearer than 10 times the way in which boresight turns by 1 rad (17 m, 52 m), each point has
+    """It runs over land: of what is nearer than 10 times the way in which boresight turns by 1 rad (17 m, 52 m), each point has
     a range history throughout, and is neither lost nor counted twice. Against histories of all points, with visibility each
     0.2 m of way: mean power within 0.1 dB in each ring, 2 % of cells off by 1 dB."""
     made = coast(tmp_path, {"course_deg": 200.0, "speed_kn": speed_kn}, bay=0.0, environment={"multipath": False})

@@ -40,7 +40,7 @@ def test_a_gyro_turns_heading_course_and_azimuth_together() -> None:
     block, was, number, time = true({"gyro": gyro}, scans=3)
     expected = 1.5 * DEGREE + 0.7 * DEGREE * np.sin(was.heading - 30 * DEGREE)
     expected += 0.2 * DEGREE * SensorNoise(2.0, 5, GYRO).at(number, time)
-    assert np.ptp(was.heading) > 0.5  # she turns
+    assert np.ptp(was.heading) > 0.5  # the ship turns
     for reported, truly in ((block.heading, was.heading), (block.course, was.course), (block.azimuth, was.azimuth)):
         np.testing.assert_allclose(wrap_angle(reported - truly), expected, atol=ROUNDING)
         assert reported.min() >= 0.0 and reported.max() < 2.0 * np.pi
@@ -116,7 +116,7 @@ def test_a_run_from_a_later_scan_reports_the_same(scan: int) -> None:
     assert same(whole(through), whole(later)) and not same(whole(through), whole(simulator(errors, seed=6)))
 
 
-def test_radars_of_one_ship_share_her_sensors_and_have_antennas_of_their_own() -> None:
+def test_radars_of_one_ship_share_its_sensors_and_have_antennas_of_their_own() -> None:
     scene = rs.load_scene(SCENE | {"errors": {"profile": "imo-a823"}})
     number, plain = np.arange(AZIMUTHS), whole(simulator())
     assert scene.errors is not None
@@ -129,7 +129,7 @@ def test_radars_of_one_ship_share_her_sensors_and_have_antennas_of_their_own() -
     assert (one.azimuth != other.azimuth).any()
 
 
-def test_own_ship_at_anchor_keeps_her_reports_apart_from_the_echoes() -> None:
+def test_own_ship_at_anchor_keeps_its_reports_apart_from_the_echoes() -> None:
     """A resting antenna takes another way through the engine."""
     still = SCENE | {"own_ship": {"heading_deg": 350}}
     block = whole(simulator({"gyro": {"bias_deg": 20}}, **{"own_ship": still["own_ship"]}))

@@ -90,9 +90,9 @@ def _noting_products(work: Work) -> Callable[..., Any]:
 
 
 def _noting_textures(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
-    def noting(self: texture.TextureTable, gaussian: Any) -> Any:
+    def noting(self: texture.TextureTable, gaussian: Any, direction: Any = None) -> Any:
         work.textures.append(gaussian.shape)
-        return original(self, gaussian)
+        return original(self, gaussian, direction)
 
     return noting
 

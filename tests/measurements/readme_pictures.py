@@ -116,7 +116,7 @@ def presets(chart: dict[str, Any], path: Path) -> None:
                     _draw_preset(axes, point, real_time)
             axes.axvline(real_time, color=LIMIT, linestyle="--", linewidth=1.2)
             axes.margins(0.2, 0.3)
-            axes.set_xlim(2e-6 if panel == "power" else 1e-5, 1.0)
+            axes.set_xlim(5e-7, 1.0)
             axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: duration(x)))
             axes.xaxis.set_minor_formatter(NullFormatter())
             axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
@@ -133,8 +133,8 @@ def presets(chart: dict[str, Any], path: Path) -> None:
 
 def _draw_preset(axes: Axes, point: dict[str, Any], real_time: float) -> None:
     """One preset: its name, and how many times faster than real time; hollow under way."""
-    name, under_way, _ = point["preset"].partition(" under way")
-    colour = COLOURS[["fast", "balanced", "reference", "documented"].index(name)]
+    names, under_way, _ = point["preset"].partition(" under way")
+    colour = COLOURS[["fast", "balanced", "reference", "documented"].index(names.split(", ")[0])]
     at = point["seconds_per_azimuth"], point["charted_db"]
     axes.plot(*at, "o", color=colour, markerfacecolor="white" if under_way else colour, markersize=8)
     missed = f"\n{percent(point['missed'])} of targets missed" if point["missed"] else ""

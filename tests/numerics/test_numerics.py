@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from scipy import constants as codata
 from scipy.integrate import quad
-from scipy.interpolate import make_interp_spline
 
 from radar_service.numerics import constants
 from radar_service.numerics.gamma_law import clutter_level_factor, known_level_factor
 from radar_service.numerics.kaiser_bessel import MIN_OVERSAMPLING, kernel_transform, shape_parameter
-from radar_service.numerics.quintic_spline import QuinticSpline
 from radar_service.numerics.ragged import batches, spans
 
 
@@ -68,27 +66,6 @@ def test_the_shape_parameter_is_that_of_beatty() -> None:
     """pi sqrt(W^2 / s^2 (s - 1/2)^2 - 0.8) for W = 6, s = 2 by hand; a grid without oversampling counts as oversampled 1.1."""
     assert shape_parameter(6, 2.0) == pytest.approx(np.pi * np.sqrt(4.5**2 - 0.8))
     assert shape_parameter(6, 1.0) == shape_parameter(6, MIN_OVERSAMPLING)
-
-
-# quintic_spline: the quintic spline against scipy's own, and against polynomials that it must reproduce.
-@pytest.mark.parametrize("count", [12, 13, 400])
-def test_it_is_scipys_spline(count: int) -> None:
-    """At points, between them, and at both ends; of unequal steps. Rounding of values near 1: 1e-14."""
-    rng = np.random.default_rng(count)
-    at = np.cumsum(rng.uniform(0.5, 1.5, count))
-    value = rng.normal(size=count) + 1j * rng.normal(size=count)
-    asked = np.concatenate([at, rng.uniform(at[0], at[-1], 500)])
-    ours, theirs = QuinticSpline.through(at, value)(asked), make_interp_spline(at, value, k=5)(asked)
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-14 * np.abs(theirs).max())
-
-
-def test_a_polynomial_of_fifth_degree_is_itself() -> None:
-    """Its coefficients are of order 1 and its points within 1, so rounding is some 1e-13."""
-    at = np.linspace(-1.0, 1.0, 41)
-    polynomial = np.array([0.3, -1.2, 0.7, 1.0, -0.4, 0.9])
-    asked = np.linspace(-1.0, 1.0, 333)
-    spline = QuinticSpline.through(at, np.polyval(polynomial, at).astype(np.complex128))
-    np.testing.assert_allclose(spline(asked), np.polyval(polynomial, asked), atol=1e-12)
 
 
 # ragged: rows of unequal lengths, against loops over them.

@@ -1,7 +1,7 @@
 """REST driven in process, on a radar that computes nothing."""
 
-import asyncio
-from collections.abc import Awaitable, Callable
+import contextlib
+from collections.abc import AsyncIterator
 from typing import Any
 
 from radar_service.ports.app import create_app
@@ -16,9 +16,10 @@ def station(**options: Any) -> Station:
     return Station("0", FakeEngine(scene()), options.pop("make", factory()), settings=settings, **options)
 
 
-def play(test: Callable[[Server], Awaitable[None]], only: Station | None = None, **options: Any) -> None:
-    async def body() -> None:
-        async with running(create_app([only or station()], **options)) as server:
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+@contextlib.asynccontextmanager
+async def playing(*stations: Station, **options: Any) -> AsyncIterator[Server]:
+    """A service with these radars, or with a paused one; further options are those of the app."""
+    stations = stations or (station(),)
+    async with running(create_app(stations, **options)) as server:
+        server.stations = list(stations)
+        yield server

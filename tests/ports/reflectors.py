@@ -17,7 +17,7 @@ PLACES = [(300, 20), (700, 80), (1000, 170), (1333, 250), (1700, 340)]  # m, and
 
 
 def scene(azimuths: int = 720) -> dict[str, Any]:
-    """Reflectors on a circle each, seen from a ship that turns to port; her heading is not that of the map."""
+    """Reflectors on a circle each, seen from a ship that turns to port; its heading is not that of the map."""
     bodies = []
     for number, (distance, bearing) in enumerate(PLACES):
         east, north = distance * np.sin(np.deg2rad(bearing)), distance * np.cos(np.deg2rad(bearing))

@@ -4,9 +4,10 @@ The accounts here are kept from the messages alone, not by a client of this proj
 """
 
 import asyncio
+import contextlib
 import math
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import pytest
@@ -194,10 +195,7 @@ class Model:
 @example([("read", 2, 1), ("leave", 2, 0), ("publish", 3, False)])  # it returns while a batch is encoded without its view
 @example([*[("publish", 3, True)] * 3, ("tell", 0, 0)])  # a truth for a lossless client whose queue is full
 def test_every_number_is_received_or_announced_whatever_happens(operations: list[tuple[str, Any, Any]]) -> None:
-    async def whole() -> None:
-        await Model().run(operations)
-
-    asyncio.run(whole())
+    asyncio.run(Model().run(operations))
 
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
@@ -239,29 +237,25 @@ async def follow(socket: Socket, account: Account, reads: asyncio.Event) -> None
         assert "bye" in account.types and closed.code == 1001
 
 
-def play(only: Station, act: Callable[[Server, list[Account]], Awaitable[None]], reads_late: bool = False) -> list[Account]:
-    """What each kind of client, and one that resumes, has of a radar that `act` drives to its end.
+@contextlib.asynccontextmanager
+async def playing(only: Station, reads_late: bool = False) -> AsyncIterator[tuple[Server, list[Account]]]:
+    """What each kind of client, and one that resumes, has of a radar that the body drives to its end.
 
     reads_late: whether they read when that is done, and not before.
     """
     accounts, reads = [Account() for _ in range(len(QUERIES) + 1)], asyncio.Event()
-
-    async def body() -> None:
-        async with running(create_app([only])) as server:
-            feeds = [await server.feed(query) for query in QUERIES]
-            feeds.append(await server.feed(f"?since={only.hub.epoch}:0"))
-            await until(lambda: len(only.hub.clients) == len(accounts))
-            for account in accounts if only.hub.next == 0 else ():
-                account.next[only.hub.epoch] = 0  # all were there before the first spoke
-            following = [asyncio.create_task(follow(*pair, reads)) for pair in zip(feeds, accounts, strict=True)]
-            if not reads_late:
-                reads.set()
-            await act(server, accounts)
+    async with running(create_app([only])) as server:
+        feeds = [await server.feed(query) for query in QUERIES]
+        feeds.append(await server.feed(f"?since={only.hub.epoch}:0"))
+        await until(lambda: len(only.hub.clients) == len(accounts))
+        for account in accounts if only.hub.next == 0 else ():
+            account.next[only.hub.epoch] = 0  # all were there before the first spoke
+        following = [asyncio.create_task(follow(*pair, reads)) for pair in zip(feeds, accounts, strict=True)]
+        if not reads_late:
             reads.set()
-            await asyncio.gather(*following)
-
-    asyncio.run(asyncio.wait_for(body(), 60))
-    return accounts
+        yield server, accounts
+        reads.set()
+        await asyncio.gather(*following)
 
 
 async def run(server: Server) -> None:
@@ -283,34 +277,30 @@ def few_truths(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_truths")
-def test_the_end_of_a_radar_comes_after_all_its_spokes() -> None:
+async def test_the_end_of_a_radar_comes_after_all_its_spokes() -> None:
     """It fails for good, as at the end of a replay, while its clients have yet to read all."""
     only = station(engine=FakeEngine(scene(), dies_at=160), restarts=0)
-
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only, reads_late=True) as (server, accounts):
         await run(server)
         await until(lambda: only.transmitter.state.fault is not None and all(client.closed for client in only.hub.clients))
-
-    for account in play(only, act, reads_late=True):
+    for account in accounts:
         assert account.next == {only.hub.epoch: only.hub.next} and account.received == only.hub.next == SPOKES
 
 
 @pytest.mark.usefixtures("few_truths")
 @pytest.mark.parametrize("stops", [False, True])
-def test_what_is_not_read_in_time_is_announced_before_the_bye(stops: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_what_is_not_read_in_time_is_announced_before_the_bye(stops: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first message was sent, the second one waits for the socket: it is in the gap too."""
     for name in ("fanout.hub.DRAIN", "radio.station.STOP_DRAIN"):
         monkeypatch.setattr(f"radar_service.service.{name}", {"live": 0.0, "lossless": 0.0})
     only, stopping = station(engine=FakeEngine(scene(), dies_at=160), restarts=0), list[asyncio.Task[None]]()
-
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only, reads_late=True) as (server, accounts):
         await run(server)
         await until(lambda: only.hub.next == SPOKES)
         if stops:
             stopping.append(asyncio.create_task(only.stop()))  # it waits for its clients, which may read now
         await until(lambda: all(client.closed for client in only.hub.clients))
-
-    for account in play(only, act, reads_late=True):
+    for account in accounts:
         assert account.next == {only.hub.epoch: only.hub.next}
         assert account.received == 0 and account.types == ["hello", "gap", "bye"]
 
@@ -322,31 +312,26 @@ async def stop(only: Station, ends: list[int]) -> None:
 
 
 @pytest.mark.parametrize("dies_at", [None, 40])
-def test_a_radar_that_tells_no_truth_loses_no_spoke_and_goes_on(dies_at: int | None) -> None:
+async def test_a_radar_that_tells_no_truth_loses_no_spoke_and_goes_on(dies_at: int | None) -> None:
     only, ends = station(engine=Untold(scene(), dies_at=dies_at), make=made_by(Untold)), list[int]()
-
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only) as (server, accounts):
         await run(server)
         await until(lambda: all("no_truth" in accounts[k].types for k in TRUTHFUL) and only.hub.next > 200)
         await stop(only, ends)
-
-    for account in play(only, act):
+    for account in accounts:
         assert account.next == {only.hub.epoch: ends[0]}
     assert only.transmitter.state.restarts == (dies_at is not None)
 
 
-def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
+async def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
     only, ends = station(engine=(engine := Slow(scene()))), list[int]()
-
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only) as (server, accounts):
         await run(server)
         await until(lambda: only.hub.next > 10 * AZIMUTHS)
         assert not any("truth" in account.types for account in accounts)
         engine.answers.set()
         await until(lambda: all(accounts[k].types.count("truth") > 9 for k in TRUTHFUL))
         await stop(only, ends)
-
-    accounts = play(only, act)
     for account in accounts:
         assert account.next == {only.hub.epoch: ends[0]}
     told = accounts[TRUTHFUL[0]].truths
@@ -354,7 +339,7 @@ def test_a_truth_that_is_late_delays_no_spoke_and_follows_in_order() -> None:
     assert only.transmitter.state.restarts == 0 and [time for time, _ in told] == sorted(time for time, _ in told)
 
 
-def test_a_batch_that_a_sink_fails_to_take_is_announced() -> None:
+async def test_a_batch_that_a_sink_fails_to_take_is_announced() -> None:
     only, ends = station(), list[int]()
     encode, failed = only.feed.send, list[int]()
 
@@ -364,27 +349,23 @@ def test_a_batch_that_a_sink_fails_to_take_is_announced() -> None:
             raise ValueError("cannot be encoded")
         encode(batch)
 
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only) as (server, accounts):
         only.feed.send = fail_once  # type: ignore[method-assign]
         await run(server)
         await until(lambda: only.hub.next > 200)
         await stop(only, ends)
-
-    for account in play(only, act):
+    for account in accounts:
         assert account.next == {only.hub.epoch: ends[0]} and account.shift == 0
     assert failed
 
 
-def test_a_swap_ends_an_epoch_for_everybody_at_the_same_number() -> None:
+async def test_a_swap_ends_an_epoch_for_everybody_at_the_same_number() -> None:
     only, ends = station(), list[int]()
-
-    async def act(server: Server, accounts: list[Account]) -> None:
+    async with playing(only) as (server, accounts):
         await run(server)
         await until(lambda: only.hub.next > 50)
         assert (await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})).status_code == 200
         await until(lambda: all(len(account.next) == 2 for account in accounts))
         await stop(only, ends)
-
-    accounts = play(only, act)
     assert len({next(iter(account.next.values())) for account in accounts}) == 1
     assert {account.next[only.hub.epoch] for account in accounts} == set(ends)

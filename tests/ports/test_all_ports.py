@@ -10,8 +10,7 @@ import pytest
 
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.app import create_app
-from radar_service.ports.asterix.asterix_port import AsterixPort, VideoSink
-from radar_service.ports.asterix.plot_blocks import PlotSink
+from radar_service.ports.asterix.asterix_port import AsterixPort, PlotPort
 from radar_service.ports.asterix.video_blocks import Form
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.navico_halo.datagrams import HALO
@@ -59,8 +58,8 @@ def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, sender
         NmeaPort([senders[0]]),
         AisPort([senders[1]]),
         SignalKPort(),
-        AsterixPort("asterix", [video], lambda port, sic: VideoSink(port, sic, Form())),
-        AsterixPort("asterix-plots", [video], lambda port, sic: PlotSink(port, sic, 0)),
+        AsterixPort([video], Form()),
+        PlotPort([video], Form()),
         shown.port,
         halo.port,
     )

@@ -1,28 +1,10 @@
-"""The whole application: the page, its headers, its limits."""
+"""The whole application: the page."""
 
-import json
-
-import pytest
-
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 
 
-def test_a_body_too_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.ports.rest.body_limits.MAX_JSON_BYTES", 1000)
-
-    async def test(server: Server) -> None:
-        body = json.dumps({"name": "a", "scene": {"name": "x" * 2000}})
-        answer = await server.http.post("/api/scenes", content=body, headers={"content-type": "application/json"})
-        assert answer.status_code == 413
-
-    play(test)
-
-
-def test_the_page_is_served() -> None:
-    async def test(server: Server) -> None:
+async def test_the_page_is_served() -> None:
+    async with playing() as server:
         answer = await server.http.get("/")
         assert answer.status_code == 200 and "text/html" in answer.headers["content-type"]
         assert (await server.http.get("/../pyproject.toml")).status_code == 404
-
-    play(test)

@@ -12,8 +12,7 @@ from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 from tests.service.fake import FakeEngine, factory, scene
 
 READ, COMMAND = "r" * 16, "c" * 16
@@ -46,8 +45,8 @@ def texts(value: object) -> str:
 
 
 @pytest.mark.parametrize("access", [Access(), Access(COMMAND), Access(COMMAND, READ)], ids=["open", "command", "read"])
-def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None:
-    async def test(server: Server) -> None:
+async def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None:
+    async with playing(station(False), access=access) as server:
         command = {"course_deg": 123.456789}
         for path in ("own-ship", "bodies/secret"):
             assert (await server.http.patch(f"/api/radars/0/{path}", json=command, headers=COMMANDER)).status_code == 200
@@ -67,11 +66,18 @@ def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None:
         hello = texts(await feed.until("hello"))
         assert not any(secret in hello for secret in SECRETS)
 
-    play(test, station(False), access=access)
 
-
-def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def test(server: Server) -> None:
+async def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Epoch, "is_blind", True)
+    monkeypatch.setattr(pictures, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode())
+    async with playing(
+        Station(
+            "0",
+            FakeEngine(replace(scene(), world=replace(scene().world, name="unmistakable"))),
+            factory(),
+            settings=Settings(pace=Pace("pause")),
+        )
+    ) as server:
         changes = await server.open("/api/changes")
         while "epoch" not in (change := await changes.text()):
             pass
@@ -81,33 +87,17 @@ def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.
         told += [change, texts(await (await server.feed()).until("hello"))]
         assert [text for text in told if "unmistakable" in text] == [] and any("drawn" in text for text in told)
 
-    monkeypatch.setattr(Epoch, "is_blind", True)
-    monkeypatch.setattr(pictures, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode())
-    play(
-        test,
-        Station(
-            "0",
-            FakeEngine(replace(scene(), world=replace(scene().world, name="unmistakable"))),
-            factory(),
-            settings=Settings(pace=Pace("pause")),
-        ),
-    )
-
 
 @pytest.mark.parametrize(("truth", "headers"), [(True, READER), (True, COMMANDER), (False, COMMANDER)])
-def test_who_may_know_is_told(truth: bool, headers: dict[str, str]) -> None:
-    async def test(server: Server) -> None:
+async def test_who_may_know_is_told(truth: bool, headers: dict[str, str]) -> None:
+    async with playing(station(truth), access=Access(COMMAND, READ)) as server:
         for path, status in zip(HIDDEN, (200, 200, 404, 200), strict=True):
             assert (await server.http.get(f"/api/radars/0/{path}", headers=headers)).status_code == status
         radar = (await server.http.get("/api/radars/0", headers=headers)).json()
         assert radar["plan"]["choices"] == CHOICES and radar["scene"]["warnings"] == ["body[0]: secret is odd"]
 
-    play(test, station(truth), access=Access(COMMAND, READ))
 
-
-def test_the_hello_of_a_server_with_truth_has_all() -> None:
-    async def test(server: Server) -> None:
+async def test_the_hello_of_a_server_with_truth_has_all() -> None:
+    async with playing(station(True)) as server:
         hello = await (await server.feed()).until("hello")
         assert hello["plan"]["choices"] == CHOICES and hello["scene"]["warnings"] == ["body[0]: secret is odd"]
-
-    play(test, station(True))

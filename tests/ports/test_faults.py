@@ -5,7 +5,7 @@ import asyncio
 import math
 import random
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -19,13 +19,15 @@ from radar_service import wire
 from radar_service.ports.app import create_app
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.hub import EncodedBatch, Hub
+from radar_service.service.fanout.hub import Hub
 from radar_service.service.feed_request import View
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
-from tests.ports.asgi import Closed, Server, Socket, running
+from tests.ports.asgi import Closed, Socket
+from tests.ports.playing import playing
 from tests.ports.serving import served
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+from tests.service.fanout.batches import batch
 from tests.service.held import ResultCache, held
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
@@ -34,14 +36,6 @@ FLAT_OUT = Settings(pace=Pace("run", math.inf))
 def station(**options: Any) -> Station:
     engine, make = options.pop("engine", FakeEngine(scene())), options.pop("make", factory())
     return Station("0", engine, make, settings=options.pop("settings", FLAT_OUT), **options)
-
-
-def play(test: Callable[[Server], Awaitable[None]], only: Station, seconds: float = 30.0) -> None:
-    async def body() -> None:
-        async with running(create_app([only])) as server:
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(body(), seconds))
 
 
 async def covered(feed: Socket, upto: int) -> Iterator[tuple[str, int, int]]:
@@ -55,10 +49,11 @@ async def covered(feed: Socket, upto: int) -> Iterator[tuple[str, int, int]]:
     return iter(spans)
 
 
-def test_an_engine_that_dies_is_replaced_in_the_next_scan_and_the_rest_is_a_gap() -> None:
+async def test_an_engine_that_dies_is_replaced_in_the_next_scan_and_the_rest_is_a_gap() -> None:
     """Spokes come in fives, so 39 to 43 is the block that kills it at spoke 40; scans have 24."""
-
-    async def test(server: Server) -> None:
+    async with playing(
+        station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(pace=Pace("pause", math.inf)))
+    ) as server:
         feed = await server.feed("?mode=lossless&encoding=f32")
         messages, end = [await feed.receive()], 0
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run"}})
@@ -83,13 +78,13 @@ def test_an_engine_that_dies_is_replaced_in_the_next_scan_and_the_rest_is_a_gap(
             lost = [(first, stop) for kind, first, stop in spans if kind == "gap"]
             assert lost == ([(max(number, 39), 48)] if number < 48 else [])
 
-    play(test, station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(pace=Pace("pause", math.inf))))
 
-
-def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
+async def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
     reports: list[str] = []
-
-    async def test(server: Server) -> None:
+    dying = factory(dies_at=0)
+    async with playing(
+        station(engine=FakeEngine(scene(), dies_at=40), make=dying, failed=lambda: reports.append("failed"))
+    ) as server:
         feed = await server.feed("?mode=lossless")
         assert "the wheel came off" in (await feed.until("bye"))["reason"]
         with pytest.raises(Closed):
@@ -101,21 +96,6 @@ def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
         while not reports:  # or the whole test runs out of time
             await asyncio.sleep(0.001)
         assert reports == ["failed"]
-
-    dying = factory(dies_at=0)
-    play(test, station(engine=FakeEngine(scene(), dies_at=40), make=dying, failed=lambda: reports.append("failed")))
-
-
-def test_a_dead_engine_in_standby_loses_no_numbers() -> None:
-    async def test(server: Server) -> None:
-        while not (await server.http.get("/api/health")).json()["radars"][0]["restarts"]:
-            await asyncio.sleep(0.001)
-        begun = (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"]
-        while (health := (await server.http.get("/api/health")).json()["radars"][0])["simulated_s"] < begun + 10:
-            await asyncio.sleep(0.001)
-        assert health["next"] == 0
-
-    play(test, station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(transmit=False, pace=FLAT_OUT.pace)))
 
 
 class StallingEngine(FakeEngine):
@@ -131,11 +111,10 @@ class StallingEngine(FakeEngine):
             yield block
 
 
-def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
+async def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
     """A spoke is 60/24/24 s of simulation; with a second for each, the factor reached is 0.104 of real time."""
     clock = [0.0]
-
-    async def test(server: Server) -> None:
+    async with playing(station(engine=StallingEngine(clock), settings=Settings(), clock=lambda: clock[0])) as server:
         feed = await server.feed("?mode=lossless")
         spans = list(await covered(feed, 3 * AZIMUTHS))
         assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
@@ -143,11 +122,9 @@ def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
         assert health["status"] == "behind" and health["radars"][0]["slips"] > 0
         assert health["radars"][0]["factor_reached"] < 0.97
 
-    play(test, station(engine=StallingEngine(clock), settings=Settings(), clock=lambda: clock[0]))
-
 
 @pytest.mark.parametrize("swaps", [60, pytest.param(1000, marks=pytest.mark.study)])
-def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> None:
+async def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> None:
     before: list[ResultCache] = []
 
     async def follow(feed: Socket) -> list[str]:
@@ -164,7 +141,7 @@ def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> 
                 assert message["epoch"] == epochs[-1] and end in (None, message["first"])
                 end = message["first"] + message["count"]
 
-    async def test(server: Server) -> None:
+    async with playing(station()) as server:
         feeds = [await server.feed(f"?encoding={kind}") for kind in ("u8", "u8", "f32", "u8-log")]
         followers = [asyncio.create_task(follow(feed)) for feed in feeds]
         named = []
@@ -183,60 +160,44 @@ def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> 
             assert len(set(epochs)) == len(epochs) and epochs == seen[0]
             assert [e for e in named if e in epochs] == epochs[1:]  # in order; overtaken ones never began
 
-    play(test, station(), seconds=30 + swaps / 4)
+
+async def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> None:
+    hub, view = Hub(lambda: 0.0), View("u8")
+    hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
+    hub.join(ClientQueue(view))
+    await hub.publish(batch(0, 5))
+    hub.skip("e", 5, 4, "the wheel came off")
+    hub.skip("another epoch", 5, 4, "no client receives it")
+    assert hub.next == 9
+    for number, spans in ((9, []), (7, [("gap", 7, 2)]), (3, [("spokes", 3, 2), ("gap", 5, 4)])):
+        hub.join(client := ClientQueue(view), ("e", number))
+        messages = [wire.unpack(item.data) for item in client.waiting[1:]]
+        assert [(m["type"], m["first"], m["count"]) for m in messages] == spans
 
 
-def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> None:
-    async def whole() -> None:
-        hub, view = Hub(lambda: 0.0), View("u8")
-        hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
-        hub.join(ClientQueue(view))
-        await hub.publish(batch(0, 5, view))
-        hub.skip("e", 5, 4, "the wheel came off")
-        hub.skip("another epoch", 5, 4, "no client receives it")
-        assert hub.next == 9
-        for number, spans in ((9, []), (7, [("gap", 7, 2)]), (3, [("spokes", 3, 2), ("gap", 5, 4)])):
-            hub.join(client := ClientQueue(view), ("e", number))
-            messages = [wire.unpack(item.data) for item in client.waiting[1:]]
-            assert [(m["type"], m["first"], m["count"]) for m in messages] == spans
-
-    asyncio.run(whole())
-
-
-def batch(first: int, count: int, view: View) -> EncodedBatch:
-    text = {"type": "spokes", "epoch": "e", "first": first, "count": count, "index": first, "time": list(range(count)),
-            "azimuth": list(range(first, first + count)), "data": bytes(range(count))}  # fmt: skip
-    text |= {key: list(range(count)) for key in ("heading", "position", "course", "speed")}
-    return EncodedBatch("e", first, count, {view: wire.pack(text)})
-
-
-def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
+async def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
     """At random moments, after any number of messages read or unread, some in the middle of a batch."""
     view, dice = View("u8"), random.Random(5)
-
-    async def whole() -> None:
-        hub = Hub(lambda: 0.0)
-        hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
-        had: list[int] = []
-        hub.join(client := ClientQueue(view))
-        for _ in range(1000):
-            for _ in range(dice.randrange(4)):
-                await hub.publish(batch(hub.next, dice.randint(1, 9), view))
-            while client.waiting:
-                message = wire.unpack((await client.get() or pytest.fail()).data)
-                if message["type"] == "spokes":
-                    had.extend(message["azimuth"][: dice.randint(0, 9) if not dice.randrange(9) else None])
-                    if had[-1:] != message["azimuth"][-1:]:
-                        break  # cut off within a batch
-                if not dice.randrange(5):
-                    break
-            hub.leave(client)
-            hub.join(client := ClientQueue(view), ("e", had[-1] + 1 if had else 0))
+    hub = Hub(lambda: 0.0)
+    hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
+    had: list[int] = []
+    hub.join(client := ClientQueue(view))
+    for _ in range(1000):
+        for _ in range(dice.randrange(4)):
+            await hub.publish(batch(hub.next, dice.randint(1, 9)))
         while client.waiting:
-            had.extend(wire.unpack((await client.get() or pytest.fail()).data).get("azimuth", []))
-        assert had == list(range(hub.next)) and hub.next > 5000
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+            message = wire.unpack((await client.get() or pytest.fail()).data)
+            if message["type"] == "spokes":
+                had.extend(message["azimuth"][: dice.randint(0, 9) if not dice.randrange(9) else None])
+                if had[-1:] != message["azimuth"][-1:]:
+                    break  # cut off within a batch
+            if not dice.randrange(5):
+                break
+        hub.leave(client)
+        hub.join(client := ClientQueue(view), ("e", had[-1] + 1 if had else 0))
+    while client.waiting:
+        had.extend(wire.unpack((await client.get() or pytest.fail()).data).get("azimuth", []))
+    assert had == list(range(hub.next)) and hub.next > 5000
 
 
 class CutClient(FeedClient):
@@ -274,7 +235,7 @@ def test_lines_that_are_cut_again_and_again_cost_no_spoke(breaks: int) -> None:
     print(f"\n{client.reconnections} returns, {len(numbers)} spokes, none lost")
 
 
-def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The time of day goes back and forth by a year with every look at it; spokes come in order and at their pace."""
     calls = 0
 
@@ -291,8 +252,7 @@ def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("time.time", jumping)
     monkeypatch.setattr("radar_service.service.spokes.datetime", Jumping)
     only = station(settings=Settings(pace=Pace(factor=20)))
-
-    async def test(server: Server) -> None:
+    async with playing(only) as server:
         began = time.monotonic()
         feed = await server.feed("?mode=lossless&encoding=u8-log")
         spans = list(await covered(feed, 8 * AZIMUTHS))
@@ -300,16 +260,14 @@ def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) ->
         assert all(a[2] == b[1] and a[0] == "spokes" for a, b in zip(spans, spans[1:], strict=False))
         due = (8 * AZIMUTHS - spans[0][1]) * only.epoch.info.scene.radar.spoke_period / 20
         assert lasted > due - 0.1  # s: a message more or less; a busy machine may make it longer
-
-    play(test, only)
     assert calls > 0
 
 
 @pytest.mark.parametrize("factor", [1e-12, 5e-324])
-def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
+async def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
     """At 1e-12 the next spoke is due in 1e11 s, at 5e-324 never; neither is a time that a thread can wait for."""
-
-    async def test(server: Server) -> None:
+    only = station(settings=Settings(pace=Pace(factor=100)))
+    async with playing(only) as server:
         feed = await server.feed("?encoding=u8-log")
         begun = list(await covered(feed, 5))
         for pace in ({"factor": factor}, {"factor": 1000}):
@@ -322,9 +280,6 @@ def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
         assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
         health = (await server.http.get("/api/health")).json()["radars"][0]
         assert health["restarts"] == 0 and health["fault"] is None
-
-    only = station(settings=Settings(pace=Pace(factor=100)))
-    play(test, only)
 
 
 def test_pacing_knows_no_wall_clock() -> None:

@@ -1,7 +1,5 @@
 """A port overrides what it has: one that overrides nothing has nothing, and a service runs with it."""
 
-import asyncio
-
 from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.port import Port
@@ -16,15 +14,11 @@ class Bare(Port):
     name = "bare"
 
 
-def test_a_port_that_overrides_nothing_does_nothing() -> None:
+async def test_a_port_that_overrides_nothing_does_nothing() -> None:
     host = PortHost((FeedPort(), bare := Bare()))
     assert host.sources == SourceRequest() and host.sinks("0") == []
-
-    async def whole() -> None:
-        async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
-            assert (await (await server.feed()).spokes(5))[0]["first"] == 0
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
+        assert (await (await server.feed()).spokes(5))[0]["first"] == 0
     bare.close()
     thread = host.threads[bare]
     assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)

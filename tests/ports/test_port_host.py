@@ -139,7 +139,7 @@ def test_a_look_that_fails_is_logged_and_the_next_one_is_told(
 
 
 @pytest.mark.parametrize("fault", ["blocks", "raises"])
-def test_a_port_that_does_not_stop_holds_up_nobody(
+async def test_a_port_that_does_not_stop_holds_up_nobody(
     fault: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(port_host, "STOP_SECONDS", 0.05)
@@ -153,17 +153,13 @@ def test_a_port_that_does_not_stop_holds_up_nobody(
             await asyncio.Event().wait()
 
     host = PortHost((Stubborn(), noted := Noted()))
-
-    async def whole() -> None:
-        async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
-            pass
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
+        pass
     assert ("stop", None) in noted.calls
     assert "port not stopped" in caplog.text
 
 
-def test_changes_are_told_after_the_epoch_has_opened() -> None:
+async def test_changes_are_told_after_the_epoch_has_opened() -> None:
     class InOrder(Noted):
         def changed(self, change: StateChange) -> None:
             self.sink.calls.append(("changed", change.kind))
@@ -171,19 +167,15 @@ def test_changes_are_told_after_the_epoch_has_opened() -> None:
 
     port = InOrder()
     host = PortHost((port,))
-
-    async def whole() -> None:
-        sinks = host.sinks("0")
-        station = Station("0", FakeEngine(scene()), factory(), sinks=sinks)
-        host.threads[port].start()
-        host.watch(station)
-        await asyncio.sleep(2 * port_host.LOOK)
-        assert port.sink.calls == []
-        sinks[0].open_epoch(station.radar_info(station.epoch))
-        assert await asyncio.to_thread(port.changed_at.wait, 60)
-        await host.stop()
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    sinks = host.sinks("0")
+    station = Station("0", FakeEngine(scene()), factory(), sinks=sinks)
+    host.threads[port].start()
+    host.watch(station)
+    await asyncio.sleep(2 * port_host.LOOK)
+    assert port.sink.calls == []
+    sinks[0].open_epoch(station.radar_info(station.epoch))
+    assert await asyncio.to_thread(port.changed_at.wait, 60)
+    await host.stop()
     assert [name for name, _ in port.sink.calls][:2] == ["open", "changed"]
 
 
@@ -223,27 +215,22 @@ def test_a_port_that_delays_radars_has_its_clock_and_its_news_all_the_same() -> 
     assert port.threads == {"port noted"}
 
 
-def test_the_clock_of_another_scene_begins_at_once() -> None:
+async def test_the_clock_of_another_scene_begins_at_once() -> None:
     """Its time is below that of the scene before, and the next call comes then, not when the old time is reached again."""
     port = Noted(period=1.0)
-
-    async def whole() -> None:
-        host = PortHost((RestPort(), port))
-        station = Station(
-            "0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", 50.0)), sinks=host.sinks("0")
-        )
-        async with running(create_app([station], host)) as server:
-            for _ in range(4):
-                assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
-            answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
-            assert answer.status_code == 200
-            while not any(later < earlier for earlier, later in zip(times(), times()[1:], strict=False)):
-                assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
 
     def times() -> list[float]:
         return [time for name, time in port.calls if name == "tick"]
 
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    host = PortHost((RestPort(), port))
+    station = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", 50.0)), sinks=host.sinks("0"))
+    async with running(create_app([station], host)) as server:
+        for _ in range(4):
+            assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
+        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
+        assert answer.status_code == 200
+        while not any(later < earlier for earlier, later in zip(times(), times()[1:], strict=False)):
+            assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
     first = next(k for k in range(1, len(times())) if times()[k] < times()[k - 1])
     assert times()[first] < 50.0 * 0.5  # a half second of the wall clock at that pace
 

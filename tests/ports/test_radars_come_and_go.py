@@ -1,9 +1,10 @@
 """Scenes with other radars on a service with all ports: each follows those that come, and is told of those that go."""
 
 import asyncio
+import contextlib
 import json
 import re
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -42,29 +43,24 @@ def scene(*ids: str, name: str = "mine") -> dict[str, Any]:
             "origin": {"latitude_deg": 54.0, "longitude_deg": 8.0}}  # fmt: skip
 
 
-def play(
-    test: Callable[[Server], Awaitable[None]], *ports: Port, pace: float = 4.0, **options: Any
-) -> PortHost:  # fmt: skip
-    """Runs a radar without an id with REST, the feed and more ports."""
+@contextlib.asynccontextmanager
+async def playing(*ports: Port, pace: float = 4.0, **options: Any) -> AsyncIterator[Server]:
+    """A radar without an id with REST, the feed and more ports, none of which has faults."""
     host = PortHost((RestPort(), FeedPort(), *ports))
-
-    async def whole() -> None:
-        station = Station(
-            "0",
-            FakeEngine(load_scene(scene(name="first"))),
-            factory(),
-            settings=Settings(pace=Pace("run", pace)),
-            sinks=host.sinks("0"),
-            **options,
-        )
-        async with running(create_app([station], host)) as server:
-            server.stations = [station]
-            await test(server)
-        for port in ports:
-            port.close()
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
-    return host
+    station = Station(
+        "0",
+        FakeEngine(load_scene(scene(name="first"))),
+        factory(),
+        settings=Settings(pace=Pace("run", pace)),
+        sinks=host.sinks("0"),
+        **options,
+    )
+    async with running(create_app([station], host)) as server:
+        server.stations = [station]
+        yield server
+    for port in ports:
+        port.close()
+    assert sum(thread.faults for thread in host.threads.values()) == 0
 
 
 async def put(server: Server, radar: str, *ids: str, name: str = "mine") -> dict[str, Any]:
@@ -80,8 +76,8 @@ async def until(condition: Callable[[], bool]) -> None:
         await asyncio.sleep(0.005)
 
 
-def test_rest_lists_those_that_have_come_and_says_which_have_gone() -> None:
-    async def test(server: Server) -> None:
+async def test_rest_lists_those_that_have_come_and_says_which_have_gone() -> None:
+    async with playing() as server:
         changes, poses = await server.open("/api/changes"), await server.open("/api/radars/0/poses")
         feed = await server.feed("?mode=live")
         answer = await put(server, "0", "ship", "shore")
@@ -111,12 +107,9 @@ def test_rest_lists_those_that_have_come_and_says_which_have_gone() -> None:
         command = await server.http.patch("/api/radars/shore/own-ship", json={"speed_kn": 3})
         assert command.status_code == 200, command.text
 
-    host = play(test)
-    assert sum(thread.faults for thread in host.threads.values()) == 0
 
-
-def test_a_radar_that_stays_keeps_its_clients() -> None:
-    async def test(server: Server) -> None:
+async def test_a_radar_that_stays_keeps_its_clients() -> None:
+    async with playing() as server:
         await put(server, "0", "ship", "shore")
         feed = await server.feed("?mode=live", radar="shore")
         assert (await feed.until("hello"))["radar"]["id"] == "shore"
@@ -125,20 +118,16 @@ def test_a_radar_that_stays_keeps_its_clients() -> None:
         hello = await feed.until("hello")
         assert (hello["scene"]["name"], hello["epoch"], hello["radar"]["id"]) == ("next", answer["epoch"], "shore")
 
-    play(test)
 
-
-def test_an_id_of_another_scene_of_the_server_is_refused_and_all_go_on() -> None:
-    async def test(server: Server) -> None:
+async def test_an_id_of_another_scene_of_the_server_is_refused_and_all_go_on() -> None:
+    async with playing() as server:
         answer = await server.http.put("/api/radars/0/scene", json={"scene": scene("ship", "ship")})
         assert answer.status_code == 422
         assert [radar["id"] for radar in (await server.http.get("/api/radars")).json()] == ["0"]
 
-    play(test)
 
-
-def test_signalk_has_those_that_are_there() -> None:
-    async def test(server: Server) -> None:
+async def test_signalk_has_those_that_are_there() -> None:
+    async with playing(SignalKPort()) as server:
         stream = await server.open("/signalk/v1/stream?subscribe=all")
         await put(server, "0", "ship", "shore")
         assert list((await server.http.get(SIGNALK)).json()["radars"]) == ["sim-ship", "sim-shore"]
@@ -151,9 +140,6 @@ def test_signalk_has_those_that_are_there() -> None:
         await late.text()
         paths = set(re.findall(r"radars\.(sim-\w+)\.", await late.text()))
         assert paths == {"sim-shore"}
-
-    host = play(test, SignalKPort())
-    assert sum(thread.faults for thread in host.threads.values()) == 0
 
 
 class Kept(Sender):
@@ -171,10 +157,9 @@ class Kept(Sender):
         """Nothing to close."""
 
 
-def test_sentences_are_about_the_first_radar_or_one_by_its_id() -> None:
+async def test_sentences_are_about_the_first_radar_or_one_by_its_id() -> None:
     first, named, ais = Kept(), Kept(), Kept()
-
-    async def test(server: Server) -> None:
+    async with playing(NmeaPort([first]), NmeaPort([named], "0"), AisPort([ais])) as server:
         await until(lambda: min(first.count, named.count, ais.count) > 0)
         await put(server, "0", "ship", "shore")
         before, silent, ships = first.count, named.count, ais.count
@@ -183,9 +168,6 @@ def test_sentences_are_about_the_first_radar_or_one_by_its_id() -> None:
         silent = named.count
         await put(server, "ship")
         await until(lambda: named.count > silent)
-
-    host = play(test, NmeaPort([first]), NmeaPort([named], "0"), AisPort([ais]))
-    assert sum(thread.faults for thread in host.threads.values()) == 0
 
 
 class Talking:
@@ -200,13 +182,13 @@ class Talking:
         """Nothing to close."""
 
 
-def test_sentences_steer_the_radar_of_their_option_and_are_counted_while_it_is_not_there() -> None:
+async def test_sentences_steer_the_radar_of_their_option_and_are_counted_while_it_is_not_there() -> None:
     port = SteeringPort([cast(Receiver, Talking())], "0")
 
     async def refused(server: Server) -> bool:
         return 'reason="nmea-radar"' in (await server.http.get("/metrics")).text
 
-    async def test(server: Server) -> None:
+    async with playing(port) as server:
         station = server.stations[0]
         await until(lambda: len(station.epoch.commands) > 0)
         assert not await refused(server)
@@ -214,14 +196,12 @@ def test_sentences_steer_the_radar_of_their_option_and_are_counted_while_it_is_n
         while not await refused(server):
             await asyncio.sleep(0.005)
 
-    play(test, port)
 
-
-def test_all_is_in_one_recording(tmp_path: Path) -> None:
+async def test_all_is_in_one_recording(tmp_path: Path) -> None:
     """A radar that comes back goes on in its channels; each epoch can be read."""
     path = tmp_path / "day.mcap"
+    async with playing(RecorderPort(path, True, SourceRequest()), pace=50.0) as server:
 
-    async def test(server: Server) -> None:
         async def sent(*radars: str) -> None:
             while True:
                 states = {
@@ -236,8 +216,6 @@ def test_all_is_in_one_recording(tmp_path: Path) -> None:
         await sent("ship", "shore")
         await put(server, "ship")
         await sent("0")
-
-    play(test, RecorderPort(path, True, SourceRequest()), pace=50.0)
     table = ChunkTable(path)
     assert sorted(recorded_radars(table)) == ["0", "ship", "shore"]
     for radar, names in (("0", ["first", "mine"]), ("ship", ["mine"]), ("shore", ["mine"])):

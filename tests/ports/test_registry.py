@@ -13,6 +13,7 @@ from radar_service.ports.recorder.service_recorder import RecorderPort
 from radar_service.ports.registry import opened
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.terminal.arguments import UsageError
+from tests.ports.nmea.test_senders import free_port
 
 
 def names(*arguments: str) -> list[str]:
@@ -52,6 +53,32 @@ def test_a_port_that_cannot_open_closes_those_before_it(tmp_path: Path, monkeypa
     with pytest.raises(FileNotFoundError):
         names("--record", "/proc/none/a.mcap")
     assert closed == ["feed"]
+
+
+def test_sockets_are_open_while_their_ports_are() -> None:
+    given = {f"--{name}": str(free_port()) for name in ("nmea-tcp", "ais-tcp", "nmea-in-tcp", "nmea-in-udp")}
+    words, free = [word for option in given.items() for word in option], str(free_port())
+    with opened(parser().parse_args(["serve", *words, "--nmea-udp", "9", "--ais-udp", "9"])) as ports:
+        assert [port.name for port in ports] == ["ais", "feed", "nmea", "nmea-in", "rest"]
+        for option, port in given.items():
+            with pytest.raises(UsageError, match=f"{option}: 127.0.0.1:{port} cannot be opened"):
+                names("--nmea-tcp", free, option, port)
+    assert len(names(*words)) == len(names("--nmea-tcp", free)) + 2 == 5  # all were closed
+
+
+@pytest.mark.parametrize(
+    "option", [*(f"{name}-{by}" for name in ("nmea", "ais", "nmea-in") for by in ("tcp", "udp")), "asterix", "asterix-plots"]
+)
+def test_beyond_this_machine_no_option_opens_a_port_alone(option: str) -> None:
+    others_come = "-in-" in option or option.endswith("tcp")
+    allow = "--asterix-allow" if option.startswith("asterix") else "--nmea-allow"
+    needs = f"--{option}: .* beyond this machine, and nothing asks for a login.*{allow}"
+    where = f"{'0.0.0.0' if others_come else '10.0.0.2'}:{free_port()}"
+    for token in ([], ["--token-file", "t"]):
+        with pytest.raises(UsageError, match=needs):
+            names(f"--{option}", where, *token)
+    for also in (["--nmea-allow", "10.0.0.2"], ["--insecure"]) if others_come else ():
+        assert len(names(f"--{option}", where, *also)) == 3
 
 
 def test_options_of_ports_cost_no_command_the_import_of_a_server() -> None:

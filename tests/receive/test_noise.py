@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from radar_service.numerics.random import generator
 from radar_service.receive.noise import MIN_POWER, GaussianSpectrum, integrate
+from tests.kernels.both import both
 
 SIZE, ROWS = 240, 4000
 SHAPE = np.exp(-((np.fft.fftfreq(SIZE) / 0.1) ** 2)) * (1.2 + np.sin(7 * np.fft.fftfreq(SIZE)))  # not symmetric
@@ -34,10 +36,18 @@ def test_noise_is_circular() -> None:
 
 
 def test_adding_is_drawing_and_a_sum() -> None:
-    noise, before = GaussianSpectrum(SHAPE, 1.0), np.full((3, SIZE), 2 - 1j, dtype=np.complex64)
-    added = before.copy()
-    noise.add(added, np.random.default_rng(4))
-    np.testing.assert_array_equal(added, before + noise.draw(3, np.random.default_rng(4)))
+    """With rows whose last word of random numbers goes on in the next one, by the kernel and by numpy: bytes are equal."""
+    odd = np.abs(np.fft.fftfreq(SIZE)) * SIZE < 20.5  # 41 frequencies
+    noise, before = GaussianSpectrum(odd.astype(float), 1.0), np.full((3, SIZE), 2 - 1j, dtype=np.complex64)
+
+    def drawn() -> tuple[bytes, bytes]:
+        added = before.copy()
+        noise.add(added, generator(4, 1))
+        np.testing.assert_array_equal(added, before + noise.draw(3, generator(4, 1)))
+        return added.tobytes(), noise.draw(3, generator(4, 1)).tobytes()
+
+    compiled, by_numpy = both(drawn)
+    assert compiled == by_numpy
 
 
 @pytest.mark.parametrize("snr", [0.0, 4.0])

@@ -1,8 +1,6 @@
 """Replay: clients get the bytes that the recorded radar sent; what needs an engine is refused in a sentence."""
 
-import asyncio
 import json
-from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,6 @@ import pytest
 
 from radar_service import wire
 from radar_service.commands.record import record_scans
-from radar_service.ports.app import create_app
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
@@ -22,32 +19,22 @@ from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.simulator import Simulator
 from radar_service.world.commands import CommandError
-from tests.ports.asgi import Closed, Server, running
+from tests.ports.asgi import Closed
+from tests.ports.playing import playing
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, spokes_of
 from tests.service.in_process import InProcess
 
 FAST = Settings(pace=Pace("run", float("inf")))
 
 
-def served(station: Station, test: Callable[[Server], Awaitable[Any]]) -> Any:
-    async def body() -> Any:
-        async with running(create_app([station])) as server:
-            return await test(server)
-
-    return asyncio.run(asyncio.wait_for(body(), 60))
-
-
-def feed(station: Station, query: str, count: int = 3 * AZIMUTHS) -> list[dict[str, Any]]:
-    """So many spokes from the first one on, as a lossless client of that station gets them."""
-
-    async def test(server: Server) -> list[bytes]:
+async def feed(station: Station, query: str) -> list[dict[str, Any]]:
+    """The spokes of three scans, as a lossless client of that station gets them."""
+    async with playing(station) as server:
         socket, got, spokes = await server.feed(f"?mode=lossless&{query}"), list[bytes](), 0
-        while spokes < count:
+        while spokes < 3 * AZIMUTHS:
             got.append(await socket.raw())
             spokes += wire.unpack(got[-1]).get("count", 0)
-        return got
-
-    return [spoke for spoke in spokes_of(served(station, test)) if spoke["number"] < count]
+    return [spoke for spoke in spokes_of(got) if spoke["number"] < 3 * AZIMUTHS]
 
 
 def replayed(path: Path, start: float = 0.0, **options: Any) -> ReplayStation:
@@ -57,27 +44,26 @@ def replayed(path: Path, start: float = 0.0, **options: Any) -> ReplayStation:
 @pytest.mark.parametrize(
     "query", ["encoding=c64", "encoding=f32", "encoding=f16", "encoding=u8-log&bins=40", "encoding=u8&sector=10,200"]
 )
-def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path) -> None:
+async def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path) -> None:
     live = Station("0", InProcess(SceneRequest(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1)
-    sent, again = feed(live, query), feed(replayed(recording), query)
+    sent, again = await feed(live, query), await feed(replayed(recording), query)
     assert len(sent) > 3 * AZIMUTHS / 4 and any(spoke["blind"] for spoke in sent)
     assert again == sent
 
 
 @pytest.mark.parametrize("query", ["encoding=f32&labels=1&powers=all", "encoding=u8&bins=40&labels=1&compress=zstd"])
-def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
+async def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
     live = Station(
         "0", InProcess(SceneRequest(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1, allow_truth=True
     )  # fmt: skip
     query = query.replace("powers=all", "powers=256,257")
-    sent, again = told(live, query), told(replayed(labelled_recording, allow_truth=True), query)
+    sent, again = await told(live, query), await told(replayed(labelled_recording, allow_truth=True), query)
     assert len(sent) == 3 * AZIMUTHS and again == sent
 
 
-def told(station: Station, query: str) -> list[tuple[bytes, ...]]:
+async def told(station: Station, query: str) -> list[tuple[bytes, ...]]:
     """Samples, labels and powers of each spoke of three scans, as a lossless client gets them."""
-
-    async def test(server: Server) -> list[tuple[bytes, ...]]:
+    async with playing(station) as server:
         socket, got = await server.feed(f"?mode=lossless&{query}"), list[tuple[bytes, ...]]()
         while len(got) < 3 * AZIMUTHS:
             message = await socket.receive()
@@ -88,50 +74,40 @@ def told(station: Station, query: str) -> list[tuple[bytes, ...]]:
                 assert message["sources"][-1] == {"number": 257, "name": "b"}
         return got[: 3 * AZIMUTHS]
 
-    got: list[tuple[bytes, ...]] = served(station, test)
-    return got
-
 
 @pytest.mark.parametrize(("query", "reason"), [("labels=1", "labels: the recording has none"),
                                                ("powers=all", "powers: the recording has none")])  # fmt: skip
-def test_labels_that_are_not_recorded_are_refused(query: str, reason: str, recording: Path) -> None:
-    async def test(server: Server) -> None:
+async def test_labels_that_are_not_recorded_are_refused(query: str, reason: str, recording: Path) -> None:
+    async with playing(replayed(recording, allow_truth=True)) as server:
         assert reason in (await (await server.feed(f"?{query}")).receive())["reason"]
 
-    served(replayed(recording, allow_truth=True), test)
 
-
-def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path) -> None:
-    async def test(server: Server) -> None:
+async def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path) -> None:
+    station = replayed(recording, 2.0)
+    ended = []
+    station.failed = lambda: ended.append(True)
+    async with playing(station) as server:
         socket = await server.feed("?mode=lossless&encoding=c64")
         first = await socket.until("spokes")
         assert first["first"] == 0 and first["time"][0] >= 2.0 > first["time"][0] - 60 / 33 / AZIMUTHS
         assert (await socket.until("bye"))["reason"] == "the radar has stopped: the recording has ended"
-
-    station = replayed(recording, 2.0)
-    ended = []
-    station.failed = lambda: ended.append(True)
-    served(station, test)
     assert ended and isinstance(station.epoch.spoke_source, ReplaySpokeSource) and station.epoch.spoke_source.has_ended
 
 
-def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
+async def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
     data, place = bytearray(recording.read_bytes()), ChunkTable(recording).chunks[1]
     data[place.offset + place.length // 2] ^= 0xFF
     (path := tmp_path / "damaged.mcap").write_bytes(data)
-
-    async def test(server: Server) -> None:
+    station = replayed(path)
+    async with playing(station) as server:
         socket = await server.feed("?mode=lossless")
         reason = (await socket.until("bye"))["reason"]
         assert reason.startswith(f"the radar has stopped: {path}: the chunk at byte {place.offset} is damaged")
-
-    station = replayed(path)
-    served(station, test)
     assert isinstance(station.epoch.spoke_source, ReplaySpokeSource) and not station.epoch.spoke_source.has_ended
 
 
-def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
-    async def test(server: Server) -> None:
+async def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
+    async with playing(replayed(recording, allow_truth=True)) as server:
         refused = [
             await server.http.put("/api/radars/0/scene", json={"scene": "harbour"}),
             await server.http.patch("/api/radars/0/controls", json={"rpm": 20}),
@@ -153,8 +129,6 @@ def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path)
         await socket.spokes(AZIMUTHS)
         assert {json.loads(await lines.text())["type"] for _ in range(3)} == {"crossing", "snapshot"}
 
-    served(replayed(recording, allow_truth=True), test)
-
 
 def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = ReplaySpokeSource(recording)
@@ -166,7 +140,7 @@ def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypa
     assert station.settings == replace(FAST, range=20.0, video=replace(FAST.video, gain=71))
 
 
-def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:
+async def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:
     scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
     steered = Simulator(load_scene(scene), "fast", 1)
     steered.command(spoke=20, course_deg=90)
@@ -174,14 +148,9 @@ def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_p
     with RecordingFile(tmp_path / "steered.mcap") as file:
         record_scans(RadarRecording(file, "0", False), steered, scene, 3, False)
     station = replayed(tmp_path / "steered.mcap")
-
-    async def refused() -> None:
+    async with playing(station) as server:
         with pytest.raises(CommandError, match="replays a recording; nothing is steered"):
             await station.commands.command(None, lambda time: {"speed_kn": 1.0})
-
-    async def test(server: Server) -> list[bytes]:
-        await refused()
         socket = await server.feed("?mode=lossless&encoding=f32")
-        return [await socket.raw() for _ in range(3 * AZIMUTHS // 32 + 1)]
-
-    assert [spoke["number"] for spoke in spokes_of(served(station, test))] == list(range(3 * AZIMUTHS))
+        got = [await socket.raw() for _ in range(3 * AZIMUTHS // 32 + 1)]
+    assert [spoke["number"] for spoke in spokes_of(got)] == list(range(3 * AZIMUTHS))

@@ -89,7 +89,7 @@ def test_reflectors_and_own_ship_stand_where_the_truth_has_them(tmp_path: Path) 
 
 
 def test_speed_is_ahead_and_to_port(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By the command. She makes 10 knots over ground to the east and heads 060: a drift of 30 degrees to starboard."""
+    """By the command. The ship makes 10 knots over ground to the east and heads 060: a drift of 30 degrees to starboard."""
     scene = """[radar]
 azimuths = 8
 range_max_m = 500

@@ -30,6 +30,24 @@ def beam_weights(
     return count
 
 
+def weighted_normals(
+    rows: int,
+    above: int,
+    gap: int,
+    below: int,
+    adds: int,
+    total: int,
+    words: Indices,
+    quantile: Any,
+    weight: Any,
+    spectrum: Any,
+) -> int:
+    drawn = quantile[words.view(np.uint16)[: rows * len(weight)]].reshape(rows, -1) * weight
+    parts = [drawn[:, :above], np.zeros((rows, gap), dtype=np.float32), drawn[:, above:]]
+    spectrum[:] = np.concatenate(parts, axis=1) + (spectrum if adds else np.float32(-0.0))
+    return rows
+
+
 # ---- grids ----
 
 
@@ -235,6 +253,6 @@ WITNESSES: dict[str, Any] = {
     for function in (
         phasors, beam_weights, spread_points, spread_series, echo_positions, lines_of_sight, points_behind, surface_points,
         strata, leg_rays, leg_weights, leg_lengths, lattice_nodes, lattice_between, lattice_sums, shadow_planes, stand_before,
-        skyline,
+        skyline, weighted_normals,
     )
 }  # fmt: skip

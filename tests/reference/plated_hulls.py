@@ -90,7 +90,7 @@ class Hull:
 
     @property
     def unit(self) -> float:
-        """Root of what a plate of her length and a fifth of her height returns along its normal [m]."""
+        """Root of what a plate of its length and a fifth of its height returns along its normal [m]."""
         return float(np.sqrt(4.0 * np.pi) * self.table["length_m"] * 0.2 * self.table["height_m"] / self.setting.wavelength)
 
     def body(self, dented: bool = True) -> dict[str, Any]:

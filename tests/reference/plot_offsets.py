@@ -1,4 +1,4 @@
-"""How far the plots of a ship lie from the middle of her waterline, by aspect, and from where her power lies.
+"""How far the plots of a ship lie from the middle of its waterline, by aspect, and from where its power lies.
 
 `python -m tests.reference.plot_offsets` measures and writes the table of docs/plots.md anew, which stands between
 `<!-- measured: plot-offsets -->` and `<!-- end -->`. It takes a minute.
@@ -35,8 +35,8 @@ RADAR = {
 
 @dataclass(frozen=True)
 class Offsets:
-    """What plots of a ship give at an aspect [deg], as arrays (K,) [m]: along, across: of her power from the middle of her
-    waterline, to the bow and to starboard; in_range, in_bearing: of the plot from her power, outward and clockwise."""
+    """What plots of a ship give at an aspect [deg], as arrays (K,) [m]: along, across: of its power from the middle of its
+    waterline, to the bow and to starboard; in_range, in_bearing: of the plot from its power, outward and clockwise."""
 
     aspect: float
     along: np.ndarray
@@ -63,7 +63,7 @@ def measured(aspects: Sequence[float], scans: int, ship: dict[str, Any], seed: i
     for _ in range(scans):
         scan = simulator.scan()
         plots = extractor.add(scan).plots
-        truths = truths_of(simulator, scan.number, [body["name"] for body in bodies])
+        truths = truths_of(simulator, range(scan.number, scan.number + 1), [body["name"] for body in bodies])[0]
         results.append(ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths))
     every = [match for some in matches(results) for match in some if match.truth.centroid]
     return [_offsets(aspect, [match for match in every if match.truth.body == f"{aspect}"]) for aspect in aspects]
@@ -86,7 +86,7 @@ def rows(every: Sequence[Offsets]) -> str:
 
 
 def _glint(one: Offsets) -> tuple[str, ...]:
-    """Mean and standard deviation of where her power lies, along and across."""
+    """Mean and standard deviation of where its power lies, along and across."""
     return tuple(f"{value:.1f}" for x in (one.along, one.across) for value in (x.mean(), x.std(ddof=1)))
 
 

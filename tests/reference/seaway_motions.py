@@ -37,7 +37,7 @@ def height_factor(x: float) -> float:
 
 
 def sway(table: Table, stand: Stand, heading: float, felt: Floats, time: float, waves: Any) -> tuple[float, float, float]:
-    """Roll, pitch [rad] and heave [m] of a box; felt: velocity (2,) to which she responds [m/s]."""
+    """Roll, pitch [rad] and heave [m] of a box; felt: velocity (2,) to which it responds [m/s]."""
     length, breadth = table["length_m"], table["width_m"]
     depth = -table["position_m"][2] if "position_m" in table else -stand.position[2]
     damping, block, waterplane, period = 0.1, 0.7, 0.8, roll_period(table, depth)
@@ -76,7 +76,7 @@ def stand_in_seaway(table: Table, time: float, tracks: Mapping[str, Floats], wav
 
 
 def felt_velocity(table: Table, time: float, tracks: Mapping[str, Floats]) -> Floats:
-    """Her velocity (2,) [m/s], and what is left of each jump of it before: by differences of her positions."""
+    """A ship's velocity (2,) [m/s], and what is left of each jump of it before: by differences of its positions."""
     tiny = 1e-4
 
     def velocity(at: float) -> Floats:
@@ -92,7 +92,7 @@ def felt_velocity(table: Table, time: float, tracks: Mapping[str, Floats]) -> Fl
 
 
 def corners(table: Table) -> list[float]:
-    """Times [s] at which her velocity may jump, of a table without track and loop."""
+    """Times [s] at which its velocity may jump, of a table without track and loop."""
     times = [change["time_s"] for change in table.get("manoeuvre", [])]
     if "waypoints" in table:
         times += np.cumsum([part.duration for part in ship_tracks.route(table)]).tolist()

@@ -1,6 +1,6 @@
 """Parts of ships for `make_ships`: sheets, boxes, bars, and what of them makes a hull, a deckhouse, a mast, a hatch.
 
-What returns radar waves from a ship over wide angles is not her smooth sides but the corners of her fittings: bulwarks
+What returns radar waves from a ship over wide angles is not its smooth sides but the corners of its fittings: bulwarks
 with stays, coamings, tiers of a deckhouse, wings, masts, winches; so these are drawn, down to a quarter of a metre. x to
 starboard, y ahead, z up from the waterline [m]; single sheets are seen from either side.
 """

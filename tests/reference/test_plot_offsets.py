@@ -16,8 +16,8 @@ def biases(every: list[Offsets]) -> np.ndarray:
     return np.array([(one.in_range.mean(), one.in_bearing.mean()) for one in every])
 
 
-def test_plots_of_a_declared_hull_lie_where_her_power_lies() -> None:
-    """0.25 m: a twentieth of a range cell. Her power lies up to 60 m from the middle of her waterline."""
+def test_plots_of_a_declared_hull_lie_where_its_power_lies() -> None:
+    """0.25 m: a twentieth of a range cell. Its power lies up to 60 m from the middle of its waterline."""
     every = measured((20.0, 100.0), 4, HULL)
     assert [len(one.along) for one in every] == [4, 4]
     assert (abs(biases(every)) < 0.25).all()
@@ -25,7 +25,7 @@ def test_plots_of_a_declared_hull_lie_where_her_power_lies() -> None:
 
 
 @pytest.mark.study
-def test_plots_of_a_freighter_lie_where_her_power_lies() -> None:
+def test_plots_of_a_freighter_lie_where_its_power_lies() -> None:
     every = measured(ASPECTS, 10, {"mesh": "freighter.obj", "scattering": "optics"})
     assert all(len(one.along) == 10 for one in every) and (abs(biases(every)) < 0.25).all()
     assert max(one.along.std() for one in every) > 20.0  # glint

@@ -52,7 +52,7 @@ def misses(draws: int) -> dict[tuple[int, str], float]:
 
 
 def test_the_true_speed_of_scenario_1_is_that_of_a_line_through_equal_errors() -> None:
-    """Glint, range and steps lie along her course, and so does the log: the slope of a straight line has a closed form."""
+    """Glint, range and steps lie along its course, and so does the log: the slope of a straight line has a closed form."""
     plots, spread = 73, np.sqrt(GLINT**2 + RANGE**2 + STEP**2 / 12.0)
     slope = spread * np.sqrt(12.0 / (plots * (plots**2 - 1.0))) / SCAN / KNOT
     expected = norm.sf((0.5 - 0.2) / slope) + norm.sf((0.5 + 0.2) / slope)

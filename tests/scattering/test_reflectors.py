@@ -47,7 +47,7 @@ def test_the_echo_follows_the_heading(heading: float, moving: bool) -> None:
 
 def test_the_echo_follows_the_roll() -> None:
     """Rolling by 20 degrees in 7 s, beam on, scan by scan: the pattern at the roll of the moment that the beam passes. A
-    visibility step is 1/32 of the period, in half of which she rolls 2 degrees at most."""
+    visibility step is 1/32 of the period, in half of which the ship rolls 2 degrees at most."""
     body = OCTAHEDRAL | {"heading_deg": 90, "roll_deg": 20, "roll_period_s": 7.0}
     of = scene([body], radar=RADAR, environment={"earth": "flat"})
     levels, law = peak_dbsm(body, 6), of.bodies[0].motion

@@ -49,7 +49,7 @@ def test_a_file_that_is_not_there_is_told_for_each_body(key: str, tmp_path: Path
 
 @pytest.mark.parametrize("heading", [0, 90, 180, 270, 37, -120, 360])
 def test_the_bow_of_a_file_may_point_anywhere(heading: float, tmp_path: Path) -> None:
-    """A marker at the bow, one to starboard and one at the file's origin come where the body has them, however she lies there."""
+    """A marker at the bow, one to starboard and one at the file's origin come where the body has them, however it lies there."""
     t = np.deg2rad(heading)
     bow, starboard = 9.0 * np.array([np.sin(t), np.cos(t), 0.0]), 2.0 * np.array([np.cos(t), -np.sin(t), 0.0])
     lines = [f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in (bow, starboard, -starboard, [0.0, 0.0, 3.0])]
@@ -61,7 +61,7 @@ def test_the_bow_of_a_file_may_point_anywhere(heading: float, tmp_path: Path) ->
     np.testing.assert_allclose(made.mesh.vertices, expected, atol=1e-14)  # rounding of 9 m
 
 
-def test_a_mesh_with_its_bow_at_z_sails_bow_first_and_has_its_middle_on_her_waterline(tmp_path: Path) -> None:
+def test_a_mesh_with_its_bow_at_z_sails_bow_first_and_has_its_middle_on_its_waterline(tmp_path: Path) -> None:
     """By its standard glTF has y up and the front at +z: the stern of a body. The file is 10 m long, its origin at the bow."""
     corners = [(x, y, z) for x in (-2.0, 2.0) for y in (0.0, 5.0) for z in (-10.0, 0.0)]
     faces = "f 1 2 4\nf 1 4 3\nf 5 8 6\nf 5 7 8\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n"

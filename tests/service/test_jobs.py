@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import threading
 import weakref
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
@@ -13,15 +13,13 @@ import pytest
 from radar_service.service.jobs import MAX_FINISHED, Busy, Cancelled, DuplicateJob, JobQueue, WatchedJob
 
 
-def play(test: Callable[[JobQueue], Awaitable[None]], workers: int = 1, waiting: int = 1) -> None:
-    async def body() -> None:
-        queue = JobQueue(workers, waiting)
-        try:
-            await test(queue)
-        finally:
-            queue.close()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+@contextlib.asynccontextmanager
+async def playing(workers: int = 1, waiting: int = 1) -> AsyncIterator[JobQueue]:
+    queue = JobQueue(workers, waiting)
+    try:
+        yield queue
+    finally:
+        queue.close()
 
 
 class Gate:
@@ -42,8 +40,8 @@ class Gate:
             await asyncio.sleep(0.001)
 
 
-def test_a_job_tells_its_stages() -> None:
-    async def test(queue: JobQueue) -> None:
+async def test_a_job_tells_its_stages() -> None:
+    async with playing() as queue:
         gate = Gate()
         running = asyncio.create_task(queue.run("scene", gate, "mine"))
         await gate.begun()
@@ -54,11 +52,9 @@ def test_a_job_tells_its_stages() -> None:
         told = queue.job("mine").as_dict()
         assert (told["state"], told["doing"]) == ("done", "") and told["seconds"] == queue.job("mine").as_dict()["seconds"]
 
-    play(test)
 
-
-def test_no_more_wait_than_may_and_names_are_unique_while_they_run() -> None:
-    async def test(queue: JobQueue) -> None:
+async def test_no_more_wait_than_may_and_names_are_unique_while_they_run() -> None:
+    async with playing() as queue:
         gate = Gate()
         first = asyncio.create_task(queue.run("scene", gate, "a"))
         await gate.begun()
@@ -77,33 +73,15 @@ def test_no_more_wait_than_may_and_names_are_unique_while_they_run() -> None:
         open_gate.open.set()
         assert await queue.run("scene", open_gate, "a") == "result"  # a name may be used again
 
-    play(test)
-
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_many_at_once_all_end(workers: int) -> None:
+async def test_many_at_once_all_end(workers: int) -> None:
     """Jobs never wait for one another, so six on two workers end, or on one."""
-
-    async def test(queue: JobQueue) -> None:
+    async with playing(workers, 6) as queue:
         assert await asyncio.gather(*(queue.run("upload", lambda job, n=n: n) for n in range(6))) == list(range(6))
 
-    play(test, workers, 6)
 
-
-def test_a_cancelled_job_ends_its_work() -> None:
-    async def test(queue: JobQueue) -> None:
-        gate = Gate()
-        running = asyncio.create_task(queue.run("scene", gate, "a"))
-        await gate.begun()
-        queue.job("a").cancel()
-        with pytest.raises(Cancelled):
-            await running
-        assert queue.job("a").state == "cancelled" and gate.open.is_set()
-
-    play(test)
-
-
-def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> None:
+async def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> None:
     """A process that ends slowly on a busy machine delays no answer; the worker is free again when it has ended."""
     ended = threading.Event()
 
@@ -113,7 +91,7 @@ def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> No
             assert ended.wait(60)
             return "too late"
 
-    async def test(queue: JobQueue) -> None:
+    async with playing() as queue:
         slow, next_one = Slow(), Gate()
         running = asyncio.create_task(queue.run("scene", slow, "a"))
         await slow.begun()
@@ -127,32 +105,26 @@ def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> No
         next_one.open.set()
         assert await waiting == "result" and queue.job("a").state == "cancelled"
 
-    play(test)
 
-
-def test_a_job_that_is_listed_keeps_no_result() -> None:
-    async def test(queue: JobQueue) -> None:
+async def test_a_job_that_is_listed_keeps_no_result() -> None:
+    async with playing() as queue:
         made = weakref.ref(await queue.run("scene", lambda job: Scene(), "a"))
         await queue.run("scene", lambda job: None, "b")  # the only thread holds the first result until it works again
         assert queue.job("a").state == "done" and made() is None
 
-    play(test)
 
-
-def test_an_error_of_the_work_is_raised_and_noted() -> None:
+async def test_an_error_of_the_work_is_raised_and_noted() -> None:
     def fail(job: WatchedJob) -> None:
         raise ValueError("it broke")
 
-    async def test(queue: JobQueue) -> None:
+    async with playing() as queue:
         with pytest.raises(ValueError, match="it broke"):
             await queue.run("scene", fail, "a")
         assert queue.job("a").state == "failed"
 
-    play(test)
 
-
-def test_a_request_that_goes_away_ends_its_job() -> None:
-    async def test(queue: JobQueue) -> None:
+async def test_a_request_that_goes_away_ends_its_job() -> None:
+    async with playing() as queue:
         gate = Gate()
         running = asyncio.create_task(queue.run("scene", gate, "a"))
         await gate.begun()
@@ -161,19 +133,15 @@ def test_a_request_that_goes_away_ends_its_job() -> None:
             await running
         assert queue.job("a").state == "cancelled" and gate.open.is_set()
 
-    play(test)
 
-
-def test_only_the_last_jobs_are_remembered_and_a_closed_queue_takes_none() -> None:
-    async def test(queue: JobQueue) -> None:
+async def test_only_the_last_jobs_are_remembered_and_a_closed_queue_takes_none() -> None:
+    async with playing() as queue:
         for number in range(MAX_FINISHED + 5):
             await queue.run("scene", lambda job: None, str(number))
         assert [job.name for job in queue.jobs] == [str(n) for n in range(5, MAX_FINISHED + 5)]
         queue.close()
         with pytest.raises(Busy):
             await queue.run("scene", lambda job: None)
-
-    play(test)
 
 
 class Scene:
@@ -214,15 +182,15 @@ class AtOnce(ThreadPoolExecutor):
         return ended
 
 
-def played_at_once(test: Callable[[JobQueue], Awaitable[None]], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("radar_service.service.jobs.ThreadPoolExecutor", AtOnce)
-    play(test)
 
 
-def test_a_job_that_is_cancelled_before_anyone_waits_for_it_returns_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_job_that_is_cancelled_before_anyone_waits_for_it_returns_nothing(at_once: None) -> None:
     closed = threading.Event()
+    async with playing() as queue:
 
-    async def test(queue: JobQueue) -> None:
         def work(job: WatchedJob) -> str:
             job.cancel()
             job.ends_with(closed.set)
@@ -232,18 +200,13 @@ def test_a_job_that_is_cancelled_before_anyone_waits_for_it_returns_nothing(monk
             await queue.run("scene", work, "a")
         assert queue.job("a").state == "cancelled" and closed.is_set()
 
-    played_at_once(test, monkeypatch)
-
 
 @pytest.mark.parametrize("passes", range(1, 4))
 @pytest.mark.parametrize("who", ["request", "job"])
-def test_what_was_made_is_closed_or_returned_whenever_it_is_cancelled(
-    who: str, passes: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_what_was_made_is_closed_or_returned_whenever_it_is_cancelled(who: str, passes: int, at_once: None) -> None:
     """The result takes a few passes of the event loop from the thread to the request; the end comes at each of them."""
     closed = threading.Event()
-
-    async def test(queue: JobQueue) -> None:
+    async with playing() as queue:
         running = asyncio.create_task(queue.run("scene", lambda job: job.ends_with(closed.set), "a"))
         for _ in range(passes):
             await asyncio.sleep(0)
@@ -253,8 +216,6 @@ def test_what_was_made_is_closed_or_returned_whenever_it_is_cancelled(
             queue.job("a").cancel()
         (outcome,) = await asyncio.gather(running, return_exceptions=True)
         assert closed.is_set() == (outcome is not None) == (queue.job("a").state == "cancelled")
-
-    played_at_once(test, monkeypatch)
 
 
 class Preempted(contextlib.AbstractContextManager[None]):

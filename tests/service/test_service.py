@@ -23,6 +23,7 @@ def test_without_the_truth_a_plan_has_its_methods_and_no_body() -> None:
         [choice["what"] for choice in told["choices"]] == [what for what in about if not what.startswith("body ")] != about
     )
     assert told["settings"] == plan["settings"] and told["caveats"] == [] and told["counts"] is None
+    assert "moving" in plan["field_db"] and told["field_db"] == {} and told["costs"] is None
     assert told_plan(plan, True) == plan
 
 

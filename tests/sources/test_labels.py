@@ -90,8 +90,8 @@ def test_labels_hold_where_moving_metal_shadows_a_coast_in_rough_sea() -> None:
     assert leading > 0.5 and agreed >= SHARE
 
 
-def test_a_ship_that_passes_takes_the_labels_of_the_coast_behind_her() -> None:
-    """The coast rests, so its labels are kept, but for the azimuths in her shadow: there they are those of noise or the ship."""
+def test_a_ship_that_passes_takes_the_labels_of_the_coast_behind_it() -> None:
+    """The coast rests, so its labels are kept, but for azimuths in the shadow: these have labels of noise or the ship."""
     coast = {"name": "coast", "shape": "box", "length_m": 20, "width_m": 500, "height_m": 8, "position_m": [0, 600, 0]}
     ship = {"name": "ship", "shape": "box", "length_m": 90, "width_m": 15, "height_m": 30, "position_m": [-20, 250, 0]}
     made = scene(

@@ -1,6 +1,8 @@
 """The seam of effects: who knows of one, and what is left without it."""
 
 import copy
+import hashlib
+import inspect
 import json
 import os
 import shutil
@@ -10,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 import numpy as np
@@ -34,7 +36,7 @@ from radar_service.plan import cost_model
 from radar_service.plots.plot_report import kinds_of
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.truth import FalseEcho
-from radar_service.scene_file.describe import describe
+from radar_service.scene_file.describe import describe, json_schema
 from radar_service.scene_file.document import scene_content, scene_path
 from radar_service.truth.truth_file import scene_hash
 from tests.stages.fixtures import Installed
@@ -181,13 +183,18 @@ def play(scene_input: dict[str, Any]) -> None:
 def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
     """File and number of the lines of the package that a scene runs, but for imports and what caches keep."""
     play(scene_input)
-    lines = set[tuple[str, int]]()
+    lines, left = set[tuple[str, int]](), dict[CodeType, set[int | None]]()
 
     def trace(frame: FrameType, event: str, argument: object) -> Any:
-        name = frame.f_code.co_filename
-        if not name.startswith(PACKAGE) or frame.f_code.co_qualname in SHARED:
+        """What has run all its lines is left alone."""
+        code = frame.f_code
+        if code not in left:
+            watched = code.co_filename.startswith(PACKAGE) and code.co_qualname not in SHARED
+            left[code] = {line for _, _, line in code.co_lines() if line} if watched else set()
+        if not left[code]:
             return None
-        lines.add((name.removeprefix(PACKAGE), frame.f_lineno))
+        left[code].discard(frame.f_lineno)
+        lines.add((code.co_filename.removeprefix(PACKAGE), frame.f_lineno))
         return trace
 
     before = sys.gettrace()
@@ -219,31 +226,25 @@ def test_an_effect_runs_lines_of_its_own_folder_alone(
     assert len(elsewhere) <= MAX_FILES and not [file for file in elsewhere if file.startswith(NEVER)], elsewhere
 
 
-WITHOUT = """
-import hashlib, importlib, json, pkgutil
+IMPORTS = """
+import hashlib, json, pkgutil
+from importlib import import_module
+from typing import Any
 import radar_service as rs
-names = [module.name for module in pkgutil.walk_packages(rs.__path__, "radar_service.") if "__main__" not in module.name]
-for name in names:
-    if not name.startswith(("radar_service.clients", "radar_service.pytest_plugin", "radar_service.kernels.compiled")):
-        importlib.import_module(name)
 from radar_service.scene_file.describe import json_schema
-schema = json_schema()
-sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
-digest = hashlib.sha256(b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))).hexdigest()
-kinds = [schema, *(schema["$defs"][name] for name in ("ShapeBodyModel", "EnvironmentModel", "RadarModel"))]
-keys = [key for kind in kinds for key in kind["properties"]]
-print(json.dumps([rs.__file__, keys, digest]))
+for name in [module.name for module in pkgutil.walk_packages(rs.__path__, "radar_service.") if "__main__" not in module.name]:
+    if not name.startswith(("radar_service.clients", "radar_service.pytest_plugin", "radar_service.kernels.compiled")):
+        import_module(name)
 """
 
 
-def run_without(tree: Path) -> Any:
-    """Returns where the package of a tree lies, its keys, and a digest of a scene that needs no effect."""
-    environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT], cwd=tree, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+def keys_and_digest() -> list[Any]:
+    """The keys of scene files, and a digest of a scene that needs no effect."""
+    schema = json_schema()
+    sim = rs.Simulator(rs.load_scene("worked-example"), "fast", seed=3, labels=True)
+    data = b"".join(block.field.tobytes() + block.labels.tobytes() for block in sim.blocks(scans=1))
+    kinds = [schema, *(schema["$defs"][name] for name in ("ShapeBodyModel", "EnvironmentModel", "RadarModel"))]
+    return [[key for kind in kinds for key in kind["properties"]], hashlib.sha256(data).hexdigest()]
 
 
 def test_the_tree_without_effects_still_works(tmp_path: Path) -> None:
@@ -261,8 +262,15 @@ def test_the_tree_without_effects_still_works(tmp_path: Path) -> None:
     kept = [line for line in lines if not any(f'"radar_service.stages.{effect}.' in line for effect in effects)]
     assert len(kept) == len(lines) - len(effects)
     registry.write_text("".join(kept), encoding="utf-8")
-    left, whole = run_without(tmp_path), run_without(ROOT)
-    assert left[0].startswith(str(tmp_path)) and {*whole[1]} - {*left[1]} == keys and left[2] == whole[2]
+    code = f"{IMPORTS}\n{inspect.getsource(keys_and_digest)}\nprint(json.dumps([rs.__file__, *keys_and_digest()]))"
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    file, left, digest = json.loads(done.stdout)
+    whole, same = keys_and_digest()
+    assert file.startswith(str(tmp_path)) and {*whole} - {*left} == keys and digest == same
 
 
 def test_no_effect_imports_another() -> None:

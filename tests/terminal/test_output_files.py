@@ -155,8 +155,8 @@ def test_a_folder_takes_the_place_of_a_folder_and_a_link_stays(tmp_path: Path) -
 
 
 def test_what_a_program_says_gets_the_name(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="a.mp4: ffmpeg ended with 1"), named_errors("a.mp4"):
-        raise OSError("ffmpeg ended with 1")
+    with pytest.raises(OSError, match="a.zarr: the program ended with 1"), named_errors("a.zarr"):
+        raise OSError("the program ended with 1")
 
 
 def test_standard_output_is_named_where_its_disk_is_full() -> None:

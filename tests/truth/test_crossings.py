@@ -72,12 +72,12 @@ def test_closest_approach_by_sampling() -> None:
 
 def test_a_passed_target_has_a_negative_time_and_one_alongside_none() -> None:
     sim = simulator(
-        [point("passed", 500, -300, course_deg=180, speed_kn=10), point("with her", 200, 300, course_deg=0, speed_kn=10)],
+        [point("passed", 500, -300, course_deg=180, speed_kn=10), point("beside", 200, 300, course_deg=0, speed_kn=10)],
         own_ship={"course_deg": 0, "speed_kn": 10},
     )
-    passed, with_her = crossing(sim, "passed", 3), crossing(sim, "with her", 3)
+    passed, beside = crossing(sim, "passed", 3), crossing(sim, "beside", 3)
     assert passed.tcpa is not None and passed.tcpa < 0 and passed.cpa == pytest.approx(500)
-    assert with_her.tcpa is None and with_her.cpa == pytest.approx(math.hypot(200, 300))
+    assert beside.tcpa is None and beside.cpa == pytest.approx(math.hypot(200, 300))
 
 
 SWAYING = {
@@ -106,8 +106,8 @@ def test_what_turns_and_sways_agrees_with_differences(scan: int) -> None:
     assert c.own_ship.roll == pytest.approx(roll) and c.own_ship.heading == pytest.approx(float(own.pose(c.time).heading[0]))
 
 
-def test_the_reference_point_of_a_vessel_is_the_middle_of_her_waterline() -> None:
-    """A box of steel whose mesh stands beside its origin, turned by 90 degrees while she turns; land keeps its position."""
+def test_the_reference_point_of_a_vessel_is_the_middle_of_its_waterline() -> None:
+    """A box of steel whose mesh stands beside its origin, turned by 90 degrees while own ship turns; land keeps its position."""
     mesh = {"name": "ship", "shape": "box", "length_m": 40, "width_m": 10, "height_m": 6, "position_m": [1000, 1000, 0]}
     made = scene([mesh | {"material": "steel", "heading_deg": 90}, point("p", 0, 900)], radar=RADAR)
     vertices = made.bodies[0].mesh.vertices + [7.0, 30.0, -2.0]  # type: ignore[union-attr]

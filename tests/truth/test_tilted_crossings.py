@@ -1,4 +1,4 @@
-"""Crossings while own ship rolls and pitches: closed forms in the frame of her deck, and the peak of the engine's beam."""
+"""Crossings while own ship rolls and pitches: closed forms in the frame of its deck, and the peak of the engine's beam."""
 
 import math
 from typing import Any

@@ -58,11 +58,11 @@ LEFT_OUT = r"nalgebra|bitflags|pub (mod|use) (arpa|engine)"
 IMAGE = {"garmin-xhd": (1440, 705), "navico-halo": (2048, 1024)}
 
 
-def still_scene() -> dict[str, Any]:
-    """Weak reflectors, below the highest video, from a ship at rest, whose picture is the same in each revolution."""
+def still_scene(noise: bool = False) -> dict[str, Any]:
+    """Weak reflectors, below the highest video, from a ship at rest, whose picture without noise is always the same."""
     moving = scene()
     bodies = [{**body, "rcs_dbsm": body["rcs_dbsm"] - 25} for body in moving["body"]]
-    return {**moving, "own_ship": {"heading_deg": 33}, "body": bodies}
+    return {**moving, "own_ship": {"heading_deg": 33}, "body": bodies, "environment": {"noise": noise, "multipath": False}}
 
 
 def truth() -> list[dict[str, Any]]:
@@ -70,9 +70,9 @@ def truth() -> list[dict[str, Any]]:
     return crossings(Simulator(load_scene(still_scene()), "fast", 1))
 
 
-def serving(folder: Path, *options: str) -> list[str]:
+def serving(folder: Path, *options: str, noise: bool = False) -> list[str]:
     """The command of a service that sends the reflectors."""
-    (folder / "reflectors.json").write_text(json.dumps(still_scene()))
+    (folder / "reflectors.json").write_text(json.dumps(still_scene(noise)))
     command = [sys.executable, "-m", "radar_service", "serve", str(folder / "reflectors.json"), "--port", "0"]
     return [*command, "--fidelity", "fast", *options]
 
@@ -105,12 +105,12 @@ def asterix(folder: Path) -> str:
     return f"tshark, {' and '.join(OTHERS)} have 5 reflectors in their cell and sector: {', '.join(told)}"
 
 
-def captured(folder: Path, option: str, *form: str) -> tuple[list[bytes], str]:
+def captured(folder: Path, option: str, *form: str, noise: bool = False) -> tuple[list[bytes], str]:
     """What a service has captured of some seconds, of which tshark has seen the same, and what tshark says of the first ones."""
     captures = [folder / f"asterix-{name}.pcap" for name in ("tshark", "own")]
     run = " ".join(
-        [*serving(folder, option, f"127.0.0.1:{PORT}", *form, "--pcap", str(captures[1]), "--overwrite"), "& S=$!;",
-         f"timeout 20 tshark -q -i lo -F pcap -s 0 -f 'udp port {PORT}' -a duration:14 -w {captures[0]}; kill $S; wait $S"]
+        [*serving(folder, option, f"127.0.0.1:{PORT}", *form, "--pcap", str(captures[1]), "--overwrite", noise=noise), "& S=$!;",
+         f"timeout 30 tshark -q -i lo -F pcap -s 0 -f 'udp port {PORT}' -a duration:22 -w {captures[0]}; kill $S; wait $S"]
     )  # fmt: skip
     subprocess.run(alone(["sh", "-c", run]), check=False, capture_output=True)
     seen, own = ([frame[42:] for _, frame in frames(file)] for file in captures)
@@ -130,11 +130,11 @@ def decoded(folder: Path, name: str, datagrams: list[bytes]) -> list[Any]:
 
 
 def asterix_plots(folder: Path) -> str:
-    """Decodes plots of a running service, against our reader and the truth. Raises AssertionError."""
-    own, dump = captured(folder, "--asterix-plots")
+    """Decodes plots of a running service, against our reader and the truth, beside false alarms. Raises AssertionError."""
+    own, dump = captured(folder, "--asterix-plots", noise=True)  # a threshold of clutter needs some
     read = [reports([each]) for each in own]
-    assert len(own) >= 3 and all(len(each) == 5 for each in read)
-    assert dump.count("Category: 48") == len(own) and dump.count("Single PSR detection") == 5 * len(own)
+    count = sum(map(len, read))
+    assert len(own) >= 3 and dump.count("Category: 48") == len(own) and dump.count("Single PSR detection") == count
     for name in OTHERS:
         for ours, theirs in zip(read, decoded(folder, name, own), strict=True):
             rows = [
@@ -143,11 +143,16 @@ def asterix_plots(folder: Path) -> str:
             ]
             assert np.allclose(rows, theirs, rtol=0.0, atol=1e-9), (rows, theirs)
     for plots in read:
-        for plot, crossing in zip(sorted(plots, key=lambda plot: plot.range), truth(), strict=True):
-            assert abs(plot.range - crossing["range"]) <= 0.5 * 1852.0 / 256.0 + 0.1
+        for crossing in truth():
             bearing = true_deg(crossing["bearing"], [0.0, 0.0], (50.0, 1.0))
-            assert abs(math.remainder(360.0 * plot.bearing - bearing, 360.0)) <= 0.5 * 360.0 / 65536 + 0.01
-    return f"tshark, {' and '.join(OTHERS)} have {5 * len(own)} plots to the last bit, 5 reflectors where they are"
+            errors = [
+                (abs(plot.range - crossing["range"]), abs(math.remainder(360.0 * plot.bearing - bearing, 360.0)))
+                for plot in plots
+            ]
+            assert any(far <= 0.5 * 1852.0 / 256.0 + 0.1 and off <= 0.5 * 360.0 / 65536 + 0.01 for far, off in errors), (
+                crossing
+            )
+    return f"tshark, {' and '.join(OTHERS)} have {count} plots to the last bit, 5 reflectors where they are"
 
 
 def judge_video(decoded: list[Any], bits: int) -> None:

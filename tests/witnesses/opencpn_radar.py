@@ -1,4 +1,5 @@
-"""OpenCPN with the whole plugin radar_pi, built from its sources (`radar_pi.mk`), which draws the radar as a Garmin xHD.
+"""OpenCPN with the whole plugin radar_pi, built from its sources (`radar_pi.mk`), which draws the radar as a Garmin xHD, and
+whose ARPA the bench judges on video by the TTM that OpenCPN passes on.
 
 RADAR_PI names the sources with their submodule opencpn-libs. The plugin needs OpenCPN with OpenGL, which Xvfb draws in software,
 and lies where a user's plugins do: OpenCPN passes over others.
@@ -8,11 +9,13 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
+from radar_service.bench.scenario import scenarios
 from tests.witnesses.dialects import alone, serving, still_scene, truth
 
 MAKEFILE = Path(__file__).with_name("radar_pi.mk")
@@ -27,6 +30,7 @@ CONFIG = """
 #define PLUGIN_VERSION_MAJOR 5
 #define PLUGIN_VERSION_MINOR 6
 #define PLUGIN_VERSION_PATCH 0
+#define PLUGIN_VERSION_TWEAK 0
 #define PLUGIN_VERSION "5.6.0"
 #define PLUGIN_VERSION_WITH_DATE "5.6.0"
 #define PKG_PRERELEASE ""
@@ -49,6 +53,31 @@ Radar0Type=Garmin xHD
 Radar0Interface=172.16.2.0
 Show=1
 """
+# ARPA acquires all in a circle of 4 km, of echoes from 100 of 255 on, and its sentences leave by UDP. The ship is at rest.
+ARPA = (
+    SETTINGS.replace(";0;0;;\n", ";0;0;;|1;1;127.0.0.1;PORT;0;;4800;1;2;0;;0;;0;0;0;0;1;;0;0;;\n")
+    + """Radar0WindowShow=0
+Radar0Zone0Type=1
+Radar0Zone0InnerRange=100
+Radar0Zone0OuterRange=4000
+Radar0Zone0ArpaOn=1
+Refreshrate=1
+ThresholdRed=100
+FixedHeading=1
+"""
+)
+PLOTTER = f"""#!/bin/sh
+export HOME=$1-run DISPLAY={SCREEN}
+rm -rf $HOME && cp -r $1 $HOME
+sed -i "s/PORT/$2/" $HOME/.opencpn/opencpn.conf
+Xvfb {SCREEN} -screen 0 1280x900x24 +extension GLX >&2 &
+until xdotool getdisplaygeometry >/dev/null 2>&1; do sleep 0.2; done
+opencpn &
+until xdotool search --name Welcome >/dev/null 2>&1; do sleep 0.2; done
+while xdotool search --name Welcome windowraise mousemove 817 628 click 1 >/dev/null 2>&1; do sleep 0.5; done
+wait
+"""
+JUDGED = ("late", "crossing-cpa-500")
 SHOWN = f"""Xvfb {SCREEN} -screen 0 1280x900x24 +extension GLX & screen=$!
 $SERVE >&2 & service=$!
 sleep 8
@@ -91,13 +120,7 @@ def drawn(folder: Path) -> str:
     """Lets OpenCPN with radar_pi draw the reflectors on FOLDER/opencpn-radar.png. Raises AssertionError."""
     if not (name := os.environ.get("RADAR_PI", "")):
         return "not asked, without RADAR_PI"
-    sources, home, picture = Path(name).resolve(), folder / "opencpn-radar", folder / "opencpn-radar.png"
-    shutil.rmtree(home, ignore_errors=True)
-    for place in (".opencpn", ".local/lib/opencpn", ".local/share/opencpn/plugins/radar_pi"):
-        (home / place).mkdir(parents=True)
-    (home / ".opencpn" / "opencpn.conf").write_text(SETTINGS)
-    shutil.copy(plugin(folder, sources), home / ".local/lib/opencpn")
-    shutil.copytree(sources / "data", home / ".local/share/opencpn/plugins/radar_pi/data")
+    home, picture = home_for(folder / "opencpn-radar", Path(name).resolve(), SETTINGS), folder / "opencpn-radar.png"
     service = serving(folder, "--garmin-xhd", "br0", "--nmea-tcp", str(NMEA))
     scene = folder / "reflectors.json"
     scene.write_text(json.dumps(json.loads(scene.read_text()) | {"origin": ORIGIN}))
@@ -106,6 +129,38 @@ def drawn(folder: Path) -> str:
     command = alone(["sh", "-c", SHOWN])
     subprocess.run(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return f"{judged(picture):.1f} pixels of {RANGE / RADIUS:.1f} m at most from five reflectors; {picture} shows them"
+
+
+def home_for(home: Path, sources: Path, settings: str) -> Path:
+    """Makes a user's folder with the plugin."""
+    shutil.rmtree(home, ignore_errors=True)
+    for place in (".opencpn", ".local/lib/opencpn", ".local/share/opencpn/plugins/radar_pi"):
+        (home / place).mkdir(parents=True)
+    (home / ".opencpn" / "opencpn.conf").write_text(settings)
+    shutil.copy(plugin(home.parent, sources), home / ".local/lib/opencpn")
+    shutil.copytree(sources / "data", home / ".local/share/opencpn/plugins/radar_pi/data")
+    return home
+
+
+def tracked(folder: Path) -> str:
+    """Lets the bench judge the ARPA of radar_pi on two scenarios, one seed each, in real time (eight minutes)."""
+    if not (name := os.environ.get("RADAR_PI", "")):
+        return "not asked, without RADAR_PI"
+    home, out = home_for(folder / "opencpn-arpa", Path(name).resolve(), ARPA), folder / "arpa"
+    (plotter := folder / "plotter.sh").write_text(PLOTTER)
+    files = [folder / f"{scenario}.toml" for scenario in JUDGED]
+    for file in files:  # NMEA needs a place on the earth
+        origin = "".join(f"{key} = {value}\n" for key, value in ORIGIN.items())
+        file.write_text(f"{scenarios()[file.stem].read_text()}\n[scene.origin]\n{origin}")
+    command = [sys.executable, "-m", "radar_service", "bench-tracker", *map(str, files), "--seeds", "1", "--fixed", "--open"]
+    command += ["--jobs", "1", "--input", "video", "--answers", "ttm", "--serve", f"--garmin-xhd br0 --nmea-tcp {NMEA}"]
+    command += ["--tracker", f"sh {plotter} {home} {{udp}}", "--record", "-o", str(out)]
+    subprocess.run(alone(command), check=False, capture_output=True)
+    told = json.loads((out / "report.json").read_text())["scenarios"]
+    assert not any(each["failures"] for each in told), told[0]["failures"]
+    shown = ("held", "first_state_scans", "velocity_kn_3min", "localisation_m", "delay_s")
+    figures = "; ".join(f"{each['name']} {[(key, each['metrics'].get(key)) for key in shown]}" for each in told)
+    return f"{figures}; {out}/report.html shows the worst events, and its recordings open by `radar-service replay`"
 
 
 def judged(picture: Path) -> float:

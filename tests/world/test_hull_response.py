@@ -54,8 +54,8 @@ def test_heave_and_pitch_are_the_published_ones(course: float, speed: float) -> 
 
 
 def test_roll_is_a_resonance() -> None:
-    """At her natural period she rolls 1 / (2 damping) times the effective slope, a quarter of a period later; far above it she
-    does not. Of waves as long as three beams the effective slope is known: 3 (sin x - x cos x) / x^3 at x = 0.8 pi / 3."""
+    """At its natural period a hull rolls 1 / (2 damping) times the effective slope, a quarter of a period later; far above it
+    it does not. Of waves as long as three beams the effective slope is known: 3 (sin x - x cos x) / x^3 at x = 0.8 pi / 3."""
     natural = np.array([2.0 * np.pi / COASTER.roll_period])
     k = natural**2 / GRAVITY
     x = 0.8 * COASTER.breadth * k / 2.0
@@ -81,7 +81,7 @@ def test_a_ship_that_overtakes_waves_lags_behind_them_too() -> None:
     np.testing.assert_allclose(overtaken.heave, np.conj(met.heave), rtol=1e-12)
     np.testing.assert_allclose(overtaken.roll, -np.conj(met.roll), rtol=1e-12)
     still = response(COASTER, FREQUENCY, k, 0.0 * k, 0.0 * FREQUENCY)
-    assert np.isfinite(still.heave).all() and np.isfinite(still.pitch).all(), "at rest in a wave that she rides"
+    assert np.isfinite(still.heave).all() and np.isfinite(still.pitch).all(), "at rest in a wave that it rides"
 
 
 def test_a_planing_craft_has_a_largest_speed_for_its_response() -> None:

@@ -46,7 +46,7 @@ def test_the_waterline_lies_at_height_0_and_sizes_are_kept(hull_type: str) -> No
 
 
 @pytest.mark.parametrize("hull_type", DRAWN)
-def test_her_sides_are_flared(hull_type: str) -> None:
+def test_its_sides_are_flared(hull_type: str) -> None:
     """Sides above the waterline look down: by 12 degrees and more at the bow, hardly at all along a ship's middle."""
     mesh = hull_mesh(hull_type, 0, 100.0, 16.0, 14.0)
     corners = mesh.vertices[mesh.faces]

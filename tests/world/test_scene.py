@@ -36,7 +36,7 @@ def test_blind_sectors_turn_with_the_platform() -> None:
 
 
 def several(**sections: Any) -> Scene:
-    """Own ship is the tug; one radar on her, one on a pier, one on the ferry."""
+    """Own ship is the tug; one radar on it, one on a pier, one on the ferry."""
     radars = [
         {"id": "bow", "frequency_hz": 3.05e9},
         {"id": "pier", "rpm": 48, "platform": {"position_m": [500, 0], "heading_deg": 90}},

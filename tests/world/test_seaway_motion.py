@@ -78,7 +78,7 @@ def test_rates_are_derivatives(course: str, stream: bool) -> None:
 @pytest.mark.parametrize("stream", [False, True])
 @pytest.mark.parametrize("course", [name for name in COURSES if name != "at rest"])
 def test_sway_is_continuous_where_speed_jumps(course: str, stream: bool) -> None:
-    """At each knot, of many laps and at the start too: it changes by its rate times 2 us. In a stream her heading jumps where her
+    """At each knot, of many laps and at the start too: it changes by its rate times 2 us. In a stream its heading jumps where its
     speed does: so does sway."""
     motion = motion_of(course, stream)
     knots = motion.time
@@ -90,8 +90,8 @@ def test_sway_is_continuous_where_speed_jumps(course: str, stream: bool) -> None
     np.testing.assert_allclose(ends[1][1][steady], ends[0][1][steady], atol=4e-6)  # rates are below 2
 
 
-def test_she_responds_to_her_new_speed_after_a_while() -> None:
-    """10 s after 14 became 3 knots a third of the change is left; after minutes she rolls as if she had never been faster."""
+def test_it_responds_to_its_new_speed_after_a_while() -> None:
+    """10 s after 14 became 3 knots a third of the change is left; after minutes it rolls as if it had never been faster."""
     motion = motion_of("manoeuvre")
     easing = law_of(motion).easing
     assert np.hypot(*easing.at(np.array([90.0]))[0]) == pytest.approx(11.0 * KNOT / math.e, rel=1e-9)
@@ -147,7 +147,7 @@ def plain_sum(waves: Waves, form: HullForm, pose: Any, time: float, velocity: Fl
 
 
 @pytest.mark.parametrize(("course", "time"), [("straight", 86_400.0), ("turning", 1234.5), ("rounded", 60.0)])
-def test_sway_is_the_sum_of_her_responses(course: str, time: float) -> None:
+def test_sway_is_the_sum_of_its_responses(course: str, time: float) -> None:
     motion = motion_of(course, list_deg=0.0, trim_deg=0.0)
     upright = replace(motion, sway=None).pose(time)
     law = law_of(motion)
@@ -163,7 +163,7 @@ def test_sway_is_the_sum_of_her_responses(course: str, time: float) -> None:
 
 
 def test_a_small_boat_floats_on_the_sea() -> None:
-    """In long waves a boat has the height and the slope of the sea where she is: one sea for all."""
+    """In long waves a boat has the height and the slope of the sea where it is: one sea for all."""
     sea = {"height_m": 1.0, "period_s": 30.0, "list_deg": 0.0, "trim_deg": 0.0}
     boat = {"name": "boat", "shape": "hull", "length_m": 5.0, "beam_m": 2.0, "height_m": 2.0, "heading_deg": 70.0,
             "hull": {"draught_m": 0.5, "roll_period_s": 1.5}}  # fmt: skip
@@ -263,7 +263,7 @@ def test_bounds_on_any_course_hold_between_their_headings_and_speeds() -> None:
     assert 1.0 < worst * MARGIN < MARGIN
 
 
-def test_a_ship_is_moved_by_the_waves_at_her_middle() -> None:
+def test_a_ship_is_moved_by_the_waves_at_its_middle() -> None:
     """A frame with its origin at the stern: the middle of the hull moves as one amidships, to the square of angles."""
     sea = drawn_waves(Seaway(1.0, 7.0, 1.0, 1.0, 3, 0.0, 0.0))
     time, heading = np.linspace(0.0, 200.0, 501), 0.7

@@ -53,7 +53,7 @@ def water_course(motion: Motion, time: Floats) -> Floats:
 
 
 def test_a_course_across_the_stream_is_the_worked_triangle() -> None:
-    """10 knots to the north over ground in a stream of 2 knots to the east: she heads to port, by atan(2 / 10)."""
+    """10 knots to the north over ground in a stream of 2 knots to the east: the ship heads to port, by atan(2 / 10)."""
     own = load_scene({"environment": {"current_kn": 2, "current_to_deg": 90}, "own_ship": {"speed_kn": 10, "course_deg": 0}})
     truth = rs.Simulator(own).truth(7.0).own_ship
     assert math.degrees(truth.heading) == pytest.approx(360.0 - math.degrees(math.atan(0.2)), abs=1e-9)  # rounding
@@ -86,7 +86,7 @@ def test_a_stream_moves_nobody_over_ground(kind: str, tmp_path: Path) -> None:
 
 
 def test_who_stands_keeps_a_heading(tmp_path: Path) -> None:
-    """A buoy that of the file; a ship at her last waypoint the one with which she arrived; and a heading that is given stays."""
+    """A buoy that of the file; a ship at its last waypoint the one with which it arrived; and a heading that is given stays."""
     for motion in motions(tmp_path, {"heading_deg": 77.0}):
         assert motion.at_rest and motion.pose(5.0).heading[0] == pytest.approx(math.radians(77.0), abs=1e-12)
     for kind in ("waypoints", "rounded"):

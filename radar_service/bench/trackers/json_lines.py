@@ -174,8 +174,8 @@ def _state(track: Mapping[str, Any]) -> TrackState:
         if not isinstance(flag, bool):
             raise ValueError(f"{key} is {_shown(flag)}; true or false is needed")
     mmsi, priority = track.get("mmsi"), track.get("priority")
-    if mmsi is not None and (not isinstance(mmsi, int) or isinstance(mmsi, bool)):
-        raise ValueError(f"mmsi is {_shown(mmsi)}; a whole number is needed")
+    if mmsi is not None and (not isinstance(mmsi, int) or isinstance(mmsi, bool) or not 0 < mmsi < 1e9):
+        raise ValueError(f"mmsi is {_shown(mmsi)}; a whole number of nine digits at most is needed")
     if priority not in (None, "ais", "radar"):
         raise ValueError(f"priority is {_shown(priority)}; ais or radar is needed")
     return TrackState(track=str(name), **values, **flags, mmsi=mmsi, priority=priority)

@@ -3,8 +3,6 @@
 import itertools
 from collections.abc import Sequence
 
-from typing_extensions import override
-
 from radar_service.ports.ais.messages import ais_sentences, position_of, static_of
 from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.nmea.nmea_port import SenderPort
@@ -21,10 +19,13 @@ class AisPort(SenderPort):
         super().__init__(senders, radar)
         self._transponders, self._numbers = Transponders(), itertools.count()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
-        station = self.station(radar)
-        if station is None or not isinstance(station.epoch.spoke_source, TellsShips):
+        """Sends the reports that are due."""
+        if (
+            not self.is_of(radar)
+            or (station := self.station) is None
+            or not isinstance(station.epoch.spoke_source, TellsShips)
+        ):
             return
         self.send([line for report in self._transponders.due(station, time) for line in self._sentences(report)])
 

@@ -83,11 +83,6 @@ def aid_report(ship: AisShip, at: Position) -> Bits:
     return _dimensions(bits, ship).add(GPS, 4).add(at.second, 6).add(0, 13)
 
 
-def sart_text(ship: AisShip) -> Bits:
-    """Type 14: the safety related text of a SART."""
-    return _begin(14, ship).add(0, 2).text(ACTIVE, len(ACTIVE))
-
-
 def position_of(ship: AisShip, at: Position) -> Bits:
     """The position report of its kind and class."""
     of_class = class_a_position if ship.station_class == "A" else class_b_position
@@ -97,7 +92,7 @@ def position_of(ship: AisShip, at: Position) -> Bits:
 def static_of(ship: AisShip) -> tuple[Bits, ...]:
     """The static reports of its kind and class; of a SART its text."""
     if ship.kind != "ship":
-        return (sart_text(ship),) if ship.kind == "sart" else ()
+        return (_begin(14, ship).add(0, 2).text(ACTIVE, len(ACTIVE)),) if ship.kind == "sart" else ()
     return (class_a_static(ship),) if ship.station_class == "A" else class_b_static(ship)
 
 

@@ -1,25 +1,29 @@
 """ASTERIX by UDP, as surveillance systems read it: radar video (category 240) and plots (category 048)."""
 
 import argparse
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import add_whole_number
 
 if TYPE_CHECKING:
+    from radar_service.ports.asterix.asterix_port import AsterixPort
     from radar_service.ports.port import Port
     from radar_service.ports.udp.capture import Capture
-    from radar_service.ports.udp.udp_port import UdpPort
+    from radar_service.ports.udp.udp_port import Sender
     from radar_service.service.spokes import SpokeSink
 
 
-class AsterixPackage(ABC):
-    """What a category has for `serve`, `replay` and `export`, as `PortPackage`."""
+@dataclass(frozen=True)
+class AsterixPackage:
+    """What a category has for `serve`, `replay` and `export`, as `PortPackage`. what: is sent; port: the name of its class."""
 
     name: str
-    what: str  # is sent
+    what: str
+    port: str
     replays = True
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -33,29 +37,28 @@ class AsterixPackage(ABC):
         if where is None:
             return None
         check_reach(option, where, options.asterix_allow, options.insecure, listens=False, allow="--asterix-allow")
-        from radar_service.ports.asterix.asterix_port import AsterixPort
         from radar_service.ports.udp.capture import capture_of
         from radar_service.ports.udp.sender import UdpSender
 
-        return AsterixPort(self.name, [UdpSender(option, where, joined=0, capture=capture_of(options))], self.sink(options))
+        return self._port(UdpSender(option, where, joined=0, capture=capture_of(options)), options)
 
     def exported(self, number: int, capture: "Capture", options: argparse.Namespace) -> "SpokeSink":
         """Returns a sink that writes a recorded radar into a capture. number: of the radar in its recording, from 0."""
         from radar_service.ports.udp.capture import CaptureSender
-        from radar_service.ports.udp.udp_port import UdpPort
 
         sender = CaptureSender(capture, ("192.0.2.1", 8600), ("239.192.43.78", 8600))
-        return self.sink(options)(UdpPort([sender]), number % 255 + 1)
+        return self._port(sender, options).sink(number % 255 + 1)
 
-    @abstractmethod
-    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
-        """Returns what makes a sink of a port and a SIC."""
+    def _port(self, sender: "Sender", options: argparse.Namespace) -> "AsterixPort":
+        from radar_service.ports.asterix.video_blocks import Form
+
+        form = Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
+        port: AsterixPort = resolve_name(f"{__name__}.asterix_port:{self.port}")([sender], form)
+        return port
 
 
 class Video(AsterixPackage):
     """Category 240, with the options that both have."""
-
-    name, what = "asterix", "the video of all radars as ASTERIX category 240"
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
         """Adds its options."""
@@ -72,25 +75,6 @@ class Video(AsterixPackage):
         add_whole_number(where, "--asterix-datagram", 1400, 256, 65507, metavar="N", help=size)
         add_whole_number(where, "--asterix-sac", 0, 0, 255, metavar="N", help="system area code of ASTERIX (default 0)")
 
-    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
-        """Returns what makes a sink of video."""
-        from radar_service.ports.asterix.asterix_port import VideoSink
-        from radar_service.ports.asterix.video_blocks import Form
 
-        form = Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
-        return lambda port, sic: VideoSink(port, sic, form)
-
-
-class Plots(AsterixPackage):
-    """Category 048."""
-
-    name, what = "asterix-plots", "plots of all radars as ASTERIX category 048"
-
-    def sink(self, options: argparse.Namespace) -> "Callable[[UdpPort, int], SpokeSink]":
-        """Returns what makes a sink of plots."""
-        from radar_service.ports.asterix.plot_blocks import PlotSink
-
-        return lambda port, sic: PlotSink(port, sic, options.asterix_sac)
-
-
-VIDEO, PLOTS = Video(), Plots()
+VIDEO = Video("asterix", "the video of all radars as ASTERIX category 240", "AsterixPort")
+PLOTS = AsterixPackage("asterix-plots", "plots of all radars as ASTERIX category 048", "PlotPort")

@@ -1,29 +1,47 @@
 """The ports of ASTERIX: each radar has a system identification code (SIC) of its own."""
 
+import contextlib
 from collections.abc import Callable, Sequence
+from functools import partial
 
-from typing_extensions import override
-
+from radar_service.plots.extractor import Extract, LivePlots
+from radar_service.plots.plot import Plot
+from radar_service.plots.plot_process import PlotProcess, extraction
+from radar_service.ports.asterix.plot_blocks import plot_blocks
 from radar_service.ports.asterix.video_blocks import Form, summary, video
+from radar_service.ports.port import Service
 from radar_service.ports.udp.udp_port import Sender, UdpPort
+from radar_service.processes.fork_server import ForkServer
+from radar_service.service.logs import log_event
 from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
+
+PATIENCE = 0.8  # s for the scans that a process still has at the end: a port has a second
 
 
 class AsterixPort(UdpPort):
-    """Sends what a sink makes of each radar."""
+    """Sends the video of all radars."""
 
-    def __init__(self, name: str, senders: Sequence[Sender], sink: Callable[[UdpPort, int], SpokeSink]) -> None:
-        """sink: makes one, of the port and the SIC of a radar."""
+    name = "asterix"
+
+    def __init__(self, senders: Sequence[Sender], form: Form) -> None:
         super().__init__(senders)
-        self.name, self._sink = name, sink  # type: ignore[misc]
+        self.form = form
         self._sics: dict[str, int] = {}  # by the id of a radar
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (self._sink(self, self._sics.setdefault(radar, len(self._sics) % 255 + 1)),)
+        """Returns the sink of a radar."""
+        return (self.sink(self.sic(radar)),)
+
+    def sic(self, radar: str) -> int:
+        """Returns the code of a radar."""
+        return self._sics.setdefault(radar, len(self._sics) % 255 + 1)
+
+    def sink(self, sic: int) -> SpokeSink:
+        """Returns a sink for the spokes of one radar."""
+        return VideoSink(self, sic, self.form)
 
 
-class VideoSink:
+class VideoSink(SpokeSink):
     """The spokes of one radar, and a video summary with the first one of an epoch and of each scan."""
 
     def __init__(self, port: UdpPort, sic: int, form: Form) -> None:
@@ -31,19 +49,103 @@ class VideoSink:
         self._radar: RadarInfo | None = None
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Notes what the next spokes are of."""
+        """Notes the radar."""
         self._radar = radar
 
     def send(self, batch: SpokeBatch) -> None:
-        """Sends spokes; one whose heading is lost is counted as lost."""
+        """Sends spokes, or plots."""
         assert self._radar is not None, "open_epoch comes first"
         spokes = list(video(batch, self._form, self._sic))
         begins = batch.first == 0 or batch.block.index == 0
-        self._port.lost += spokes.count([])
+        self._port.note_lost(spokes.count([]))  # their heading is lost
         self._port.send([summary(self._radar, self._form, self._sic)] * begins + sum(spokes, []))
 
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Sends nothing: readers see it by the sequence numbers."""
+
+class PlotPort(AsterixPort):
+    """Sends the plots of all radars."""
+
+    name, period = "asterix-plots", 0.1
+
+    def __init__(self, senders: Sequence[Sender], form: Form) -> None:
+        super().__init__(senders, form)
+        self._fork_server: ForkServer | None = None
+        self._by_radar: dict[str, PlotSink] = {}
+
+    async def start(self, service: Service) -> None:
+        """Notes what starts processes."""
+        self._fork_server = service.fork_server
+
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
+        self._by_radar[radar] = self.sink(self.sic(radar))
+        return (self._by_radar[radar],)
+
+    def sink(self, sic: int) -> "PlotSink":
+        """Returns a sink of plots."""
+        return PlotSink(self, sic, self.form.sac, lambda: self._fork_server)
+
+    def tick(self, radar: str, time: float) -> None:
+        """Sends the plots that have come."""
+        self._by_radar[radar].look()
+
+
+class PlotSink(SpokeSink):
+    """The plots of one radar, after each scan. In a service a process extracts them, and no spoke waits for it."""
+
+    def __init__(self, port: UdpPort, sic: int, sac: int, server: Callable[[], ForkServer | None] = lambda: None) -> None:
+        """server: starts the process; without one `send` extracts."""
+        self._port, self._sac, self._sic, self._server = port, sac, sic, server
+        self._radar: RadarInfo | None = None
+        self._plots: LivePlots | None = None
+        self._process: PlotProcess | None = None
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Notes the radar."""
+        self.close("another epoch")
+        self._radar = radar
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Sends spokes, or plots."""
+        self._send(lambda: self._live().add(batch.block))
+
+    def look(self) -> None:
+        """Sends the plots that have come."""
+        if self._process is not None:
+            self._send(self._process.ended)
 
     def close(self, reason: str) -> None:
-        """Sends nothing."""
+        """Sends the plots that come soon."""
+        with contextlib.suppress(OSError, EOFError):
+            if self._process is not None:
+                self._send(partial(self._process.ended, PATIENCE))
+        self._end()
+
+    def _live(self) -> LivePlots:
+        """The plots of these spokes; after the process has failed those of another one."""
+        assert self._radar is not None, "open_epoch comes first"
+        if self._plots is None:
+            known, note_lost, server = self._radar.epoch.info.radar, self._port.note_lost, self._server()
+            begun: Callable[[], Extract] = partial(extraction, known, _tell)
+            if server is not None:
+                self._process = PlotProcess(server, known, _tell, note_lost)
+                begun = self._process.begun
+            self._plots = LivePlots(known.azimuths, begun, note_lost)
+        return self._plots
+
+    def _send(self, plots: Callable[[], list[Plot]]) -> None:
+        try:
+            ended = plots()
+        except (OSError, EOFError):
+            self._end()
+            raise
+        assert self._radar is not None
+        self._port.send(plot_blocks(ended, self._radar.epoch, self._sac, self._sic))
+
+    def _end(self) -> None:
+        if self._process is not None:
+            self._process.close()
+        self._process = self._plots = None
+
+
+def _tell(flood: str) -> None:
+    log_event("too many plots", port="asterix-plots", reason=flood)

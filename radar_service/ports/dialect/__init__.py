@@ -3,8 +3,9 @@
 import argparse
 import contextlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,12 +21,12 @@ WARNING = "Never on a ship's live network: displays there take this simulated ra
 class DialectPackage:
     """What a dialect has for `serve`, `replay` and `export`, as `PortPackage`.
 
-    name: of the port; title: with its article; dialect: imports it.
+    name: of the port; title: with its article; dialect: where it is, as "module:name".
     """
 
     name: str
     title: str
-    dialect: "Callable[[], Dialect]"
+    dialect: str
     replays = True
 
     def add_arguments(self, groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -43,16 +44,17 @@ class DialectPackage:
         if (interface := getattr(options, key)) is None:
             return None
         from radar_service.ports.dialect.announcements import senders_of
-        from radar_service.ports.dialect.dialect_port import DialectPort, Listener
+        from radar_service.ports.dialect.dialect_port import DialectPort
         from radar_service.ports.dialect.interfaces import checked_address
+        from radar_service.ports.udp.addresses import Address, UdpListener
         from radar_service.ports.udp.capture import capture_of
 
-        dialect, here = self.dialect(), checked_address(option, interface, options.insecure)
+        dialect: Dialect = resolve_name(self.dialect)
+        here = checked_address(option, interface, options.insecure)
         print(f"{option} {interface} ({here}): {WARNING}", file=sys.stderr)
         with contextlib.ExitStack() as on_failure:
-            listeners = [Listener(option, here, *where) for where in dialect.commands]
-            for each in listeners:
-                on_failure.callback(each.close)
+            places = [Address(host, port, here) if host else Address(here, port) for host, port in dialect.commands]
+            listeners = [on_failure.enter_context(contextlib.closing(UdpListener(option, each))) for each in places]
             senders = senders_of(dialect, here, capture_of(options))
             port = DialectPort(dialect, here, senders, listeners, getattr(options, f"{key}_of"))
             on_failure.pop_all()
@@ -62,4 +64,4 @@ class DialectPackage:
         """Returns a sink that writes a recorded radar into a capture."""
         from radar_service.ports.dialect.announcements import DialectExport
 
-        return DialectExport(self.dialect(), capture)
+        return DialectExport(resolve_name(self.dialect), capture)

@@ -13,7 +13,7 @@ from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import Capture, CaptureSender
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.ports.udp.udp_port import Sender
-from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 REPORTS, FOUND_BY = 0.5, 1.0  # s between two of each
 
@@ -28,12 +28,8 @@ class Senders(NamedTuple):
 
 def senders_of(dialect: Dialect, here: str, capture: Capture | None = None) -> Senders:
     """Returns senders from an address of this machine; each has the port of its destination. Raises UsageError."""
-
-    def sender(group: str, port: int) -> UdpSender:
-        to, source = Address(group, port, here), Address(here, port)
-        return UdpSender(f"--{dialect.name}", to, joined=0, source=source, capture=capture)
-
-    return Senders(*(sender(*to) for to in dialect.destinations))
+    ways = [(Address(group, port, here), Address(here, port)) for group, port in dialect.destinations]
+    return Senders(*(UdpSender(f"--{dialect.name}", to, joined=0, source=own, capture=capture) for to, own in ways))
 
 
 class Announcements:
@@ -84,7 +80,7 @@ class Announcements:
             self.report()
 
 
-class DialectSink:
+class DialectSink(SpokeSink):
     """The spokes of one radar."""
 
     def __init__(
@@ -113,12 +109,6 @@ class DialectSink:
             ended = self._spokes.ended(batch, self._samples.of(batch), self._samples.metres, true_headings(batch))
             self._to.spokes(self._frames.of(ended), self._transmits())
             self._note_lost(self._spokes.lost - lost)
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Sends nothing: readers see it by the angles."""
-
-    def close(self, reason: str) -> None:
-        """Sends nothing."""
 
 
 class DialectExport(DialectSink):

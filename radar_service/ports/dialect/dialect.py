@@ -53,6 +53,7 @@ class Frames(Protocol):
 
     def clear(self) -> None:
         """Forgets spokes that wait for others: the next one does not follow them."""
+        return
 
 
 @dataclass(frozen=True)

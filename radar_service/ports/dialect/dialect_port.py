@@ -1,30 +1,24 @@
 """The port of a dialect: one radar of a service is found, shown and commanded as if it were of that maker."""
 
 import asyncio
-import contextlib
 import logging
 import select
-import socket
 import threading
-import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any
-
-from typing_extensions import override
 
 from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
 from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT, Dialect, IgnoredError
 from radar_service.ports.port import Service
 from radar_service.ports.port_thread import described
-from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
-from radar_service.ports.udp.udp_port import UdpPort
+from radar_service.ports.udp.addresses import UdpListener
+from radar_service.ports.udp.udp_port import OneRadarPort
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.radio.state_changes import StateChange
-from radar_service.service.radio.station import Station, Stations
+from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state
 from radar_service.service.spokes import SpokeSink
-from radar_service.terminal.arguments import UsageError
 
 BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few per cent of a core
 LOOK = 0.1  # s between two looks at what is due
@@ -32,38 +26,18 @@ TRANSMITS = ("running", "behind")  # states of a radar
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
 
 
-class Listener:
-    """A socket that takes commands, without waiting, also of a group on one interface."""
-
-    def __init__(self, option: str, here: str, host: str, port: int) -> None:
-        """option: with which messages begin; host: of a group, "" for the radar itself. Raises UsageError."""
-        self._where = Address(host, port, here) if host else Address(here, port)
-        self.socket = bound(option, self._where, socket.SOCK_DGRAM, lambda listening: join(listening, self._where))
-        self.close = self.socket.close
-
-    def join_again(self) -> None:
-        """Joins its group again."""
-        join_again(self.socket, self._where)
-
-    def commands(self) -> Iterator[bytes]:
-        """Yields those that have come, some at most."""
-        with contextlib.suppress(OSError):  # none is left; or the interface is away
-            for _ in range(MAX_DATAGRAMS):
-                yield self.socket.recv(MAX_COMMAND)
-
-
-class DialectPort(UdpPort):
+class DialectPort(OneRadarPort):
     """Sends the first radar, or `radar`. The thread of the port sends its spokes. A thread of its own takes commands, and sends
     reports, and what it is found by, by the wall clock at any pace."""
 
     def __init__(
-        self, dialect: Dialect, here: str, senders: Senders, listeners: Sequence[Listener], radar: str | None = None
+        self, dialect: Dialect, here: str, senders: Senders, listeners: Sequence[UdpListener], radar: str | None = None
     ) -> None:
         """here: the radar's address; listeners: take commands."""
-        super().__init__(senders)
+        super().__init__(senders, f"--{dialect.name}-of", radar)
         self.name = dialect.name  # type: ignore[misc]
-        self._to, self._listeners, self._radar = Announcements(dialect, here, senders), listeners, radar
-        self._stations, self._refused, self._told = Stations(), Refusals(), set[str]()
+        self._to, self._listeners = Announcements(dialect, here, senders), listeners
+        self._refused, self._told = Refusals(), set[str]()
         self._changes: dict[str, Any] = {}  # of our controls, not carried out yet
         self._level = self._to.setting.level  # of auto gain, that was asked for
         self._answer: Future[None] | None = None
@@ -71,35 +45,34 @@ class DialectPort(UdpPort):
         self._ends = threading.Event()
         self._own_thread = threading.Thread(target=self._run, name=self.name.replace("-", " "), daemon=True)
 
-    @override
-    def check(self, stations: Mapping[str, Station]) -> None:
-        if self._radar not in (None, *stations):
-            raise UsageError(f"--{self.name}-of: {self._radar} is no radar of this service; it has {', '.join(stations)}")
-
-    @override
     async def start(self, service: Service) -> None:
+        """Begins to take commands."""
         await super().start(service)
-        self._loop, self._stations, self._refused = asyncio.get_running_loop(), service.stations, service.refused
+        self._loop, self._refused = asyncio.get_running_loop(), service.refused
         self._own_thread.start()
 
-    @override
     async def stop(self) -> None:
+        """Takes no more commands."""
         self._ends.set()
         await asyncio.to_thread(self._own_thread.join)
 
-    @override
     def close(self) -> None:
+        """Closes all sockets."""
         super().close()
         for each in self._listeners:
             each.close()
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        return (DialectSink(self._to, lambda: self._is_of(radar), self._transmits, self._note_lost),)
+        """Returns the sink of a radar."""
 
-    @override
+        def transmits() -> bool:
+            return self.station is not None and state(self.station) in TRANSMITS
+
+        return (DialectSink(self._to, lambda: self.is_of(radar), transmits, self.note_lost),)
+
     def changed(self, change: StateChange) -> None:
-        if not self._is_of(change.radar):
+        """Reports a change."""
+        if not self.is_of(change.radar):
             return
         if change.kind == "controls":
             has = {**(self._to.setting.controls or {}), **change.values}
@@ -107,32 +80,14 @@ class DialectPort(UdpPort):
         if change.kind == "status":
             self._to.become(TRANSMIT if change.values["state"] in TRANSMITS else STANDBY)
 
-    def _is_of(self, radar: str) -> bool:
-        """Whether it is the radar of that id that is sent."""
-        station = self._stations.of(self._radar)
-        return station is not None and station.identity == radar
-
-    def _transmits(self) -> bool:
-        station = self._stations.of(self._radar)
-        return station is not None and state(station) in TRANSMITS
-
-    def _note_lost(self, spokes: int) -> None:
-        self.lost += spokes
-        self.count_lost()
-
     def _run(self) -> None:
-        rejoin = 0.0
         while not self._ends.wait(BETWEEN):
             try:
-                if (now := time.monotonic()) >= rejoin:
-                    rejoin = now + REJOIN
-                    for each in self._listeners:
-                        each.join_again()
-                ready, _, _ = select.select([each.socket for each in self._listeners], [], [], LOOK)
-                sought = self._read() if ready else False
+                select.select([socket for each in self._listeners for socket in each.sockets], [], [], LOOK)
+                sought = self._read()
                 if self._level != self._to.setting.level:
                     self._to.report(level=self._level)
-                if (station := self._stations.of(self._radar)) is not None:
+                if (station := self.station) is not None:
                     self._to.what_is_due(station.identity, self._has_answer(), sought)
                     self._carry_out(station)
             except Exception as error:  # of any kind: the next commands may be followed
@@ -141,7 +96,7 @@ class DialectPort(UdpPort):
     def _read(self) -> bool:
         """Takes commands that have come, of several for one control the last one; returns whether readers look for radars."""
         sought = False
-        for command in (command for each in self._listeners for command in each.commands()):
+        for command, *_ in (datagram for each in self._listeners for datagram in each.datagrams(MAX_COMMAND)):
             try:
                 changes = self._to.dialect.changed_by(command, self._to.setting)
             except IgnoredError as reason:

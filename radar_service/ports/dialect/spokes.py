@@ -68,9 +68,11 @@ class BowSpokes:
         if batch.block.first - self._number > self._azimuths // 2:  # after standby: which way round is not known
             self._restart()
         self._number = batch.block.first + len(rows) - 1
+        bow = np.where(np.isnan(batch.block.heading), 0.0, batch.block.heading)  # lost: the azimuth counts from the bow
+        angles = np.mod((batch.block.azimuth - bow) * (self._spokes / (2.0 * math.pi)), self._spokes)
         return [
             Spoke(number, metres, heading, samples)
-            for angle, row, heading in zip(_from_bow(batch, self._spokes).tolist(), rows, headings.tolist(), strict=True)
+            for angle, row, heading in zip(angles.tolist(), rows, headings.tolist(), strict=True)
             for number, samples in self._taken(angle, row)
         ]
 
@@ -98,12 +100,6 @@ class BowSpokes:
                 result.append((number % self._spokes, row))
         self._open = {number: row for number, row in self._open.items() if number >= low}
         return result
-
-
-def _from_bow(batch: SpokeBatch, spokes: int) -> Floats:
-    """Angles from the bow (K,) in spokes of theirs; while the heading is lost the azimuth counts from the bow."""
-    heading = np.where(np.isnan(batch.block.heading), 0.0, batch.block.heading)
-    return np.mod((batch.block.azimuth - heading) * (spokes / (2.0 * math.pi)), spokes)
 
 
 def true_headings(batch: SpokeBatch) -> Floats:

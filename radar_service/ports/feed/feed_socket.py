@@ -10,7 +10,6 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
-from typing_extensions import override
 
 from radar_service.ports.http.conversation import (
     BAD_REQUEST,
@@ -44,8 +43,8 @@ class FeedPort(Port):
 
     name, delays = "feed", True
 
-    @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
+        """Returns the feeds."""
         return (feed_routes(service.stations, service.access, service.refused, self.name),)
 
 

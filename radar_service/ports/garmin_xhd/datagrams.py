@@ -2,12 +2,15 @@
 
 import struct
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
+from radar_service.numerics.constants import DISPLAY_RANGES
 from radar_service.ports.dialect.dialect import (
     TRANSMIT,
     Commands,
     Dialect,
+    Frames,
     IgnoredError,
     SampleForm,
     Setting,
@@ -20,23 +23,18 @@ from radar_service.ports.dialect.dialect import (
 )
 
 GROUP, FINDERS = "239.254.2.0", "239.254.2.2"  # of reports and spokes, of heartbeats
-TABLE = (
-    232, 463, 926, 1389, 1852, 2778, 3704, 5556, 7408, 11112, 14816, 22224, 29632, 44448, 66672, 88896,
-)  # fmt: skip  # m: ranges that are offered, 1/8 to 48 nautical miles
+TABLE = (232, *DISPLAY_RANGES[1:])  # m: ranges that are offered
 AUTO = 2  # a mode of gain and of sea
 # What readers may change: transmit, range, gain and its mode, rain, sea, interference rejection (two of the names it has).
 FEATURES = (0x13, 0x4A, 0x4B, 0x4C, 0x4F, 0x50, 0x51, 0x52, 0x53, 0x37, 0x38)
 
 
-class Frames:
-    """Makes a datagram of each spoke."""
+class XhdFrames(Frames):
+    """Makes a datagram of each spoke; none waits for others."""
 
     def of(self, spokes: Sequence[Spoke]) -> list[bytes]:
         """Returns the datagrams of spokes."""
         return [spoke(each.number, each.metres, each.samples.tobytes()) for each in spokes]
-
-    def clear(self) -> None:
-        """No spoke waits for others."""
 
 
 def heartbeat(identity: int, count: int) -> bytes:
@@ -80,16 +78,11 @@ def changed_by(command: bytes, of: Setting) -> dict[str, Any]:
     return follow(COMMANDS, struct.unpack_from("<I", command)[0], command[8:], of)
 
 
-def _byte(number: int, value: int) -> bytes:
-    return struct.pack("<IIB", number, 1, value)
+def _value(form: str, number: int, value: int) -> bytes:
+    return struct.pack(f"<II{form}", number, struct.calcsize(form), value)
 
 
-def _short(number: int, value: int) -> bytes:
-    return struct.pack("<IIH", number, 2, value)
-
-
-def _long(number: int, value: int) -> bytes:
-    return struct.pack("<IIi", number, 4, value)
+_byte, _short, _long = (partial(_value, form) for form in "BHi")
 
 
 def _rejection(value: int, of: Setting) -> dict[str, Any]:
@@ -112,6 +105,6 @@ COMMANDS: Commands = {
 XHD = Dialect(
     "garmin-xhd", "172.16.2.0", 1440,
     SampleForm(705, False, levels(39, 254)),  # less are colours of trails for readers, more is an approaching target
-    Frames, ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102)), (("", 50101),),
+    XhdFrames, ((FINDERS, 50050), (GROUP, 50100), (GROUP, 50102)), (("", 50101),),
     lambda identity, count, here: heartbeat(identity, count), reports, changed_by,
 )  # fmt: skip

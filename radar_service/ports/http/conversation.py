@@ -16,7 +16,7 @@ BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # webso
 REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
 
 
-async def until_first_ends(*parts: Coroutine[Any, Any, None]) -> None:
+async def until_first_ends(*parts: Coroutine[Any, Any, object]) -> None:
     """Runs the parts of a conversation side by side until one ends, and then ends the others."""
     tasks = [asyncio.create_task(part) for part in parts]
     try:
@@ -58,22 +58,18 @@ async def refuse(socket: WebSocket, code: int, reason: str, refused: Callable[[s
     await say_bye(socket, code, reason)
 
 
-def server_end(socket: WebSocket) -> "asyncio.Future[tuple[int, str]]":
-    """Returns the close code and the reason for which the server has to end this connection, once it does."""
-    end: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
+End = tuple[int, str]  # a close code, and the reason
 
-    def note(code: int, reason: str) -> None:
-        if not end.done():
-            end.set_result((code, reason))
 
+async def converse(
+    socket: WebSocket, *parts: Coroutine[Any, Any, object], end: "asyncio.Future[End] | None" = None
+) -> End | None:
+    """Runs parts until one ends, or the server has to end the connection; returns how it ends that. end: others may set it."""
+    ends: asyncio.Future[End] = end or asyncio.get_running_loop().create_future()
     if websocket := framed(socket.scope):
-        websocket.on_end(note)
-    return end
-
-
-async def until_server_ends(end: "asyncio.Future[tuple[int, str]]") -> None:
-    """Waits until the server has to end the connection."""
-    await asyncio.wait([end])
+        websocket.on_end(lambda code, reason: None if ends.done() else ends.set_result((code, reason)))
+    await until_first_ends(*parts, asyncio.wait([ends]))
+    return ends.result() if ends.done() else None
 
 
 async def say_bye(socket: WebSocket, code: int, reason: str) -> None:

@@ -67,11 +67,13 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
 
     def send_receive_event_to_app(self) -> None:
         """Passes on a message; text that is not UTF-8 ends the connection (RFC 6455, section 8.1)."""
-        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(b"".join(self.frames)):
+        try:
+            if self.curr_msg_data_type == "text" and not self.close_sent:
+                b"".join(self.frames).decode()
+        except UnicodeDecodeError:
             self.conn.send_close(NOT_TEXT)
-            self.handle_parser_exception()
-        else:
-            super().send_receive_event_to_app()
+            return self.handle_parser_exception()
+        super().send_receive_event_to_app()
 
     def handle_ping(self) -> None:
         """Answers a ping, or the last one of several when the client takes answers again (RFC 6455, section 5.5.3)."""
@@ -186,14 +188,6 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         """Cuts the connection, but for one that its client may still close as it should."""
         if self._ending or self.transport.get_write_buffer_size():
             self.transport.abort()
-
-
-def _is_text(data: bytes) -> bool:
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return False
-    return True
 
 
 def framed(scope: Any) -> FramedWebSocket | None:

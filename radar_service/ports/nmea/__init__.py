@@ -2,10 +2,10 @@
 
 import argparse
 import contextlib
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
-from radar_service.ports.udp.addresses import address, check_reach, numeric
+from radar_service.ports.udp.addresses import Address, address, check_reach, numeric
 from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
@@ -50,22 +50,25 @@ def add_senders(where: "argparse._ActionsContainer", name: str, what: str) -> No
 
 def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     """Returns the sockets of the options `--NAME-tcp` and `--NAME-udp`, open. Raises UsageError."""
-    tcp, udp = getattr(options, f"{name}_tcp"), getattr(options, f"{name}_udp")
-    if tcp is None and udp is None:
-        return []
     from radar_service.ports.nmea.senders import TcpSender
     from radar_service.ports.udp.capture import capture_of
     from radar_service.ports.udp.sender import UdpSender
 
-    allowed, insecure = options.nmea_allow, options.insecure
+    def udp(option: str, where: Address, _: list[str] | None) -> UdpSender:
+        return UdpSender(option, where, capture=capture_of(options))
+
+    return opened_sockets(options, (f"--{name}-tcp", TcpSender, True), (f"--{name}-udp", udp, False))
+
+
+def opened_sockets(options: argparse.Namespace, *makes: "tuple[str, Callable[..., Any], bool]") -> list[Any]:
+    """Returns what is made for options that are given, each with a name; how, of name, address and who may come from other
+    machines (None: all); and whether others come to it. Raises UsageError."""
+    allowed, result = options.nmea_allow, list[Any]()
     with contextlib.ExitStack() as on_failure:
-        senders: list[Sender] = []
-        if tcp is not None:
-            check_reach(f"--{name}-tcp", tcp, allowed, insecure, listens=True)
-            senders.append(TcpSender(f"--{name}-tcp", tcp, None if insecure and not allowed else allowed))
-            on_failure.callback(senders[-1].close)
-        if udp is not None:
-            check_reach(f"--{name}-udp", udp, allowed, insecure, listens=False)
-            senders.append(UdpSender(f"--{name}-udp", udp, capture=capture_of(options)))
+        for option, make, listens in makes:
+            if (where := getattr(options, option[2:].replace("-", "_"))) is not None:
+                check_reach(option, where, allowed, options.insecure, listens=listens)
+                may_come = None if options.insecure and not allowed else allowed
+                result.append(on_failure.enter_context(contextlib.closing(make(option, where, may_come))))
         on_failure.pop_all()
-    return senders
+    return result

@@ -5,7 +5,7 @@ import logging
 import socket
 from collections.abc import Callable, Sequence
 from ipaddress import IPv6Address, ip_address
-from typing import NamedTuple
+from typing import Generic, Protocol, TypeVar
 
 from radar_service.ports.nmea.sentences import RADAR, sentence
 from radar_service.ports.udp.addresses import Address, bound
@@ -24,21 +24,29 @@ def may_come(host: str, allowed: Sequence[str] | None) -> bool:
     return allowed is None or is_loopback(host) or host in allowed
 
 
-class Connection(NamedTuple):
-    """A connection that does not wait, and the address and port of its other end."""
+class Client(Protocol):
+    """A client. has_ended: whether it may have gone; idle_since: when it has last done its part [s]."""
 
-    socket: socket.socket
-    host: str
-    port: int
+    connection: socket.socket
+    has_ended: bool
+    idle_since: float
 
 
-class TcpListener:
-    """Takes connections. refused: how many it did not take."""
+Made = TypeVar("Made", bound=Client)
 
-    def __init__(self, option: str, where: Address, allowed: Sequence[str] | None) -> None:
-        """option: with which messages begin; allowed: who may connect from other machines; None: everybody. Raises UsageError."""
-        self.refused = 0
-        self._option, self._allowed, self._logged = option, allowed, ""
+
+class TcpListener(Generic[Made]):
+    """Takes connections. refused: how many it did not take; clients: those that are connected."""
+
+    def __init__(
+        self, option: str, where: Address, allowed: Sequence[str] | None, taking: Callable[[socket.socket, str], Made],
+        patience: float, clock: Callable[[], float],
+    ) -> None:  # fmt: skip
+        """option: with which messages begin; allowed: who may connect from other machines, None: all; taking: makes a client,
+        whose address it is told; patience: how long one may do nothing while others want its place [s]. Raises UsageError."""
+        self.refused, self.clients = 0, list[Made]()
+        self._option, self._allowed, self._taking, self._logged = option, allowed, taking, ""
+        self._patience, self._clock = patience, clock
         self._listener = bound(option, where, socket.SOCK_STREAM, lambda listener: listener.listen(BACKLOG))
 
     @property
@@ -51,25 +59,33 @@ class TcpListener:
         """Whether the machine of that address may connect."""
         return may_come(host, self._allowed)
 
-    def accepted(self, clients: int, make_room: Callable[[], bool] = bool) -> list[Connection]:
-        """Returns the connections that have come.
-
-        clients: how many there are; one beyond MAX_CLIENTS is refused, unless `make_room` has closed another one.
-        """
-        result: list[Connection] = []
+    def accept(self) -> None:
+        """Takes the connections that have come. One beyond MAX_CLIENTS is refused, unless another one gives way."""
         with contextlib.suppress(OSError):  # nobody waits; or he has gone again
             for _ in range(BACKLOG):
                 connection, (host, port, *_) = self._listener.accept()
                 connection.setblocking(False)
-                is_full = clients + len(result) >= MAX_CLIENTS
                 reason = "" if self.may_come(str(host)) else "this machine is not allowed"
-                if reason or (is_full and not make_room()):
-                    self._refuse(connection, str(host), reason or f"no room for more than {MAX_CLIENTS} clients")
+                if not reason and len(self.clients) >= MAX_CLIENTS and not self._make_room():
+                    reason = f"no room for more than {MAX_CLIENTS} clients"
+                if reason:
+                    self._refuse(connection, str(host), reason)
                     continue
-                clients -= is_full
                 self._logged = ""
-                result.append(Connection(connection, str(host), int(port)))
-        return result
+                self.clients.append(self._taking(connection, f"{host}:{port}"))
+
+    def drop(self, client: Made) -> None:
+        """Ends a connection."""
+        self.clients.remove(client)
+        client.connection.close()
+
+    def _make_room(self) -> bool:
+        """Drops a client that has gone, perhaps, or else the one that is idle for the longest time."""
+        client = min(self.clients, key=lambda each: (not each.has_ended, each.idle_since), default=None)
+        if client is None or not (client.has_ended or self._clock() - client.idle_since >= self._patience):
+            return False
+        self.drop(client)
+        return True
 
     def _refuse(self, connection: socket.socket, host: str, reason: str) -> None:
         """Says to a client why it is not taken; the log says the same once, until another one is taken."""
@@ -82,5 +98,7 @@ class TcpListener:
         self._logged = reason
 
     def close(self) -> None:
-        """Closes what listens."""
+        """Closes all."""
+        for client in self.clients:
+            client.connection.close()
         self._listener.close()

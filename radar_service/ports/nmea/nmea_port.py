@@ -1,19 +1,15 @@
 """The port of NMEA 0183: own ship's sensors as sentences, by TCP and UDP."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import timedelta
-
-from typing_extensions import override
 
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.targets import target_sentences
-from radar_service.ports.port import Service
-from radar_service.ports.udp.udp_port import Sender, UdpPort
+from radar_service.ports.udp.udp_port import OneRadarPort, Sender
 from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.service.radio.station import Station, Stations
+from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
-from radar_service.terminal.arguments import UsageError
 
 TENTHS = 10  # instants a second: of the fastest sentence
 MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of time the older ones are left out
@@ -47,36 +43,13 @@ class SentenceSchedule:
         self._time = -math.inf if self._last < 0 else self._last / TENTHS
 
 
-def station_of(stations: Mapping[str, Station], radar: str | None) -> Station:
-    """Returns the radar of that id, by default the first one. Raises UsageError where the service has no such radar."""
-    known = list(stations)
-    if radar not in (None, *known):
-        raise UsageError(f"--nmea-of: {radar} is not a radar of this service; it has {', '.join(known)}")
-    return stations[radar or known[0]]
-
-
-class SenderPort(UdpPort):
-    """A port that sends sentences about the ship that carries one radar: of the first one, or of `radar` while it is there."""
+class SenderPort(OneRadarPort):
+    """A port that sends sentences about the ship that carries one radar."""
 
     period = 1.0 / TENTHS
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
-        super().__init__(senders)
-        self._radar, self._stations = radar, Stations()
-
-    @override
-    def check(self, stations: Mapping[str, Station]) -> None:
-        station_of(stations, self._radar)
-
-    @override
-    async def start(self, service: Service) -> None:
-        await super().start(service)
-        self._stations = service.stations
-
-    def station(self, radar: str) -> Station | None:
-        """Returns the radar of that id where the sentences are about its ship."""
-        station = self._stations.of(self._radar)
-        return station if station is not None and station.identity == radar else None
+        super().__init__(senders, "--nmea-of", radar)
 
 
 class NmeaPort(SenderPort):
@@ -89,9 +62,9 @@ class NmeaPort(SenderPort):
         super().__init__(senders, radar)
         self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
-        if (station := self.station(radar)) is None:
+        """Sends the sentences that are due."""
+        if not self.is_of(radar) or (station := self.station) is None:
             return
         due = self._schedule.due(time)
         try:

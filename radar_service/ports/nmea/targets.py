@@ -57,13 +57,18 @@ def closest_approach(body: BodyTruth, own: BodyTruth) -> tuple[float, float | No
     return math.hypot(*(offset + (time or 0.0) * velocity)), time
 
 
+def true_angles(body: BodyTruth, own: BodyTruth, origin: Origin | None) -> tuple[float, float]:
+    """Returns bearing and course of a body [rad] from true north at own ship and at the body, or else from the map's."""
+    if origin is None:
+        return body.azimuth, body.course
+    angles = ((body.azimuth, own.position), (body.course, body.position))
+    return tuple(float(true_bearing(angle, np.array(place), origin)) for angle, place in angles)  # type: ignore[return-value]
+
+
 def _ttm(number: int, body: BodyTruth, own: BodyTruth, utc: datetime, origin: Origin | None) -> bytes:
     cpa, tcpa = closest_approach(body, own)
     minutes = "" if tcpa is None else fixed(min(max(tcpa / 60.0, -MAX_MINUTES), MAX_MINUTES), 1)
-    azimuth, course = body.azimuth, body.course
-    if origin is not None:
-        azimuth = float(true_bearing(azimuth, np.array(own.position), origin))
-        course = float(true_bearing(course, np.array(body.position), origin))
+    azimuth, course = true_angles(body, own, origin)
     return sentence(
         RADAR, "TTM", f"{number:02d}", _short(body.range / NAUTICAL_MILE, 3), bearing(azimuth), "T",
         _short(body.speed / KNOT, 1), bearing(course), "T", _short(cpa / NAUTICAL_MILE, 2), minutes, "N", label(body.name),

@@ -6,11 +6,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
-from typing_extensions import override
-
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import SentenceLines
-from radar_service.ports.udp.addresses import MAX_DATAGRAMS, REJOIN, Address, bound, join, join_again
+from radar_service.ports.udp.addresses import Address, UdpListener
 from radar_service.service.token_bucket import TokenBucket
 
 MAX_READ = 2**14  # bytes of a client at once; the rest waits in the system, which holds its sender back
@@ -41,11 +39,13 @@ class Receiver(Protocol):
 
 
 class _Talk:
-    """What one sender says, no more than is read. spoke: when it has last ended a line, or begun [s]."""
+    """What one sender says, no more than is read. idle_since: when it has last ended a line, or begun [s]."""
+
+    has_ended = False
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._lines, self._budget, self._clock = SentenceLines(), TokenBucket(RATE, AT_ONCE, clock), clock
-        self.spoke = clock()
+        self.idle_since = clock()
 
     def lines_of(self, data: bytes, count: Count) -> list[bytes]:
         """Returns the lines that end in these bytes."""
@@ -53,87 +53,64 @@ class _Talk:
         count("form", self._lines.too_long - before)
         taken = next((n for n in range(len(lines)) if not self._budget.take(1)), len(lines))
         count("flood", len(lines) - taken)
-        self.spoke = self._clock() if lines else self.spoke
+        self.idle_since = self._clock() if lines else self.idle_since
         return lines[:taken]
 
 
-class TcpReceiver(TcpListener):
+class _TcpTalk(_Talk):
+    """What a TCP client says. sender: its protocol and address."""
+
+    def __init__(self, connection: socket.socket, address: str, clock: Callable[[], float]) -> None:
+        super().__init__(clock)
+        self.connection, self.sender = connection, f"tcp {address}"
+
+
+class TcpReceiver(TcpListener[_TcpTalk]):
     """A TCP server that reads."""
 
     def __init__(
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        super().__init__(option, where, allowed)
-        self._clock = clock
-        self._clients: dict[socket.socket, tuple[str, _Talk]] = {}
+        super().__init__(
+            option, where, allowed, lambda connection, address: _TcpTalk(connection, address, clock), IDLE, clock
+        )
 
     @property
     def sockets(self) -> Sequence[socket.socket]:
         """The listener, and all connections."""
-        return [self._listener, *self._clients]
+        return [self._listener, *(client.connection for client in self.clients)]
 
     def received(self, count: Count) -> list[Received]:
         """Takes those who connect, and returns what all have sent."""
         before = self.refused
-        for connection, host, port in self.accepted(len(self._clients), self._make_room):
-            self._clients[connection] = f"tcp {host}:{port}", _Talk(self._clock)
+        self.accept()
         count("connection", self.refused - before)
         return [
-            Received(sender, talk.lines_of(data, count))
-            for connection, (sender, talk) in list(self._clients.items())
-            if (data := self._data(connection))
+            Received(client.sender, client.lines_of(data, count))
+            for client in list(self.clients)
+            if (data := self._data(client))
         ]
 
-    @override
-    def close(self) -> None:
-        """Closes all."""
-        for connection in self._clients:
-            connection.close()
-        super().close()
-
-    def _data(self, connection: socket.socket) -> bytes:
+    def _data(self, client: _TcpTalk) -> bytes:
         """What a client has sent; one that has gone is left out from now on."""
         with contextlib.suppress(BlockingIOError):
             with contextlib.suppress(ConnectionError, TimeoutError):
-                if data := connection.recv(MAX_READ):
+                if data := client.connection.recv(MAX_READ):
                     return data
-            self._drop(connection)
+            self.drop(client)
         return b""
 
-    def _make_room(self) -> bool:
-        """Drops the client that has said nothing for the longest time."""
-        silent = min(self._clients, key=lambda connection: self._clients[connection][1].spoke, default=None)
-        if silent is None or self._clock() - self._clients[silent][1].spoke < IDLE:
-            return False
-        self._drop(silent)
-        return True
 
-    def _drop(self, connection: socket.socket) -> None:
-        del self._clients[connection]
-        connection.close()
-
-
-class UdpReceiver:
-    """Datagrams of whole sentences, also of a multicast group."""
+class UdpReceiver(UdpListener):
+    """Datagrams of whole sentences."""
 
     def __init__(
         self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Arguments as of TcpListener. Raises UsageError."""
-        self._allowed, self._clock, self._where, self._joined = allowed, clock, where, clock()
+        super().__init__(option, where, clock)
+        self._allowed, self._clock = allowed, clock
         self._talks: dict[str, _Talk] = {}
-        self._socket = bound(option, where, socket.SOCK_DGRAM, lambda joined: join(joined, where))
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Where it listens."""
-        host, port, *_ = self._socket.getsockname()
-        return host, port
-
-    @property
-    def sockets(self) -> Sequence[socket.socket]:
-        """The only one."""
-        return [self._socket]
 
     @property
     def remembered(self) -> int:
@@ -143,26 +120,17 @@ class UdpReceiver:
     def received(self, count: Count) -> list[Received]:
         """Returns what has come, of each datagram by itself."""
         result: list[Received] = []
-        if self._clock() - self._joined >= REJOIN:
-            self._joined = self._clock()
-            join_again(self._socket, self._where)
-        with contextlib.suppress(BlockingIOError):
-            for _ in range(MAX_DATAGRAMS):
-                data, (host, port, *_) = self._socket.recvfrom(MAX_READ)
-                if may_come(host, self._allowed):
-                    sender = f"udp {host}:{port}"
-                    result.append(Received(sender, self._talk(sender).lines_of(data + b"\n", count)))
-                else:
-                    count("connection", 1)
+        for data, host, port in self.datagrams(MAX_READ):
+            if may_come(host, self._allowed):
+                sender = f"udp {host}:{port}"
+                result.append(Received(sender, self._talk(sender).lines_of(data + b"\n", count)))
+            else:
+                count("connection", 1)
         return result
-
-    def close(self) -> None:
-        """Closes the socket."""
-        self._socket.close()
 
     def _talk(self, sender: str) -> _Talk:
         """The talk of one of the last MAX_CLIENTS senders."""
-        talk = self._talks.pop(sender) if sender in self._talks else _Talk(self._clock)
+        talk = self._talks.pop(sender, None) or _Talk(self._clock)
         self._talks[sender] = talk
         if len(self._talks) > MAX_CLIENTS:
             del self._talks[next(iter(self._talks))]

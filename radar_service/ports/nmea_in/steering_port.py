@@ -12,14 +12,13 @@ from concurrent.futures import Future
 from typing import Any
 
 import numpy as np
-from typing_extensions import override
 
-from radar_service.ports.nmea.nmea_port import station_of
 from radar_service.ports.nmea_in.helm import SILENCE, Helm, HelmOrder
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
 from radar_service.ports.port import Port, Service
-from radar_service.ports.port_thread import PortThread, described
+from radar_service.ports.port_thread import described
+from radar_service.ports.udp.udp_port import station_of
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.poses import CommandedPose
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
@@ -35,7 +34,7 @@ LOOK = 0.1  # s between two looks at whether the port ends
 ANSWER = 0.01  # s between two looks at whether the last command was carried out
 POSES = 20.0  # a second at most: each costs a block that is computed anew, and a world takes a million
 BETWEEN = 0.005  # s between two readings: so a flood takes a few per cent of a core
-BY = "nmea"
+BY, OPTION = "nmea", "--nmea-of"
 ANGLES = ("heading_deg", "course_deg")
 JUMP, FASTEST = 100.0, 50.0  # m and m/s: from so far on, and faster than that, own ship jumps
 FRESH = 1.0  # s: how old a position may be at which true north is taken
@@ -174,32 +173,31 @@ class SteeringPort(Port):
         self._stations, self._ends = Stations(), threading.Event()
         self._thread: threading.Thread | None = None
 
-    @override
     def check(self, stations: Mapping[str, Station]) -> None:
-        if reason := unfitness(station_of(stations, self._radar).epoch.info.scene):
+        """Looks for a ship to steer."""
+        if reason := unfitness(station_of(OPTION, stations, self._radar).epoch.info.scene):
             raise UsageError(f"--nmea-in: {reason}")
 
-    @override
     async def start(self, service: Service) -> None:
-        self._stations, station = service.stations, station_of(service.stations, self._radar)
-        faults = next((thread for thread in service.threads if thread.name == self.name), None)
+        """Begins to take sentences."""
+        self._stations, station = service.stations, station_of(OPTION, service.stations, self._radar)
         steering = NmeaSteering(station, service.refused)
-        self._thread = threading.Thread(target=self._run, args=(steering, faults), name="nmea in", daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(steering,), name="nmea in", daemon=True)
         self._thread.start()
 
-    @override
     async def stop(self) -> None:
+        """Takes no more sentences."""
         self._ends.set()
         if self._thread is not None:
             await asyncio.to_thread(self._thread.join)
 
-    @override
     def close(self) -> None:
+        """Closes all sockets."""
         for receiver in self._receivers:
             with contextlib.suppress(OSError):
                 receiver.close()
 
-    def _run(self, steering: NmeaSteering, faults: PortThread | None) -> None:
+    def _run(self, steering: NmeaSteering) -> None:
         while not self._ends.wait(BETWEEN):
             try:
                 self._wait(ANSWER if steering.waits else LOOK)
@@ -212,8 +210,8 @@ class SteeringPort(Port):
                             steering.count("radar", len(lines))
                 steering.steer()
             except Exception as error:  # of any kind: the next sentences may be followed
-                if faults is not None:
-                    faults.note_fault(described(error))
+                if self.thread is not None:
+                    self.thread.note_fault(described(error))
 
     def _wait(self, seconds: float) -> None:
         """Waits until something can be received, at most so long."""

@@ -9,8 +9,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, NamedTuple, Self
 
-from typing_extensions import override
-
 from radar_service.ports.port import Port
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
@@ -96,13 +94,13 @@ class ServiceRecorder:
                     self._scan_ends -= work.ends_scan
                     self._changed.notify_all()
         except OSError as error:
-            self._report(f"{error.filename}: {error.strerror}")
+            self._end(f"{error.filename}: {error.strerror}")
         except Exception as error:  # of any kind: the feed must go on
-            self._report(f"{self._path}: {type(error).__name__}: {error}")
+            self._end(f"{self._path}: {type(error).__name__}: {error}")
         try:
             self._file.close()
         except OSError as error:
-            self._report(f"{error.filename}: {error.strerror}")
+            self._end(f"{error.filename}: {error.strerror}")
 
     def _next(self) -> Work | None:
         with self._changed:
@@ -112,20 +110,18 @@ class ServiceRecorder:
     def _has_room(self, work: Work) -> bool:
         return self._waiting < MAX_WAITING and not (work.ends_scan and self._scan_ends)
 
-    def _report(self, reason: str) -> None:
-        with self._changed:
-            self._end(reason)
-
     def _end(self, reason: str) -> None:
-        """Ends the recording, where it has not ended. The lock is held."""
-        if self.fault is None:
+        """Ends the recording, where it has not ended."""
+        with self._changed:
+            if self.fault is not None:
+                return
             self.fault = reason
             self._work.clear()
             self._changed.notify_all()
             log_event("recording failed, the feed goes on", logging.ERROR, reason=reason)
 
 
-class RecordingSink:
+class RecordingSink(SpokeSink):
     """Hands what a radar sends to the recorder's thread."""
 
     def __init__(self, recording: Callable[[], RadarRecording], put: Callable[[Work], None]) -> None:
@@ -146,9 +142,6 @@ class RecordingSink:
         """Takes the notice of spokes that never come."""
         self._put(Work(lambda: self._recording().skip(epoch, first, count, reason)))
 
-    def close(self, reason: str) -> None:
-        """Keeps the file open: the recording goes on with the next epoch."""
-
 
 class RecorderPort(Port):
     """Records all radars of a service. They wait for it where a disk is slow, up to the patience of its recorder."""
@@ -161,8 +154,8 @@ class RecorderPort(Port):
         self._recorder = ServiceRecorder(path, with_truth, recorded=sources)
         self._recorder.__enter__()
 
-    @override
     def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
         return (self._recorder.sink(radar),)
 
     def close(self) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.ports.http.conversation import say_bye, server_end, until_first_ends, until_gone, until_server_ends
+from radar_service.ports.http.conversation import End, converse, say_bye, until_gone
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.client_queue import TOO_SLOW
@@ -56,7 +56,7 @@ class ChangeFeed:
             if len(self._clients) >= MAX_CLIENTS:
                 self._refused("changes full")
                 return await say_bye(socket, FULL, f"the service has its {MAX_CLIENTS} clients of changes; try again later")
-            await self._serve(socket, _Listener(socket.scope.get(ROLE) == "command", server_end(socket)))
+            await self._serve(socket, _Listener(socket.scope.get(ROLE) == "command", asyncio.Future()))
 
         return router
 
@@ -68,11 +68,11 @@ class ChangeFeed:
                     waiting.put_nowait(json.dumps(change.as_dict()))
         self._clients[waiting] = client._replace(most=waiting.qsize() + MAX_WAITING)
         try:
-            await until_first_ends(_send(socket, waiting), until_gone(socket), until_server_ends(client.end))
+            end = await converse(socket, _send(socket, waiting), until_gone(socket), end=client.end)
         finally:
             del self._clients[waiting]
-        if client.end.done():
-            await say_bye(socket, *client.end.result())
+        if end:
+            await say_bye(socket, *end)
 
     def _publish(self, change: StateChange) -> None:
         text = json.dumps(change.as_dict())
@@ -85,11 +85,8 @@ class ChangeFeed:
                 client.end.set_result((TOO_SLOW, BEHIND))
 
     def _is_for(self, change: StateChange, client: "_Listener") -> bool:
-        return change.kind not in SECRET or client.may_command or self._gives_truth(change.radar)
-
-    def _gives_truth(self, radar: str) -> bool:
-        station = self._stations.get(radar)
-        return station is not None and station.allow_truth
+        station = self._stations.get(change.radar)
+        return change.kind not in SECRET or client.may_command or (station is not None and station.allow_truth)
 
 
 class _Listener(NamedTuple):
@@ -97,7 +94,7 @@ class _Listener(NamedTuple):
     wait for it."""
 
     may_command: bool
-    end: "asyncio.Future[tuple[int, str]]"
+    end: "asyncio.Future[End]"
     most: int = MAX_WAITING
 
 

@@ -20,9 +20,10 @@ Family = CounterMetricFamily | GaugeMetricFamily
 Value = tuple[Sequence[str], float | None]  # labels and number
 
 
-def _trees(station: Station) -> int:
-    spoke_source = station.epoch.spoke_source
-    return spoke_source.trees if isinstance(spoke_source, Spared) else 0
+def _trees(station: Station) -> int | None:
+    if station.epoch.is_blind:
+        return None  # meshes have trees
+    return source.trees if isinstance(source := station.epoch.spoke_source, Spared) else 0
 
 
 COUNTERS: dict[str, tuple[str, Read]] = {

@@ -25,8 +25,13 @@ class OwnedFolder:
 
     def __init__(self, prefix: str) -> None:
         remove_abandoned(prefix)
-        while (lock := _lock_of_own(path := Path(tempfile.mkdtemp(prefix=prefix)))) is None:
-            pass  # another process has just taken it for abandoned
+        lock = None
+        while lock is None:  # another process may take it for abandoned
+            path = Path(tempfile.mkdtemp(prefix=prefix))
+            try:
+                lock = NO_LOCK if sys.platform == "win32" else _locked(path)
+            except OSError:  # the system has no locks there, so that nobody takes it for abandoned
+                lock = NO_LOCK
         self.path = path
         self._remove = weakref.finalize(self, _remove, path, lock)
 
@@ -43,14 +48,6 @@ def remove_abandoned(prefix: str) -> None:
         with contextlib.suppress(OSError):
             if path.lstat().st_uid == os.geteuid() and (lock := _locked(path)) is not None:
                 _remove(path, lock)
-
-
-def _lock_of_own(path: Path) -> int | None:
-    """Locks a new folder; NO_LOCK where the system has no locks there, so that nobody takes it for abandoned."""
-    try:
-        return NO_LOCK if sys.platform == "win32" else _locked(path)
-    except OSError:
-        return NO_LOCK
 
 
 def _locked(path: Path) -> int | None:

@@ -38,7 +38,10 @@ class Pictures:
         key = (station.identity, station.hub.epoch, moment(station, revolution), size, to, video)
         if key not in self._kept:
             title = "" if station.epoch.is_blind else revolution.of.scene.name
-            self._keep(key, self._work(revolution, video, size, to, title))
+            work = self._work(revolution, video, size, to, title)
+            self._kept[key] = asyncio.create_task(self._queue.run("picture", work))
+            while len(self._kept) > MAX_KEPT:
+                del self._kept[next(iter(self._kept))]
         try:
             return await asyncio.shield(self._kept[key])
         except BaseException:
@@ -49,11 +52,6 @@ class Pictures:
     def close(self) -> None:
         """Ends drawing."""
         self._queue.close()
-
-    def _keep(self, key: Key, work: Callable[[WatchedJob], bytes]) -> None:
-        self._kept[key] = asyncio.create_task(self._queue.run("picture", work))
-        while len(self._kept) > MAX_KEPT:
-            del self._kept[next(iter(self._kept))]
 
     def _work(
         self, revolution: Revolution, video: Controls, size: int, to: float | None, title: str

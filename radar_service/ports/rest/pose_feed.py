@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service import wire
-from radar_service.ports.http.conversation import accepted, say_bye, server_end, until_first_ends, until_server_ends
+from radar_service.ports.http.conversation import accepted, converse, say_bye
 from radar_service.ports.http.websocket import framed
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.client_queue import GOING_AWAY
@@ -55,20 +55,15 @@ class _Conversation:
 
     async def run(self) -> None:
         """Serves the client until it leaves."""
-        end = server_end(self._socket)
         try:
-            await until_first_ends(self._take(), self._answer(), until_server_ends(end), self._wait_for_end())
+            end = await converse(self._socket, self._take(), self._answer(), self._station.ended.wait())
         finally:
             while not self._answers.empty():
                 self._answers.get_nowait().cancel()
-        if end.done():
-            await say_bye(self._socket, *end.result())
+        if end:
+            await say_bye(self._socket, *end)
         elif self._station.end:
             await say_bye(self._socket, GOING_AWAY, self._station.end)
-
-    async def _wait_for_end(self) -> None:
-        """Waits until another scene has ended the radar."""
-        await self._station.ended.wait()
 
     async def _take(self) -> None:
         """Reads poses, in order."""

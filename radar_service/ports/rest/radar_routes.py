@@ -1,8 +1,7 @@
 """REST: the radars, their controls, scenes, truth and pictures."""
 
 import asyncio
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, HTTPException, Query, Request, Response
@@ -47,14 +46,13 @@ SCENE_BODY: dict[str, Any] = {
 def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader, pictures: Pictures) -> APIRouter:
     """Returns the routes under /radars."""
     router = APIRouter(tags=["radars"], route_class=StrictRoute)
-    _add_read_routes(router, stations)
-    _add_picture(router, stations, pictures)
+    _add_read_routes(router, stations, pictures)
     _add_changing(router, stations, store, reader)
-    router.include_router(error_routes(partial(station_of, stations)))
+    _add_errors(router, stations)
     return router
 
 
-def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
+def _add_read_routes(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
     @router.get("/radars")
     @needs("read")
     async def list_radars(request: Request) -> list[schemas.RadarState]:
@@ -85,8 +83,6 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
             raise HTTPException(403, ["truth: this server does not give it; start it with --truth"])
         return await station.truth(t)
 
-
-def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
     @router.get("/radars/{radar}/ppi.png", response_class=Response, responses={**UNKNOWN, **REFUSED, **PICTURE, **BUSY})
     @needs("read")
     async def get_picture(
@@ -153,16 +149,13 @@ EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile":
 ErrorsChange = Annotated[ErrorsModel, Body(examples=EXAMPLES)]
 
 
-def error_routes(station: Callable[[str], Station]) -> APIRouter:
-    """Returns the routes of errors. station: returns a radar by its id, and raises where there is none."""
-    router = APIRouter(tags=["radars"], route_class=StrictRoute)
-
+def _add_errors(router: APIRouter, stations: Mapping[str, Station]) -> None:
     @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
     @needs("read")
     async def get_errors(radar: str, request: Request) -> schemas.ErrorsState:
         """Returns the errors on purpose that are in force, to clients that may know them."""
-        check_knows_truth(request, station(radar), "errors")
-        return _state(station(radar).errors.errors)
+        check_knows_truth(request, station_of(stations, radar), "errors")
+        return _state(station_of(stations, radar).errors.errors)
 
     @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
     @needs("command")
@@ -172,15 +165,13 @@ def error_routes(station: Callable[[str], Station]) -> APIRouter:
         A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
         replaces the tables that it has. Another scene begins with the errors of its file; another rpm goes on with them.
         """
-        return await _changed(station(radar), requested.model_dump(exclude_unset=True))
+        return await _changed(station_of(stations, radar), requested.model_dump(exclude_unset=True))
 
     @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
     @needs("command")
     async def delete_errors(radar: str) -> schemas.ErrorsState:
         """Switches all errors on purpose off, from the first spoke that was not yet sent."""
-        return await _changed(station(radar), None)
-
-    return router
+        return await _changed(station_of(stations, radar), None)
 
 
 async def _changed(station: Station, tables: Mapping[str, Any] | None) -> schemas.ErrorsState:

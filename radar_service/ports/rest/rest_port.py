@@ -5,7 +5,6 @@ from importlib import metadata
 from pathlib import Path
 
 from fastapi import APIRouter, Request, Response
-from typing_extensions import override
 
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.port import Port, Service
@@ -42,8 +41,8 @@ class RestPort(Port):
         self._vitals: Vitals | None = None
         self._changes: ChangeFeed | None = None
 
-    @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
+        """Returns all routes."""
         stations, jobs = service.stations, service.preparations.jobs
         self._pictures = pictures = Pictures(service.fork_server)
         self._vitals = vitals = Vitals(jobs, self.store.home)
@@ -65,21 +64,21 @@ class RestPort(Port):
             _metrics(service, vitals),
         )
 
-    @override
     async def start(self, service: Service) -> None:
+        """Begins to watch."""
         assert self._vitals is not None and self._changes is not None, "routes() comes first"
         self._vitals.start()
         self._changes.start()
 
-    @override
     async def stop(self) -> None:
+        """Removes uploads."""
         if self._vitals and self._pictures:
             self._vitals.close()
             self._pictures.close()
         self.store.close()
 
-    @override
     def changed(self, change: StateChange) -> None:
+        """Tells a change."""
         if self._changes:
             self._changes.take(change)
 

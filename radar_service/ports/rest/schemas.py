@@ -52,6 +52,7 @@ class PaceState(BaseModel):
 
 
 CHANGE_TYPES: dict[str, Any] = {"switch": Flag, "number": Number, "pace": PaceChange}  # by kind of control
+EXAMPLES: dict[str, Any] = {"switch": True, "pace": {"state": "run", "factor": 1}}
 STATE_TYPES: dict[str, Any] = {"switch": bool, "number": float, "pace": PaceState}
 
 
@@ -59,10 +60,6 @@ def _change_field(control: Control) -> Any:
     """Returns type and field of a control in a change: optional, within its limits."""
     optional = CHANGE_TYPES[control.kind] | None
     return optional, Field(None, ge=control.minimum, le=control.maximum, description=control.description)
-
-
-def _example(control: Control) -> Any:
-    return {"switch": True, "pace": {"state": "run", "factor": 1}}.get(control.kind, control.example)
 
 
 _ChangeFields: Any = create_model("_ChangeFields", __base__=RequestBody, **{c.name: _change_field(c) for c in CONTROLS})
@@ -86,7 +83,7 @@ def checked_change(values: Mapping[str, Any]) -> dict[str, Any]:
 class ControlsState(_StateFields):  # its fields are those of CONTROLS
     """The state of all controls of a radar."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{c.name: _example(c) for c in CONTROLS}]})
+    model_config = ConfigDict(json_schema_extra={"examples": [{c.name: EXAMPLES.get(c.kind, c.example) for c in CONTROLS}]})
 
 
 class ControlDefinition(BaseModel):

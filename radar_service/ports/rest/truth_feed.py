@@ -11,12 +11,10 @@ from radar_service.ports.http.conversation import (
     FORBIDDEN,
     UNAVAILABLE,
     accepted,
+    converse,
     refuse,
     say_bye,
-    server_end,
-    until_first_ends,
     until_gone,
-    until_server_ends,
 )
 from radar_service.ports.roles import needs
 from radar_service.service.fanout.hub import FeedRefused
@@ -48,23 +46,16 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
             follower = station.follow_truth(radiometric == "1")
         except FeedRefused as error:
             return await refuse(socket, UNAVAILABLE, str(error), refused)
-        await _serve(socket, station.truth_stream, follower)
+        try:
+            end = await converse(socket, _send(socket, station.truth_stream, follower), until_gone(socket))
+        finally:
+            station.truth_stream.leave(follower)
+        if end:
+            follower.end(end[1], end[0])
+        if follower.reason:
+            await say_bye(socket, follower.code, follower.reason)
 
     return router
-
-
-async def _serve(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
-    """Serves one client until it leaves or is ended."""
-    end = server_end(socket)
-    try:
-        await until_first_ends(_send(socket, stream, follower), until_gone(socket), until_server_ends(end))
-    finally:
-        stream.leave(follower)
-    if end.done():
-        code, reason = end.result()
-        follower.end(reason, code)
-    if follower.reason:
-        await say_bye(socket, follower.code, follower.reason)
 
 
 async def _send(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:

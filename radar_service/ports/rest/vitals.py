@@ -56,9 +56,10 @@ class Vitals:
 
     async def problems(self, stations: Iterable[Station]) -> list[str]:
         """Returns what keeps the service from working, a line each."""
-        lines = [
-            f"radar {s.identity}: its worker has died" for s in stations if not (s.transmitter.state.fault or _has_worker(s))
-        ]
+        lines = []
+        for state, station in ((each.transmitter.state, each) for each in stations):
+            if not (state.fault or state.now is State.RESTARTING or station.transmitter.supervisor.worker.is_alive):
+                lines.append(f"radar {station.identity}: its worker has died")
         if not await self._pool_works():
             lines.append(f"threads: none was free for {POOL_SECONDS:g} s")
         if any(job.state == "running" and job.as_dict()["seconds"] > JOB_SECONDS for job in self._jobs.jobs):
@@ -77,8 +78,3 @@ class Vitals:
             self._probe = asyncio.create_task(asyncio.to_thread(int))
         await asyncio.wait({self._probe}, timeout=POOL_SECONDS)
         return self._probe.done()
-
-
-def _has_worker(station: Station) -> bool:
-    transmitter = station.transmitter
-    return transmitter.state.now is State.RESTARTING or transmitter.supervisor.worker.is_alive

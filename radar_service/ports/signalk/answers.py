@@ -17,11 +17,6 @@ def report(status: int, message: str = "OK", **more: Any) -> dict[str, Any]:
     return {"state": "COMPLETED" if status < 400 else "FAILED", "statusCode": status, "message": message, **more}
 
 
-def refusal(status: int, reason: str) -> dict[str, Any]:
-    """Returns the report of a request that was refused before the API saw it."""
-    return report(status, reason)
-
-
 def answered(status: int, message: str = "OK") -> JSONResponse:
     """Returns the report of a change as an answer."""
     return JSONResponse(report(status, message), status)

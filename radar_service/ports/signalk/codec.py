@@ -5,16 +5,14 @@ The API has no hello, no gap and no bye: a client sees the angles that it did no
 """
 
 from collections.abc import Mapping
-from datetime import datetime
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from radar_service.numerics.types import Floats
 from radar_service.ports.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes
-from radar_service.records.truth import Truth
-from radar_service.service.feed_request import FeedRequest, Mode, View
-from radar_service.service.spokes import RadarInfo, SpokeBatch
+from radar_service.service.feed_request import FeedRequest, View
+from radar_service.service.spokes import SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.geo import geographic_from_map, true_bearing
 
@@ -56,31 +54,17 @@ class SignalKCodec:
         """Returns what every client gets, of whatever shape the radar is; the API has no parameters."""
         return FeedRequest(View("u8", MAX_SAMPLES, codec=self.name))
 
-    def hello(self, radar: RadarInfo, view: View, mode: Mode) -> bytes:
+    def _no_message(self, *_: Any, **__: Any) -> bytes:
         """Returns no message."""
         return b""
+
+    hello = truth = no_truth = gap = bye = _no_message
 
     def spokes(self, batch: SpokeBatch, view: View) -> bytes:
         """Returns the spokes of a batch; no message where they are of another shape than that of the view."""
         if view.encoding not in ("u8", RadarShape.of(batch.epoch.info).encoding):
             return b""
         return b"".join(map(spoke_bytes, _spokes(batch, view)))
-
-    def truth(self, epoch: str, state: Truth) -> bytes:
-        """Returns no message."""
-        return b""
-
-    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
-        """Returns no message."""
-        return b""
-
-    def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
-        """Returns no message."""
-        return b""
-
-    def bye(self, epoch: str, reason: str) -> bytes:
-        """Returns no message."""
-        return b""
 
     def trim(self, data: bytes, count: int) -> bytes:
         """Returns a message cut down to its last `count` spokes."""
@@ -95,7 +79,7 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
     bearing = _in_spokes(block.azimuth, azimuths)
     # The heading is rounded as such: clients take it from the difference, and each angle comes once in a revolution.
     angle = np.mod(bearing - _in_spokes(np.where(lost, 0.0, block.heading), azimuths), azimuths)
-    times = _milliseconds(batch.epoch.start_utc, block.time)
+    times = np.rint(1000.0 * (batch.epoch.start_utc.timestamp() + block.time)).astype(np.int64).tolist()  # ms since 1970
     origin = known.scene.origin
     positions = (
         None if origin is None else [(north, east) for north, east in geographic_from_map(block.position, origin).tolist()]
@@ -108,12 +92,6 @@ def _spokes(batch: SpokeBatch, view: View) -> list[SpokeFields]:
         SpokeFields(angles[k], bearings[k], to_edge, times[k], positions[k] if positions else None, rows[k].tobytes())
         for k in range(len(block))
     ]
-
-
-def _milliseconds(start: datetime, times: Floats) -> list[int]:
-    """Simulated times [s] in milliseconds since 1970. start: UTC at simulated time 0."""
-    counts: list[int] = np.rint(1000.0 * (start.timestamp() + times)).astype(np.int64).tolist()
-    return counts
 
 
 def _in_spokes(angle: Floats, azimuths: int) -> Floats:

@@ -9,29 +9,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from radar_service.numerics.constants import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
 from radar_service.world.outline import SceneOutline
 
 Values = Mapping[str, Any]
-RANGES = (
-    231,
-    463,
-    926,
-    1389,
-    1852,
-    2778,
-    3704,
-    5556,
-    7408,
-    11112,
-    14816,
-    22224,
-    29632,
-    44448,
-    66672,
-    88896,
-)  # m: 1/8 to 48 NM
+PERCENT = {"minValue": 0, "maxValue": 100, "stepValue": 1}
 METRES = {"m": 1.0, "km": 1000.0, "nm": 1852.0}
 POWERS = {"0": "Off", "1": "Standby", "2": "Transmit"}
 SWITCH = {"0": "Off", "1": "On"}
@@ -66,7 +50,7 @@ class SignalKControl:
 def ranges(scene: SceneOutline) -> list[int]:
     """Returns the display ranges [m] that are offered: those of sets, and all that the radar has, rounded down."""
     maximum = int(scene.radar.longest_range)
-    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in RANGES if each <= maximum), maximum})
+    return sorted(map(int, scene.radar.scales)) or sorted({*(each for each in DISPLAY_RANGES if each <= maximum), maximum})
 
 
 def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]:
@@ -134,11 +118,6 @@ def _choice(identity: str, value: Any, names: Mapping[str, str]) -> int:
     raise ControlError(f"{identity}: {str(value)[:40]!r} is not one of {allowed}; send one of them")
 
 
-def _flag(identity: str, value: Any) -> bool:
-    names = {"0": "false", "1": "true"}
-    return bool(_choice(identity, value, names))
-
-
 def _power(values: Values) -> dict[str, Any]:
     if isinstance(values.get("value"), bool):
         raise ControlError("power: true and false are no states; send 1 (Standby) or 2 (Transmit)")
@@ -152,15 +131,6 @@ def _range(values: Values) -> dict[str, Any]:
     return {"range_m": METRES[unit] * _number("range", values.get("value"))}
 
 
-def _shown_range(state: Values) -> Values:
-    metres = float(state["range_m"])
-    return {"value": int(metres) if metres.is_integer() else metres}
-
-
-def _percent(scene: SceneOutline) -> Values:
-    return {"minValue": 0, "maxValue": 100, "stepValue": 1}
-
-
 def _automatic(name: str, number: int, label: str, description: str) -> SignalKControl:
     """A number from 0 to 100 with an automatic: two of our controls."""
 
@@ -169,24 +139,23 @@ def _automatic(name: str, number: int, label: str, description: str) -> SignalKC
         if values.get("value") is not None:
             changed = {name: _number(name, values["value"]), f"{name}_auto": False}
         if values.get("auto") is not None:
-            changed[f"{name}_auto"] = _flag(name, values["auto"])
+            changed[f"{name}_auto"] = bool(_choice(name, values["auto"], {"0": "false", "1": "true"}))
         return changed
 
     return SignalKControl(
         name, number, label, description, "base", "number",
-        lambda scene: {**_percent(scene), "hasAuto": True, "hasAutoAdjustable": False},
+        lambda scene: {**PERCENT, "hasAuto": True, "hasAutoAdjustable": False},
         lambda state: {"value": state[name], "auto": state[f"{name}_auto"]}, change,
     )  # fmt: skip
 
 
 def _enum(
-    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any],
-    category: str = "advanced",
-) -> SignalKControl:  # fmt: skip
+    identity: str, number: int, label: str, own: str, names: Mapping[str, str], kind: Callable[[int], Any]
+) -> SignalKControl:
     """A choice of named values that one of our controls has. kind: our value from the number of the choice."""
     limits = {"minValue": 0, "maxValue": len(names) - 1, "descriptions": dict(names), "validValues": list(range(len(names)))}
     return SignalKControl(
-        identity, number, label, f"our control {own}", category, "enum", lambda scene: limits,
+        identity, number, label, f"our control {own}", "advanced", "enum", lambda scene: limits,
         lambda state: {"value": round(float(state[own]))},
         lambda values: {own: kind(_choice(identity, values.get("value"), names))},
     )  # fmt: skip
@@ -197,10 +166,6 @@ def _text(identity: str, number: int, label: str, key: str) -> SignalKControl:
         identity, number, label, "of this simulated radar", "info", "string", lambda scene: {},
         lambda state: {"value": state[key]},
     )  # fmt: skip
-
-
-def _stretch(values: Values) -> dict[str, Any]:
-    return {"echo_stretch": _number("targetExpansion", values.get("value"))}
 
 
 CONTROLS = (
@@ -214,12 +179,12 @@ CONTROLS = (
         lambda scene: {
             "units": "m", "minValue": ranges(scene)[0], "maxValue": ranges(scene)[-1], "validValues": ranges(scene),
         },
-        _shown_range, _range,
+        lambda state: {"value": int(range_m) if (range_m := float(state["range_m"])).is_integer() else range_m}, _range,
     ),
     _automatic("gain", 4, "Gain", "1 dB per percent"),
     _automatic("sea", 6, "Sea clutter", "sensitivity time control"),
     SignalKControl(
-        "rain", 8, "Rain clutter", "fast time constant", "base", "number", _percent,
+        "rain", 8, "Rain clutter", "fast time constant", "base", "number", lambda scene: PERCENT,
         lambda state: {"value": state["rain"]}, lambda values: {"rain": _number("rain", values.get("value"))},
     ),
     SignalKControl(
@@ -227,7 +192,8 @@ CONTROLS = (
         lambda scene: {
             "minValue": 0, "maxValue": 2, "descriptions": {"0": "Off", "1": "1 %", "2": "2 %"}, "validValues": [0, 1, 2],
         },
-        lambda state: {"value": round(state["echo_stretch"])}, _stretch,
+        lambda state: {"value": round(state["echo_stretch"])},
+        lambda values: {"echo_stretch": _number("targetExpansion", values.get("value"))},
     ),
     _enum("interferenceRejection", 32, "Interference rejection", "interference_rejection", SWITCH, bool),
     _enum("scanAverageMode", 33, "Scan to scan averaging", "scan_correlation", SWITCH, bool),

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import RedirectResponse
 from starlette.staticfiles import StaticFiles
-from typing_extensions import override
 
 from radar_service.ports.ais.transponders import Transponders
 from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import refusal
+from radar_service.ports.signalk.answers import report
 from radar_service.ports.signalk.codec import SignalKCodec
 from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
@@ -47,7 +46,7 @@ class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
     name, period = "signalk", 0.1
-    refusals, codecs = MappingProxyType({"/signalk": refusal}), (SignalKCodec(),)
+    refusals, codecs = MappingProxyType({"/signalk": report}), (SignalKCodec(),)
 
     def __init__(
         self, gui: Path | None = None, tells_truth: bool = False, announcement: "Announcement | None" = None
@@ -60,71 +59,57 @@ class SignalKPort(Port):
         self._streams: Streams | None = None
         self._transponders, self._ticks = Transponders(), Counter[str]()
 
-    @override
     def routes(self, service: Service) -> Sequence[APIRouter]:
+        """Returns all routes."""
         radars = Radars(service.stations)
         self._streams = Streams(service, radars)
         targets = self._streams.values.targets if self._tells_truth else None
         routers = [self._streams.routes(), radar_routes(service, radars, targets)]
         return [*routers, gui_routes(self._gui)] if self._gui else routers
 
-    @override
     async def start(self, service: Service) -> None:
+        """Begins to announce."""
         self._loop, self._stations = asyncio.get_running_loop(), service.stations
         if self._announcement is not None:
             await self._announcement.start()
 
-    @override
     async def stop(self) -> None:
+        """Ends the announcement."""
         if self._announcement is not None:
             await self._announcement.stop()
 
-    @override
     def tick(self, radar: str, time: float) -> None:
+        """Tells own ship and targets."""
         if (station := self._stations.of(radar)) is None:
             return
         is_repeat = self._ticks[radar] % REPEAT == 0
         self._ticks[radar] += 1
         with contextlib.suppress(SpokeSourceFault):  # its process is being replaced
             if station is self._stations.of(None) and isinstance(station.epoch.spoke_source, TellsShips):
-                self._put(self._ship_values(station, time), is_repeat)
+                values = self._ship_values(station, time)
+                self._call(lambda streams: streams.values.put(values, is_repeat))
             if self._tells_truth and is_repeat:
-                self._put_targets(
-                    station, targets_of(station.epoch.spoke_source.truth(time), station.epoch.info.scene.origin)
-                )
+                targets = targets_of(station.epoch.spoke_source.truth(time), station.epoch.info.scene.origin)
+                self._call(lambda streams: streams.values.put_targets(streams.radars.identity(station), targets))
 
-    @override
     def changed(self, change: StateChange) -> None:
+        """Takes new values of controls."""
         if change.kind in ("controls", "scene") or change.values.get("state") == "ended":
-            self._call(self._take)
+            self._call(lambda streams: streams.values.keep_radars(streams.radars))
 
     def _ship_values(self, station: Station, time: float) -> dict[ValuePath, Any]:
         """Own ship at a time [s], and what other ships have reported up to it."""
         (own,) = own_reports(station, [time])
         values = own_ship_values(own)
-        for report in self._transponders.due(station, time):
-            values |= {} if report.is_own else vessel_values(report)
+        for each in self._transponders.due(station, time):
+            values |= {} if each.is_own else vessel_values(each)
         return values
 
-    def _put_targets(self, station: Station, targets: Mapping[int, Any]) -> None:
-        if self._streams:
-            streams = self._streams
-            self._call(lambda: streams.values.put_targets(streams.radars.identity(station), targets))
-
-    def _put(self, values: Mapping[ValuePath, Any], unchanged_too: bool) -> None:
-        if self._streams:
-            streams = self._streams
-            self._call(lambda: streams.values.put(values, unchanged_too))
-
-    def _take(self) -> None:
-        if self._streams:
-            self._streams.values.keep_radars(self._streams.radars)
-
-    def _call(self, function: Callable[[], None]) -> None:
+    def _call(self, function: Callable[[Streams], None]) -> None:
         """Schedules a call on the event loop, from any thread."""
-        if self._loop:
+        if self._loop and self._streams:
             with contextlib.suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(function)
+                self._loop.call_soon_threadsafe(function, self._streams)
 
 
 def gui_routes(folder: Path) -> APIRouter:

@@ -12,7 +12,7 @@ from fastapi import APIRouter, HTTPException
 from fastapi.responses import JSONResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.ports.http.conversation import say_bye, server_end, until_first_ends, until_server_ends
+from radar_service.ports.http.conversation import converse, say_bye
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.http.websocket import framed
 from radar_service.ports.port import Service
@@ -112,10 +112,8 @@ class _StreamClient:
 
     async def run(self) -> None:
         """Serves the client until it leaves."""
-        end = server_end(self._socket)
-        await until_first_ends(self._send(), self._take(), until_server_ends(end))
-        if end.done():
-            await say_bye(self._socket, *end.result())
+        if end := await converse(self._socket, self._send(), self._take()):
+            await say_bye(self._socket, *end)
 
     async def _send(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; `_take` returns too

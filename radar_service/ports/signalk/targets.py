@@ -7,12 +7,10 @@ scene, from 1 on.
 import math
 from typing import Any
 
-import numpy as np
-
-from radar_service.ports.nmea.targets import MARK, closest_approach
+from radar_service.ports.nmea.targets import MARK, closest_approach, true_angles
 from radar_service.ports.signalk.subscriptions import SELF, Path
 from radar_service.records.truth import BodyTruth, Truth
-from radar_service.world.geo import Origin, true_bearing
+from radar_service.world.geo import Origin
 
 MAX_TARGETS = 500  # of a radar: each is told each second
 
@@ -33,10 +31,7 @@ def target_path(radar: str, number: int) -> Path:
 
 def _target(number: int, body: BodyTruth, own: BodyTruth, origin: Origin | None) -> dict[str, Any]:
     distance, time = closest_approach(body, own)
-    azimuth, course = body.azimuth, body.course
-    if origin is not None:
-        azimuth = float(true_bearing(azimuth, np.array(own.position), origin))
-        course = float(true_bearing(course, np.array(body.position), origin))
+    azimuth, course = true_angles(body, own, origin)
     position: dict[str, Any] = {"bearing": azimuth % (2.0 * math.pi), "distance": round(body.range)}
     if body.latitude_deg is not None and body.longitude_deg is not None:
         position |= {"latitude": body.latitude_deg, "longitude": body.longitude_deg}

@@ -8,7 +8,6 @@ from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.signalk.radars import Radars, control_values
 from radar_service.ports.signalk.subscriptions import SELF, Path
 from radar_service.ports.signalk.targets import target_path
-from radar_service.service.radio.station import Station
 
 
 class Values:
@@ -68,17 +67,8 @@ class Values:
             if path[1].startswith("radars.") and path[1].split(".")[1] not in dict(radars):
                 del self._values[path]
         for identity, station in radars:
-            self.put(radar_values(identity, station))
-
-
-def control_path(identity: str, control: str) -> Path:
-    """Returns the path of a control of a radar."""
-    return SELF, f"radars.{identity}.controls.{control}"
-
-
-def radar_values(identity: str, station: Station) -> dict[Path, Any]:
-    """Returns the values of a radar's controls by their paths."""
-    return {control_path(identity, name): value for name, value in control_values(station).items()}
+            controls = control_values(station).items()
+            self.put({(SELF, f"radars.{identity}.controls.{name}"): value for name, value in controls})
 
 
 def own_ship_values(own: OwnShipReport) -> dict[Path, Any]:

@@ -10,7 +10,8 @@ import errno
 import re
 import socket
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from ipaddress import ip_address
 from typing import NamedTuple
 
@@ -131,10 +132,31 @@ def bound(option: str, where: Address, kind: socket.SocketKind, prepare: Callabl
     return result
 
 
-def join_again(receiving: socket.socket, where: Address) -> None:
-    """Joins the group again: an interface that was away and came back is in none."""
-    with contextlib.suppress(OSError):  # as a rule it is in the group
-        join(receiving, where)
+class UdpListener:
+    """A socket that takes datagrams without waiting, also of a group."""
+
+    def __init__(self, option: str, where: Address, clock: Callable[[], float] = time.monotonic) -> None:
+        """option: with which messages begin. Raises UsageError."""
+        self.sockets = (bound(option, where, socket.SOCK_DGRAM, lambda socket: join(socket, where)),)
+        self.close = self.sockets[0].close
+        self._where, self._clock, self._joined = where, clock, clock()
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port, *_ = self.sockets[0].getsockname()
+        return host, port
+
+    def datagrams(self, most: int) -> Iterator[tuple[bytes, str, int]]:
+        """Yields those that have come, some at most, with the address and port of each. most: bytes, the rest is cut off."""
+        if self._clock() - self._joined >= REJOIN:
+            self._joined = self._clock()
+            with contextlib.suppress(OSError):  # as a rule it is in the group
+                join(self.sockets[0], self._where)
+        with contextlib.suppress(OSError):  # none is left; or the interface is away
+            for _ in range(MAX_DATAGRAMS):
+                data, (host, port, *_) = self.sockets[0].recvfrom(most)
+                yield data, host, port
 
 
 def join(receiving: socket.socket, where: Address) -> None:

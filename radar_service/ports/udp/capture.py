@@ -12,8 +12,6 @@ from collections.abc import Callable, Sequence
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
 
-from typing_extensions import override
-
 from radar_service.ports.port import Port
 from radar_service.service.logs import log_event
 from radar_service.terminal.output_files import named_errors, prepare
@@ -90,8 +88,8 @@ class CapturePort(Port):
     def __init__(self, capture: Capture) -> None:
         self._capture = capture
 
-    @override
     def close(self) -> None:
+        """Ends the capture."""
         self._capture.close()
 
 

@@ -1,14 +1,12 @@
 """A port that sends datagrams, or what else does not wait: what is lost is counted as dropped by its thread."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from typing_extensions import override
-
 from radar_service.ports.port import Port, Service
-from radar_service.ports.port_thread import PortThread
-from radar_service.processes.fork_server import ForkServer
+from radar_service.service.radio.station import Station, Stations
+from radar_service.terminal.arguments import UsageError
 
 
 class Sender(Protocol):
@@ -24,21 +22,14 @@ class Sender(Protocol):
 
 
 class UdpPort(Port):
-    """A port with senders. lost: what it did not hand to any of them; fork_server: of the service, None outside one."""
+    """A port with senders. lost: what it did not hand to any of them."""
 
     def __init__(self, senders: Sequence[Sender]) -> None:
         self.senders, self.lost = senders, 0
         self._counted = 0
-        self.fork_server: ForkServer | None = None
-        self._thread: PortThread | None = None  # counts what is lost
 
-    @override
-    async def start(self, service: Service) -> None:
-        self.fork_server = service.fork_server
-        self._thread = next((thread for thread in service.threads if thread.name == self.name), None)
-
-    @override
     def close(self) -> None:
+        """Closes all senders."""
         for sender in self.senders:
             with contextlib.suppress(OSError):
                 sender.close()
@@ -47,11 +38,45 @@ class UdpPort(Port):
         """Sends pieces by all senders, and counts those that did not go out as dropped."""
         for sender in self.senders:
             sender.send(pieces)
-        self.count_lost()
+        self.note_lost(0)
 
-    def count_lost(self) -> None:
-        """Counts what was lost since the last call as dropped."""
+    def note_lost(self, count: int) -> None:
+        """Counts what was not handed to a sender, and what senders have lost since the last call, as dropped."""
+        self.lost += count
         lost = self.lost + sum(sender.lost for sender in self.senders)
-        if self._thread is not None and lost > self._counted:
-            self._thread.note_dropped(lost - self._counted)
+        if self.thread is not None and lost > self._counted:
+            self.thread.note_dropped(lost - self._counted)
         self._counted = lost
+
+
+class OneRadarPort(UdpPort):
+    """A port about one radar: the first one, or `radar` while it is there."""
+
+    def __init__(self, senders: Sequence[Sender], option: str, radar: str | None) -> None:
+        """option: that names the radar."""
+        super().__init__(senders)
+        self._option, self._radar, self._stations = option, radar, Stations()
+
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Looks for the radar."""
+        station_of(self._option, stations, self._radar)
+
+    async def start(self, service: Service) -> None:
+        """Notes the radars."""
+        self._stations = service.stations
+
+    @property
+    def station(self) -> Station | None:
+        """The radar, None while it is not there."""
+        return self._stations.of(self._radar)
+
+    def is_of(self, radar: str) -> bool:
+        """Returns whether it is the radar of that id."""
+        return self.station is not None and self.station.identity == radar
+
+
+def station_of(option: str, stations: Mapping[str, Station], radar: str | None) -> Station:
+    """Returns the radar of that id, by default the first one. Raises UsageError where the service has no such radar."""
+    if radar not in (None, *stations):
+        raise UsageError(f"{option}: {radar} is no radar of this service; it has {', '.join(stations)}")
+    return stations[radar or next(iter(stations))]

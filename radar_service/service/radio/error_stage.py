@@ -156,7 +156,7 @@ class _Reports:
         scan = content["scan"]
         last = self._reporter.last_spoke(scan)
         own = OwnShipTruth(**content["own_ship"])
-        reported = self._reporter.own_ship(own, min(content.get("spoke", last), last), self._history.readings)
+        (reported,) = self._reporter.own_ships([own], [min(content.get("spoke", last), last)], self._history.readings)
         content["own_ship"]["reported"] = reported and asdict(reported)
         counts = self._reporter.counts(scan) if content["type"] == "snapshot" else None
         return json.dumps(content | ({"feed_errors": asdict(counts)} if counts else {}), allow_nan=False)

@@ -35,10 +35,10 @@ class GroupClock:
     generation: counts the restarts.
     """
 
-    def __init__(self, schedule: Schedule | None = None) -> None:
+    def __init__(self) -> None:
         lock = threading.RLock()
         self.changed, self.may_command = threading.Condition(lock), threading.Condition(lock)
-        self.schedule = schedule or Schedule()
+        self.schedule = Schedule()
         self.version = self.generation = 0
         self.front = -math.inf
         self._members: list[ClockMember] = []

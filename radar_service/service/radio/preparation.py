@@ -20,8 +20,8 @@ KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run 
 class Preparations:
     """The queue of preparations, and one prepared upload. Belongs to the event loop."""
 
-    def __init__(self, jobs: JobQueue | None = None) -> None:
-        self.jobs = jobs or JobQueue()
+    def __init__(self) -> None:
+        self.jobs = JobQueue()
         self._kept: SceneSpokeSource | None = None
         self._timer: asyncio.TimerHandle | None = None
 

@@ -68,7 +68,8 @@ class HeldPassages(BeamPassages):
         model, local, body = self._aspects[n]
         antenna, instant = self._observed(crossing, time)
         echoes = model.body_echoes(local, antenna, replace(instant, movers=False))
-        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), self._placed(n, echoes, instant.time))
+        (position,) = self._placed(n, [echoes], instant.time)
+        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
     def _cells(self, n: int, observed: ObservedEchoes, node: int) -> ObservedEchoes:
         """Echoes of body n as it is at a node, summed in cells."""

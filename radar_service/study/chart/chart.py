@@ -3,10 +3,9 @@
 import json
 import os
 import platform
-import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,8 +13,8 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.batch.jobs import Executor, Job, run
+from radar_service.numerics.arithmetic import arithmetic
 from radar_service.numerics.types import Floats
-from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
@@ -37,7 +36,6 @@ MeasurePanel = Callable[[Scene, int, "Effort", bool], PanelResult]
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target
 MIN_POWER = 1e-300  # W
-HERE = Path(__file__)
 
 
 @dataclass(frozen=True)
@@ -89,10 +87,11 @@ class Chart:
         return [point for point in self.points if point.panel == panel]
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns plain data: all points, the front of each panel as indices, the summary, the machine and the commit."""
+        """Returns plain data: all points, the front of each panel as indices, the summary, the machine and the version."""
         fronts = {panel: [self.points.index(p) for p in pareto(self.of_panel(panel))] for panel in PANELS}
         return {
-            "scene": self.scene.name, "commit": commit(), "machine": machine(),
+            "scene": self.scene.name, "version": version("radar-service"),
+            "machine": {"processor": _processor(), "cores": os.cpu_count() or 1, "arithmetic": arithmetic()},
             "real_time_seconds_per_azimuth": self.real_time,
             **self.facts, "summary": summary(self.points, self.real_time), "fronts": fronts,
             "points": [point.as_dict() for point in self.points],
@@ -143,7 +142,6 @@ def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResu
         "field_echoes": len(echoes.range),
         "field_echoes_compared": len(workload.subset.range),
         "field_spokes_compared": len(workload.scan),
-        "closed_form_error_db": closed_form_error_db(radar),
     }
 
 
@@ -228,22 +226,7 @@ def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
 
 
 def _machine_text(data: dict[str, Any]) -> str:
-    revision = data["commit"]
-    return f"{data['machine']['processor']}, {revision if revision.startswith('version') else f'commit {revision[:10]}'}"
-
-
-def machine() -> dict[str, str | int]:
-    """Returns the processor and the versions that CPU times depend on."""
-    libraries = {name: _version(name) for name in ("numpy", "scipy", "embreex")}
-    return {"processor": _processor(), "cores": os.cpu_count() or 1, "system": platform.platform(),
-            "python": platform.python_version(), **libraries}  # fmt: skip
-
-
-def _version(library: str) -> str:
-    try:
-        return version(library)
-    except PackageNotFoundError:  # embreex, where it has no wheel
-        return "not installed"
+    return f"{data['machine']['processor']}, version {data['version']}"
 
 
 def _processor() -> str:
@@ -253,21 +236,3 @@ def _processor() -> str:
         return platform.processor() or platform.machine()
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.machine()
-
-
-def commit() -> str:
-    """Returns the commit of this checkout, with "+" after local changes; outside of a checkout the version."""
-
-    def git(*arguments: str) -> str:
-        run = subprocess.run(["git", "-C", str(HERE.parent), *arguments], capture_output=True, text=True, timeout=10)
-        return run.stdout.strip() if run.returncode == 0 else ""
-
-    try:
-        if git("ls-files", HERE.name):  # the environment may lie inside another project's checkout
-            return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain", "--untracked-files=no") else "")
-    except (OSError, subprocess.TimeoutExpired):
-        pass
-    try:
-        return f"version {version('radar-service')}"
-    except PackageNotFoundError:
-        return "unknown"

@@ -14,7 +14,6 @@ from radar_service.radar.patterns import Cosine, Cosine2, Gaussian, Printed, Sin
 from radar_service.study.compressed_pulse import (
     compressed_chirp,
     compressed_nonlinear_chirp,
-    cosine_coefficients,
     tapered_pulse,
 )
 
@@ -102,76 +101,3 @@ def closed_form_field(echoes: Echoes, radar: Radar, boresight: Floats, sample_ra
         weight = beam(boresight[:, None] - echoes.azimuth[part], radar.beamwidth, radar.pattern) * echoes.amplitude[part]
         field += weight @ compressed_pulse(delay, radar)
     return field
-
-
-def closed_form_error_db(radar: Radar) -> float:
-    """Returns the largest difference of the closed form from its integral at 41 delays [dB of the peak]."""
-    delay = np.linspace(-0.99, 0.99, 41) * radar.pulse
-    integral = {"lfm": _chirp_integral, "nlfm": _nonlinear_integral, "none": _unmodulated_integral}[radar.modulation]
-    if radar.compression == "inverse":
-        integral = _tapered_integral
-    values = np.array([integral(float(tau), radar) for tau in delay])
-    return float(20.0 * np.log10(np.abs(values - compressed_pulse(delay, radar)).max() + 1e-16))
-
-
-def _chirp_integral(tau: float, radar: Radar) -> complex:
-    """Returns the correlation at `tau` [s] by 32 Gauss-Legendre nodes on each of B T / 2 + 8 intervals.
-
-    The phase of the integrand changes by at most half a cycle in an interval, so the error is the rounding of 64 bits.
-    """
-    edges = np.linspace(max(0.0, tau), min(0.0, tau) + radar.pulse, int(radar.bandwidth * radar.pulse / 2.0) + 9)
-    t, weights = _nodes(edges - radar.pulse / 2.0)
-    slope, coefficients = radar.bandwidth / radar.pulse, cosine_coefficients(radar.window)
-    window = sum(a * np.cos(2.0 * np.pi * m * (t - tau) / radar.pulse) for m, a in enumerate(coefficients))
-    product = window * np.exp(1j * np.pi * slope * (t**2 - (t - tau) ** 2))
-    return complex(np.sum(product * weights) / (coefficients[0] * radar.pulse))
-
-
-def _tapered_integral(tau: float, radar: Radar) -> complex:
-    """Returns the transform of the window over the band at `tau` [s], 1 at 0."""
-    coefficients = cosine_coefficients(radar.window)
-    f, weights = _nodes(np.linspace(-0.5, 0.5, int(radar.bandwidth * radar.pulse) + 9))
-    window = sum(a * np.cos(2.0 * np.pi * m * f) for m, a in enumerate(coefficients))
-    return complex(np.sum(weights * window * np.exp(2j * np.pi * f * radar.bandwidth * tau)) / coefficients[0])
-
-
-def _nonlinear_integral(tau: float, radar: Radar) -> complex:
-    """Returns the correlation of a nonlinear chirp with itself at `tau` [s], by the nodes of `_chirp_integral`.
-
-    Its phase at a time is that at its frequency then, so that an error of the frequency in the table counts by its square.
-    """
-    edges = np.linspace(max(0.0, tau), min(0.0, tau) + radar.pulse, int(radar.bandwidth * radar.pulse / 2.0) + 9)
-    t, weights = _nodes(edges - radar.pulse / 2.0)
-    share = 0.5 * np.sin(np.linspace(-0.5, 0.5, 2**17) * np.pi)
-    coefficients = np.array(cosine_coefficients(radar.window)) / cosine_coefficients(radar.window)[0]
-    order = 2.0 * np.pi * np.arange(1, len(coefficients))[:, None]
-    passed = share + (coefficients[1:, None] / order * np.sin(order * share)).sum(axis=0)
-    integral = share**2 / 2.0 + (coefficients[1:, None] / order**2 * (1.0 - np.cos(order * share))).sum(axis=0)
-    product = radar.bandwidth * radar.pulse
-
-    def wave(time: Floats) -> Complexes:
-        at = time / radar.pulse
-        cycles = np.interp(at, passed, share) * at - np.interp(np.interp(at, passed, share), share, integral)
-        return np.asarray(np.exp(2j * np.pi * product * cycles))
-
-    return complex(np.sum(weights * wave(t) * np.conj(wave(t - tau))) / radar.pulse)
-
-
-def _unmodulated_integral(tau: float, radar: Radar) -> complex:
-    """Returns the pulse convolved with the impulse response exp(-(pi B t)^2 / (2 ln 2)), at `tau` [s] over that at 0.
-
-    The response is the transform of exp(-2 ln 2 (f / B)^2); the intervals are as short as the response.
-    """
-
-    def convolved(at: float) -> float:
-        t, weights = _nodes(np.linspace(-0.5, 0.5, int(radar.bandwidth * radar.pulse) + 9) * radar.pulse)
-        return float(np.sum(weights * np.exp(-((np.pi * radar.bandwidth * (at - t)) ** 2) / (2.0 * np.log(2.0)))))
-
-    return complex(convolved(tau) / convolved(0.0))
-
-
-def _nodes(edges: Floats) -> tuple[Floats, Floats]:
-    """Returns 32 Gauss-Legendre nodes on each interval between edges, and their weights."""
-    nodes, weights = np.polynomial.legendre.leggauss(32)
-    lengths = np.diff(edges)[:, None]
-    return edges[:-1, None] + lengths * (nodes + 1.0) / 2.0, weights * lengths / 2.0

@@ -96,7 +96,7 @@ def methods(radar: Radar) -> list[Method]:
 def _grids(radar: Radar) -> list[Method]:
     """Returns the methods that grid all echoes of the scan at once."""
     method, rows = partial(Method, radar=radar, first=0.5, reach=None), BALANCED.beam_kernel_width
-    compression, exact = compression_for(radar, BALANCED.kernel_width), gridded(radar, BALANCED)
+    compression = compression_for(radar, BALANCED.kernel_width)
     oversampling = radar.sample_rate / radar.bandwidth
     nearest = with_kernel(radar, compression, NearestBin(1, 1.0))
     result = [method("nearest bin", "1 bin", scan_grid(radar, nearest, rows))]
@@ -116,8 +116,6 @@ def _grids(radar: Radar) -> list[Method]:
             setting = f"{width} bins" + (f" x {across} rows" if across != rows else "")
             run = scan_grid(radar, compression_for(radar, width), across)
             result.append(method("Kaiser-Bessel grid", setting, run, preset=presets.get((width, across))))
-    result.append(method("precision of range", "float64", exact))
-    result.append(method("precision of range", "float32", single_precision(exact, radar.wavelength)))
     return result
 
 
@@ -201,17 +199,6 @@ def moving_beam(radar: Radar, fidelity: Fidelity) -> Run:
         return np.concatenate(blocks)
 
     return run
-
-
-def single_precision(run: Run, wavelength: float) -> Run:
-    """Returns the method with ranges and phases rounded to float32, like the distances of a ray tracer."""
-
-    def rounded(echoes: Echoes, spokes: Indices) -> Profiles:
-        single = echoes.range.astype(np.float32).astype(np.float64)
-        phase = np.exp(-4j * np.pi / wavelength * (single - echoes.range))
-        return run(Echoes(single, echoes.azimuth, echoes.amplitude * phase), spokes)
-
-    return rounded
 
 
 def chirp_sums(radar: Radar) -> list[Method]:

@@ -38,16 +38,18 @@ def test_an_answer_gives_tracks() -> None:
         ({"track": {"name": "a"}}, "a whole number, is needed"),
         ({"track": 10**100}, "at most 100 characters"),
         ({"coasting": 1}, "true or false is needed"),
-        ({"mmsi": "211000001"}, "mmsi is '211000001'; a whole number is needed"),
+        ({"mmsi": "211000001"}, "mmsi is '211000001'; a whole number of nine digits"),
         ({"mmsi": True}, "mmsi is True"),
+        ({"mmsi": 10**4000}, "mmsi is 1000"),
         ({"priority": "both"}, "priority is 'both'; ais or radar is needed"),
     ],
     ids=["nan", "inf", "none", "twice", "text", "far", "long name", "no name", "long number", "coasting", "mmsi",
-         "true", "priority"],
+         "true", "digits", "priority"],
 )  # fmt: skip
 def test_tracks_of_rubbish_are_refused(change: dict[str, object], words: str) -> None:
-    with pytest.raises(TrackerError, match=f"answer to scan 4.*{words}"):
+    with pytest.raises(TrackerError, match=f"answer to scan 4.*{words}") as raised:
         tracks_from_line(line({**STATE, **change}, {**STATE, "track": "b"}), 4)
+    assert len(str(raised.value)) < 500
 
 
 def test_the_plots_of_an_extractor_lie_about_own_ship() -> None:

@@ -9,16 +9,13 @@ import numpy as np
 import pyais
 import pytest
 
-from radar_service.commands.command_line import parser
-from radar_service.ports import registry
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.port import Service
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
-from tests.ports.nmea.test_nmea_port import SITES, Kept, on_the_air, simulator_of, stations_of
-from tests.ports.nmea.test_senders import free_port
+from tests.ports.kept import Kept
+from tests.ports.nmea.test_nmea_port import SITES, on_the_air, simulator_of, stations_of
 from tests.reference.true_north import true_deg
 
 HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
@@ -44,9 +41,7 @@ def started(simulator: Any, **more: Any) -> tuple[AisPort, Kept]:
     kept = Kept()
     port = AisPort([kept], **more)
     port.check(on_the_air(**{"0": simulator}))
-    asyncio.run(
-        port.start(cast(Service, SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=(), fork_server=None)))
-    )
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=on_the_air(**{"0": simulator}), fork_server=None))))
     return port, kept
 
 
@@ -57,13 +52,13 @@ def run(simulator: Any, until: float = 120.0, step: float = 0.1) -> list[tuple[f
     for time in np.arange(0.0, until + step / 2, step).tolist():
         port.tick("0", time)
         came += [(time, *message) for message in messages(kept)]
-        kept.lines.clear()
+        kept.pieces.clear()
     return came
 
 
 def messages(kept: Kept) -> list[tuple[str, Any]]:
     result, parts = [], list[bytes]()
-    for line in kept.lines:
+    for line in kept.pieces:
         parts.append(line)
         count, number = line.split(b",")[1:3]
         if count == number:
@@ -145,12 +140,12 @@ def test_both_parts_of_a_static_report_go_on_one_channel() -> None:
     for time in np.arange(0.0, 61.0, 0.1).tolist():
         port.tick("0", time)
     channels: dict[int, list[str]] = {}
-    for line in kept.lines:
+    for line in kept.pieces:
         message = pyais.decode(line) if line.split(b",")[1] == b"1" else None
         if message is not None and message.msg_type == 24:
             channels.setdefault(int(message.mmsi), []).append(line.split(b",")[4].decode())
     assert set(channels) == {300, 301, 302, 303, 304} and all(a == b for a, b in channels.values())
-    assert {line.split(b",")[4] for line in kept.lines} == {b"A", b"B"}
+    assert {line.split(b",")[4] for line in kept.pieces} == {b"A", b"B"}
 
 
 def test_the_kind_of_a_body_decides_what_it_sends() -> None:
@@ -205,13 +200,13 @@ def test_own_ship_that_is_a_body_is_no_other_ship() -> None:
 @pytest.mark.parametrize(
     ("radar", "expected"), [("bow", {("VDO", 201), ("VDM", 202)}), ("pier", {("VDM", 202)}), ("ferry", {("VDO", 202)})]
 )
-def test_own_ship_that_is_no_body_is_in_the_world_of_her_own_radars_alone(
+def test_own_ship_that_is_no_body_is_in_the_world_of_its_own_radars_alone(
     radar: str, expected: set[tuple[str, int]]
 ) -> None:
     """A fixed site has no transponder, and a ferry is not own ship: neither tells own ship's number with its own position."""
     kept = Kept()
     port = AisPort([kept], radar)
-    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), threads=(), fork_server=None))))
+    asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations_of(SITES), fork_server=None))))
     for time in np.arange(0.0, 30.0, 0.5).tolist():
         port.tick(radar, time)
     assert {(kind, int(m.mmsi)) for kind, m in messages(kept)} == expected
@@ -221,7 +216,7 @@ def test_a_pause_repeats_own_ship_alone() -> None:
     port, kept = started(world())
     for time in (0.0, 1.0):
         port.tick("0", time)
-    kept.lines.clear()
+    kept.pieces.clear()
     for _ in range(40):
         port.tick("0", 1.0)
     assert [(kind, m.msg_type) for kind, m in messages(kept) if m.msg_type == 1] == [("VDO", 1)] * 4
@@ -230,7 +225,7 @@ def test_a_pause_repeats_own_ship_alone() -> None:
 def test_another_scene_begins_anew() -> None:
     port, kept = started(world())
     port.tick("0", 30.0)
-    kept.lines.clear()
+    kept.pieces.clear()
     for time in np.arange(0.0, 20.0, 0.1).tolist():
         port.tick("0", time)
     assert {int(m.mmsi) for _, m in messages(kept)} >= {200, 201, 202}
@@ -251,15 +246,3 @@ class Replaced:
 
 def test_reports_that_a_replaced_process_missed_come_later() -> None:
     assert [m.second for _, kind, m in run(Replaced(world()), 3.0) if kind == "VDO" and m.msg_type == 1] == [30, 31, 32, 33]
-
-
-def test_options_open_the_port() -> None:
-    def opened(*words: str) -> Any:
-        return registry.opened(parser().parse_args(["serve", *words]))
-
-    with opened("--ais-tcp", str(free_port()), "--nmea-tcp", str(free_port())) as ports:
-        assert [port.name for port in ports] == ["ais", "feed", "nmea", "rest"]
-    with pytest.raises(UsageError, match="--ais-udp: 10.0.0.2 is beyond this machine"), opened("--ais-udp", "10.0.0.2:7"):
-        pass
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar"):
-        started(world(), radar="aft")

@@ -32,7 +32,7 @@ def heard(of: Station, until: float, transponders: Transponders | None = None) -
     return [(time, report) for time in times for report in transponders.due(of, time)]
 
 
-def test_a_ship_under_way_reports_each_ten_seconds_where_she_is_then() -> None:
+def test_a_ship_under_way_reports_each_ten_seconds_where_it_is_then() -> None:
     """ITU-R M.1371-5, table 1: class A up to 14 knots. The state is that of a whole second, sent within it."""
     reports = [
         (time, each.position) for time, each in heard(station(), 60.0) if each.ship.mmsi == 211000001 and each.position

@@ -10,11 +10,12 @@ import pytest
 from radar_service.plots.extractor import LivePlots, PlotExtractor
 from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.plot import Plot
-from radar_service.ports.asterix.plot_blocks import IN_BLOCK, PlotSink, plot_blocks
+from radar_service.ports.asterix.asterix_port import PlotSink
+from radar_service.ports.asterix.plot_blocks import IN_BLOCK, plot_blocks
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.spokes import SpokeBatch
-from tests.commands.test_export import Kept
 from tests.ports.asterix.reading import reports
+from tests.ports.kept import Kept
 from tests.ports.reflectors import batches, crossings, radar_of, simulator
 from tests.reference.true_north import true_deg
 
@@ -32,7 +33,8 @@ def sent() -> list[SpokeBatch]:
 def plots() -> list[Plot]:
     """The plots of the first one."""
     radar = SOURCE().scene.radar
-    live = LivePlots(720, lambda: PlotExtractor(radar, MarineThreshold(radar)))
+    extractor = PlotExtractor(radar, MarineThreshold(radar))
+    live = LivePlots(720, lambda: lambda scan: extractor.add(scan).plots, list[int]().append)
     return [plot for batch in sent()[:45] for plot in live.add(batch.block)]
 
 

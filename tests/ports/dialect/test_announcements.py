@@ -1,31 +1,14 @@
 """What a radar of another maker sends by the clock, at changes and when it is looked for: an xHD, and a HALO."""
 
-import struct
-from collections.abc import Sequence
-
 from radar_service.ports.dialect.announcements import Announcements, Senders
 from radar_service.ports.dialect.dialect import STANDBY, TRANSMIT
 from radar_service.ports.garmin_xhd.datagrams import XHD
-
-
-class Kept:
-    """A sender that keeps the ids and first bytes of what it gets."""
-
-    lost = 0
-
-    def __init__(self) -> None:
-        self.got: list[tuple[int, int]] = []
-
-    def send(self, pieces: Sequence[bytes]) -> None:
-        self.got += [struct.unpack_from("<I4xB", each) for each in pieces]
-
-    def close(self) -> None:
-        pass
+from tests.ports.kept import Kept
 
 
 def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() -> None:
     senders, now = Senders(Kept(), Kept(), Kept()), [0.0]
-    beats, reports, spokes = (sender.got for sender in senders)  # type: ignore[attr-defined]
+    beats, reports, spokes = (sender.pieces for sender in senders)  # type: ignore[attr-defined]
     announced = Announcements(XHD, "172.16.2.0", senders, lambda: now[0])
     announced.what_is_due("0")
     assert len(beats) == 1 and not reports  # no controls are known yet
@@ -45,5 +28,5 @@ def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() ->
     announced.become(TRANSMIT)
     announced.become(STANDBY)
     announced.spokes([b"12345678x"], transmits=False)  # the last ones, after it went to standby
-    states = [value for number, value in reports[4 * size :] if number == 0x0992]
+    states = [each[8] for each in reports[4 * size :] if each[:2] == b"\x92\x09"]
     assert states == [4, 5, 3] and len(spokes) == 2

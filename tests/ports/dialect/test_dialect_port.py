@@ -2,40 +2,25 @@
 
 import asyncio
 import logging
-import select
 import socket
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
 from radar_service.ports.dialect.announcements import Senders
 from radar_service.ports.dialect.dialect import Dialect
-from radar_service.ports.dialect.dialect_port import DialectPort, Listener
+from radar_service.ports.dialect.dialect_port import DialectPort
 from radar_service.ports.garmin_xhd.datagrams import XHD
+from radar_service.ports.udp.addresses import Address, UdpListener
 from radar_service.service.settings import Pace, Settings
-from radar_service.terminal.arguments import UsageError
 from tests.ports.asgi import Server
 from tests.ports.garmin_xhd.reading import command, read_reports, read_spoke
+from tests.ports.kept import Kept
 from tests.ports.listening import PAUSED, play
-from tests.ports.nmea.test_senders import free_port
 
 HERE = "127.0.0.1"
 FAST = Settings(pace=Pace("run", 10.0))
-
-
-class Kept:
-    """A sender that keeps what it gets."""
-
-    def __init__(self) -> None:
-        self.pieces: list[bytes] = []
-        self.lost = 0
-
-    def send(self, pieces: Sequence[bytes]) -> None:
-        self.pieces += pieces
-
-    def close(self) -> None:
-        pass
 
 
 class Display:
@@ -43,8 +28,8 @@ class Display:
 
     def __init__(self, dialect: Dialect = XHD) -> None:
         self.heartbeats, self.reports, self.spokes = made = Kept(), Kept(), Kept()
-        commands = Listener("--x", HERE, "", 0)
-        self._to = commands.socket.getsockname()
+        commands = UdpListener("--x", Address(HERE, 0))
+        self._to = commands.address
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.port, self.other_radar = (
             DialectPort(dialect, HERE, Senders(*made), [commands], radar) for radar in (None, "stern")
@@ -142,20 +127,3 @@ def test_reports_come_in_a_pause_too(display: Display) -> None:
 
     play(display.port, test, PAUSED)
     assert not display.spokes.pieces
-
-
-def test_a_radar_that_is_not_there_ends_the_start(display: Display) -> None:
-    with pytest.raises(UsageError, match="--garmin-xhd-of: stern is no radar of this service; it has bow"):
-        display.other_radar.check({"bow": None})  # type: ignore[dict-item]
-
-
-def test_a_group_is_listened_to_beside_readers_of_it() -> None:
-    where = ("239.255.77.9", free_port())
-    listeners = [Listener("--x", HERE, *where) for _ in range(2)]  # as readers do
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(HERE))
-        sender.sendto(b"\1\xb1", where)
-    for each in listeners:
-        each.join_again()  # it is in the group
-        assert select.select([each.socket], [], [], 10)[0] and list(each.commands()) == [b"\1\xb1"]
-        each.close()

@@ -2,7 +2,6 @@
 
 import asyncio
 import math
-from collections.abc import Awaitable, Callable
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error_settings import ErrorSettings
 from tests.ports.asgi import Closed, Server, running
+from tests.ports.playing import playing
 from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, factory, labels_of, power_of, scene
 from tests.world.test_world import settings
 
@@ -33,21 +33,13 @@ def station(settings: Settings = PAUSED, identity: str = "0", **options: Any) ->
     return Station(identity, engine, make, settings=settings, **options)
 
 
-def play(test: Callable[[Server], Awaitable[None]], *stations: Station) -> None:
-    async def body() -> None:
-        async with running(create_app(stations)) as server:
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(body(), 60))
-
-
 async def step(server: Server, spokes: int) -> None:
     answer = await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
     assert answer.status_code == 200, answer.text
 
 
-def test_hello_says_what_is_coming() -> None:
-    async def test(server: Server) -> None:
+async def test_hello_says_what_is_coming() -> None:
+    async with playing(station()) as server:
         hello = await (await server.feed("?encoding=u8&bins=5")).receive()
         assert (hello["type"], hello["protocol"], hello["seed"], hello["fidelity"]) == ("hello", 1, 7, "balanced")
         assert hello["scene"] == {"name": "test scene", "origin": None, "bodies": 0, "warnings": []}
@@ -61,11 +53,9 @@ def test_hello_says_what_is_coming() -> None:
         assert hello["clocks"]["pace"] == {"state": "pause", "factor": 1.0} and hello["mode"] == "live"
         assert hello["controls"]["range_m"] == 200.0 and hello["truth"] is False and hello["plan"] == {"modelled": []}
 
-    play(test, station())
 
-
-def test_spokes_arrive_whole_and_in_order() -> None:
-    async def test(server: Server) -> None:
+async def test_spokes_arrive_whole_and_in_order() -> None:
+    async with playing(station()) as server:
         feed = await server.feed("?encoding=f32")
         await feed.until("hello")
         await step(server, 2 * AZIMUTHS)
@@ -82,11 +72,9 @@ def test_spokes_arrive_whole_and_in_order() -> None:
         assert all(m["index"] + m["count"] <= AZIMUTHS for m in got)  # no batch spans two scans
         assert {h for m in got for h in m["heading"]} == {round(30 / 360 * 65536)}
 
-    play(test, station())
 
-
-def test_batches_are_cut_by_time() -> None:
-    async def test(server: Server) -> None:
+async def test_batches_are_cut_by_time() -> None:
+    async with playing(station()) as server:
         # 24 spokes in 2.5 s are 104 ms each: one a message at factor 1; at factor 14 two in 15 ms
         feed = await server.feed()
         await step(server, 3)
@@ -95,22 +83,9 @@ def test_batches_are_cut_by_time() -> None:
         await step(server, 7)
         assert [m["count"] for m in await feed.spokes(7)] == [2, 2, 2, 1]  # 3 and 4 end a block, 9 ends the steps
 
-    play(test, station())
 
-
-def test_spokes_into_a_blind_sector_are_marked() -> None:
-    async def test(server: Server) -> None:
-        feed = await server.feed()
-        await step(server, AZIMUTHS)
-        blind = [b for m in await feed.spokes(AZIMUTHS) for b in m.get("blind", [False] * m["count"])]
-        # the sector is 80 to 100 degrees off a bow at 030: azimuths 110 to 130, of steps of 15 only 120
-        assert [k * 15 for k in range(AZIMUTHS) if blind[k]] == [120]
-
-    play(test, station())
-
-
-def test_a_scan_is_the_same_whatever_the_batches() -> None:
-    async def test(server: Server) -> None:
+async def test_a_scan_is_the_same_whatever_the_batches() -> None:
+    async with playing(station(identity="a"), station(Settings(pace=Pace("pause", math.inf)), identity="b")) as server:
         paced, flat = (
             await server.feed("?encoding=u8&bins=7", "a"),
             await server.feed("?encoding=u8&bins=7&mode=lossless", "b"),
@@ -122,11 +97,9 @@ def test_a_scan_is_the_same_whatever_the_batches() -> None:
         rows = [b"".join(m["data"] for m in got)[: AZIMUTHS * 7] for got in (one, other)]
         assert rows[0] == rows[1] and len(one) > len(other)
 
-    play(test, station(identity="a"), station(Settings(pace=Pace("pause", math.inf)), identity="b"))
 
-
-def test_pause_holds_and_resumes_without_loss() -> None:
-    async def test(server: Server) -> None:
+async def test_pause_holds_and_resumes_without_loss() -> None:
+    async with playing(station(FLAT_OUT)) as server:
         feed = await server.feed("?mode=lossless")
         await feed.spokes(30)
         answer = await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
@@ -135,11 +108,9 @@ def test_pause_holds_and_resumes_without_loss() -> None:
         got = await feed.spokes(200)
         assert all(b["first"] == a["first"] + a["count"] for a, b in zip(got, got[1:], strict=False))
 
-    play(test, station(FLAT_OUT))
 
-
-def test_another_scene_takes_over_at_the_end_of_the_scan() -> None:
-    async def test(server: Server) -> None:
+async def test_another_scene_takes_over_at_the_end_of_the_scan() -> None:
+    async with playing(station(FLAT_OUT)) as server:
         feed = await server.feed("?encoding=f32&mode=lossless")
         old = (await feed.until("hello"))["epoch"]
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
@@ -158,23 +129,9 @@ def test_another_scene_takes_over_at_the_end_of_the_scan() -> None:
         )  # fmt: skip
         assert first["time"][0] == 0.0
 
-    play(test, station(FLAT_OUT))
 
-
-def test_another_scene_takes_over_at_once_while_paused() -> None:
-    async def test(server: Server) -> None:
-        feed = await server.feed()
-        await feed.until("hello")
-        await step(server, 3)
-        await feed.spokes(3)
-        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
-        assert (await feed.receive())["epoch"] == answer.json()["epoch"]
-
-    play(test, station())
-
-
-def test_another_range_is_another_epoch_at_once() -> None:
-    async def test(server: Server) -> None:
+async def test_another_range_is_another_epoch_at_once() -> None:
+    async with playing(station()) as server:
         feed = await server.feed("?encoding=f32")
         old = (await feed.until("hello"))["epoch"]
         await step(server, 5)
@@ -188,13 +145,10 @@ def test_another_range_is_another_epoch_at_once() -> None:
         assert (message["first"], message["index"], message["bins"]) == (0, 5, 10)  # the scan goes on, numbers start anew
         np.testing.assert_array_equal(wire.samples(message)[0], power_of([5], BINS)[0, :10])
 
-    play(test, station())
 
-
-def test_another_rpm_goes_on_in_time_from_north() -> None:
+async def test_another_rpm_goes_on_in_time_from_north() -> None:
     """The running scan ends where one of the other rate begins; simulated time goes on, and sequence numbers start anew."""
-
-    async def test(server: Server) -> None:
+    async with playing(station(FLAT_OUT)) as server:
         feed = await server.feed("?mode=lossless")
         await feed.until("hello")
         answer = await server.http.patch(CONTROLS, json={"rpm": 48, "gain": 70})
@@ -210,11 +164,9 @@ def test_another_rpm_goes_on_in_time_from_north() -> None:
         time = [t for m in spokes for t in m["time"]][:10]
         np.testing.assert_allclose(time, last["time"][-1] + 2.5 / AZIMUTHS + np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
 
-    play(test, station(FLAT_OUT))
 
-
-def test_standby_sends_nothing_and_time_goes_on() -> None:
-    async def test(server: Server) -> None:
+async def test_standby_sends_nothing_and_time_goes_on() -> None:
+    async with playing(station()) as server:
         feed = await server.feed()
         await feed.until("hello")
         await step(server, 2)
@@ -229,11 +181,9 @@ def test_standby_sends_nothing_and_time_goes_on() -> None:
         message = await feed.receive()
         assert (message["first"], message["index"]) == (2, 8)  # no number was used, six spokes have gone by
 
-    play(test, station())
 
-
-def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
-    async def test(server: Server) -> None:
+async def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
+    async with playing(station()) as server:
         feed, raw = await server.feed("?encoding=u8"), await server.feed("?encoding=u8-log")
         await server.http.patch(CONTROLS, json={"gain": 5})  # low enough that no echo saturates
         await step(server, 1)
@@ -247,11 +197,9 @@ def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
         raw_lift = wire.samples(raw_after).astype(float) - wire.samples(raw_before)
         assert np.all(np.abs(raw_lift * LOG_DB_PER_STEP - rise) <= LOG_DB_PER_STEP)
 
-    play(test, station())
 
-
-def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
-    async def test(server: Server) -> None:
+async def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
+    async with playing(station(allow_truth=True)) as server:
         feed = await server.feed("?truth=1&encoding=f32")
         hello = await feed.receive()
         assert hello["truth"] is True
@@ -266,11 +214,9 @@ def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
                 seen += message["count"]
         np.testing.assert_allclose(times, np.arange(8) * 2.5 / 8, rtol=1e-12)  # eight a scan
 
-    play(test, station(allow_truth=True))
 
-
-def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
-    async def test(server: Server) -> None:
+async def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
+    async with playing(station(allow_truth=True)) as server:
         plain = await server.feed("?encoding=f32")
         hello = await plain.receive()
         await step(server, 5)
@@ -293,21 +239,17 @@ def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
             )
             assert "labels" not in message and "powers" not in message
 
-    play(test, station(allow_truth=True))
 
-
-def test_spoke_0_waits_for_the_labels_of_a_client() -> None:
-    async def test(server: Server) -> None:
+async def test_spoke_0_waits_for_the_labels_of_a_client() -> None:
+    async with playing(station(FLAT_OUT, allow_truth=True, wait_for=1)) as server:
         feed = await server.feed("?mode=lossless&labels=1")
         messages = await feed.spokes(3)
         assert messages[0]["first"] == 0
         np.testing.assert_array_equal(wire.labels(messages[0])[0], labels_of([0], BINS)[0])
 
-    play(test, station(FLAT_OUT, allow_truth=True, wait_for=1))
 
-
-def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
+    async with playing(station(allow_truth=True)) as server:
         query = "?encoding=u8&bins=4&labels=1&spokes=2&compress=deflate"
         first = await server.feed(query)
         epoch = (await first.until("hello"))["epoch"]
@@ -324,8 +266,6 @@ def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
             message = await second.receive()
             assert message["type"] == "spokes" and "labels" in message
 
-    play(test, station(allow_truth=True))
-
 
 @pytest.mark.parametrize(
     ("query", "reason"),
@@ -334,36 +274,19 @@ def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
         ("?powers=1,999", "powers: 999 is no source of this scene; it has 0 noise, 1 sea, 256 buoy"),
     ],
 )
-def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason: str) -> None:
-    async def test(server: Server) -> None:
+async def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason: str) -> None:
+    engine = FakeEngine(scene())
+    engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
+    async with playing(station(allow_truth=True, engine=engine)) as server:
         feed = await server.feed(query)
         assert (await feed.receive())["reason"] == reason
         with pytest.raises(Closed) as closed:
             await feed.receive()
         assert closed.value.code == 4400
 
-    engine = FakeEngine(scene())
-    engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
-    play(test, station(allow_truth=True, engine=engine))
 
-
-def test_a_client_that_comes_back_misses_nothing() -> None:
-    async def test(server: Server) -> None:
-        first = await server.feed("?mode=lossless")
-        epoch = (await first.until("hello"))["epoch"]
-        had = (await first.spokes(10))[-1]
-        next_number = had["first"] + had["count"]
-        await first.leave()
-        second = await server.feed(f"?mode=lossless&since={epoch}:{next_number}")
-        assert (await second.receive())["epoch"] == epoch
-        message = await second.receive()
-        assert (message["type"], message["first"]) == ("spokes", next_number)
-
-    play(test, station(FLAT_OUT))
-
-
-def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbers() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbers() -> None:
+    async with playing(station(FLAT_OUT)) as server:
         feed = await server.feed("?mode=live")
         await feed.until("hello")
         while (await server.http.get("/api/health")).json()["radars"][0]["spokes_lost"] == 0:
@@ -380,19 +303,15 @@ def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbe
             expected = message["first"] + message["count"]
         assert gaps >= 1
 
-    play(test, station(FLAT_OUT))
 
-
-def test_rubbish_from_a_client_harms_nobody() -> None:
-    async def test(server: Server) -> None:
+async def test_rubbish_from_a_client_harms_nobody() -> None:
+    async with playing(station()) as server:
         feed, other = await server.feed(), await server.feed()
         await feed.say(text="}{ not anything")
         await feed.say(bytes=b"\xc1" * 100)
         await other.leave()
         await step(server, 2)
         assert [m["first"] for m in await feed.spokes(2)] == [0, 1]
-
-    play(test, station())
 
 
 @pytest.mark.parametrize(
@@ -409,44 +328,30 @@ def test_rubbish_from_a_client_harms_nobody() -> None:
         ("?labels=1", 4403, "labels and powers: this server does not send them; start it with --truth"),
         ("?powers=all", 4403, "--truth"),
         ("?labels=2", 4400, 'labels: "2" is not 0 or 1'),
+        ("", 4404, 'radar: there is no "9"'),
         ("?powers=1,x", 4400, 'powers: "1,x" is not all, nor 1 to 64 numbers of sources'),
     ],
 )
-def test_a_bad_request_is_refused_with_the_reason(query: str, code: int, reason: str) -> None:
-    async def test(server: Server) -> None:
-        feed = await server.feed(query)
+async def test_a_bad_request_is_refused_with_the_reason(query: str, code: int, reason: str) -> None:
+    async with playing(station()) as server:
+        feed = await server.feed(query, "0" if query else "9")
         bye = await feed.receive()
         assert bye["type"] == "bye" and reason in bye["reason"]
         with pytest.raises(Closed) as closed:
             await feed.receive()
         assert closed.value.code == code
 
-    play(test, station())
 
-
-def test_an_unknown_radar_is_refused_with_the_reason() -> None:
-    async def test(server: Server) -> None:
-        feed = await server.feed(radar="9")
-        assert "9" in (await feed.receive())["reason"]
-        with pytest.raises(Closed) as closed:
-            await feed.receive()
-        assert closed.value.code == 4404
-
-    play(test, station())
-
-
-def test_a_page_of_another_site_may_not_listen() -> None:
-    async def test(server: Server) -> None:
+async def test_a_page_of_another_site_may_not_listen() -> None:
+    async with playing(station()) as server:
         with pytest.raises(Closed) as closed:
             await server.feed(origin="http://elsewhere.example")
         assert closed.value.code == 403
         assert (await (await server.feed(origin="http://radar")).receive())["type"] == "hello"
 
-    play(test, station())
 
-
-def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_restarts_it() -> None:
-    async def test(server: Server) -> None:
+async def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_restarts_it() -> None:
+    async with playing(station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0)) as server:
         feed = await server.feed("?mode=lossless")
         bye = await feed.until("bye")
         assert "the wheel came off" in bye["reason"]
@@ -462,25 +367,19 @@ def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_resta
             await asyncio.sleep(0.001)
         assert (await (await server.feed()).receive())["scene"]["name"] == "second"
 
-    play(test, station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0))
 
-
-def test_stopping_says_bye() -> None:
+async def test_stopping_says_bye() -> None:
     only = station()
-
-    async def whole() -> None:
-        async with running(create_app([only])) as server:
-            feed = await server.feed()
-            await feed.until("hello")
-            stopping = asyncio.create_task(only.stop("going home"))
-            assert (await feed.until("bye"))["reason"] == "going home"
-            with pytest.raises(Closed) as closed:
-                await feed.receive()
-            assert closed.value.code == 1001
-            await stopping
-            assert "stopping" in (await (await server.feed()).receive())["reason"]
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    async with running(create_app([only])) as server:
+        feed = await server.feed()
+        await feed.until("hello")
+        stopping = asyncio.create_task(only.stop("going home"))
+        assert (await feed.until("bye"))["reason"] == "going home"
+        with pytest.raises(Closed) as closed:
+            await feed.receive()
+        assert closed.value.code == 1001
+        await stopping
+        assert "stopping" in (await (await server.feed()).receive())["reason"]
 
 
 class Clock:
@@ -511,15 +410,11 @@ def test_a_connection_without_errors_carries_at_once() -> None:
     assert played.clock.now == 100.0
 
 
-def test_a_slow_connection_carries_its_bytes_per_second() -> None:
+def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
     played = Played()
     played.errors = settings({"feed": {"bytes_per_s": 2000}})
     asyncio.run(played.connection.carry(500))
     assert played.clock.now == 100.25 and played.connection.is_faulty()
-
-
-def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
-    played = Played()
 
     def errors() -> ErrorSettings | None:
         return settings({"feed": {"bytes_per_s": 100}}) if played.clock.now < 103.0 else None
@@ -541,11 +436,8 @@ def test_a_connection_is_cut_at_its_age() -> None:
     assert not played.connection.is_cut and not played.connection.is_faulty()
 
 
-def test_alone_it_serves_spokes_and_nothing_else() -> None:
-    async def whole() -> None:
-        host = PortHost((FeedPort(),))
-        async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
-            assert (await (await server.feed()).spokes(5))[0]["first"] == 0
-            assert (await server.http.get("/api/radars")).status_code == 404
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+async def test_alone_it_serves_spokes_and_nothing_else() -> None:
+    host = PortHost((FeedPort(),))
+    async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
+        assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+        assert (await server.http.get("/api/radars")).status_code == 404

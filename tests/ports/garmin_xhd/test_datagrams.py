@@ -3,11 +3,10 @@
 import struct
 from typing import Any
 
-import numpy as np
 import pytest
 
 from radar_service.ports.dialect.dialect import TRANSMIT, IgnoredError, Setting
-from radar_service.ports.garmin_xhd.datagrams import XHD, changed_by, heartbeat, reports
+from radar_service.ports.garmin_xhd.datagrams import changed_by, heartbeat, reports
 from tests.ports.garmin_xhd.reading import command, read_reports
 
 CONTROLS = {
@@ -47,7 +46,10 @@ def test_reports_tell_the_controls() -> None:
     ],
 )  # fmt: skip
 def test_commands_become_controls(number: int, value: int, size: int, change: dict[str, Any]) -> None:
-    assert changed_by(command(number, value, size), SHOWN) == change
+    for _ in range(2):
+        got = changed_by(command(number, value, size), SHOWN)
+        assert got == change
+        got.clear()  # it is the caller's
 
 
 @pytest.mark.parametrize(
@@ -61,8 +63,3 @@ def test_commands_become_controls(number: int, value: int, size: int, change: di
 def test_what_is_no_command_is_ignored_with_a_word(content: bytes, word: str) -> None:
     with pytest.raises(IgnoredError, match=f"^{word}$"):
         changed_by(content, SHOWN)
-
-
-def test_levels_keep_clear_of_trails_and_of_doppler() -> None:
-    levels = XHD.samples.levels
-    assert levels[0] == 0 and levels[1] == 39 and levels[255] == 254 and (np.diff(levels[1:].astype(int)) >= 0).all()

@@ -6,11 +6,11 @@ import json
 import pytest
 
 from radar_service.ports.http.conversation import close_reason, until_first_ends
-from tests.ports.asgi import Closed, Server
-from tests.ports.playing import play
+from tests.ports.asgi import Closed
+from tests.ports.playing import playing
 
 
-def test_the_first_part_that_ends_ends_the_others() -> None:
+async def test_the_first_part_that_ends_ends_the_others() -> None:
     ended = []
 
     async def part(name: str, event: asyncio.Event) -> None:
@@ -19,12 +19,9 @@ def test_the_first_part_that_ends_ends_the_others() -> None:
         finally:
             ended.append(name)
 
-    async def body() -> None:
-        first, never = asyncio.Event(), asyncio.Event()
-        first.set()
-        await asyncio.wait_for(until_first_ends(part("reads", never), part("writes", first)), 10)
-
-    asyncio.run(body())
+    first, never = asyncio.Event(), asyncio.Event()
+    first.set()
+    await asyncio.wait_for(until_first_ends(part("reads", never), part("writes", first)), 10)
     assert ended == ["writes", "reads"]
 
 
@@ -37,8 +34,8 @@ def test_a_reason_fits_a_close_frame_whatever_its_letters() -> None:
 
 
 @pytest.mark.parametrize("path", ["poses", "truth/stream?radiometric=2"])
-def test_an_unknown_radar_is_refused_with_a_reason_and_counted(path: str) -> None:
-    async def test(server: Server) -> None:
+async def test_an_unknown_radar_is_refused_with_a_reason_and_counted(path: str) -> None:
+    async with playing() as server:
         socket = await server.open(f"/api/radars/{'7' * 50}/{path}")
         bye = json.loads(await socket.text())
         assert bye == {"type": "bye", "reason": f'radar: there is no "{"7" * 40}"; see /api/radars'}
@@ -47,15 +44,11 @@ def test_an_unknown_radar_is_refused_with_a_reason_and_counted(path: str) -> Non
         assert closed.value.code == 4404
         assert 'reason="feed radar"} 1' in (await server.http.get("/metrics")).text
 
-    play(test)
 
-
-def test_other_refusals_have_codes_of_their_own() -> None:
-    async def test(server: Server) -> None:
+async def test_other_refusals_have_codes_of_their_own() -> None:
+    async with playing() as server:
         socket = await server.open("/api/radars/0/truth/stream")
         assert "start it with --truth" in json.loads(await socket.text())["reason"]
         with pytest.raises(Closed) as closed:
             await socket.text()
         assert closed.value.code == 4403
-
-    play(test)

@@ -10,14 +10,13 @@ from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.clients.chromium import CHROMIUM, Browser
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 from tests.ports.serving import served
 from tests.service.fake import FakeEngine, factory, scene
 
 
-def test_every_file_of_the_page_comes_from_this_server() -> None:
-    async def test(server: Server) -> None:
+async def test_every_file_of_the_page_comes_from_this_server() -> None:
+    async with playing() as server:
         page = await server.http.get("/docs")
         assert page.status_code == 200 and page.headers["content-security-policy"].startswith("default-src 'self'")
         links = re.findall(r'(?:src|href)="([^"]+)"', page.text)
@@ -29,34 +28,25 @@ def test_every_file_of_the_page_comes_from_this_server() -> None:
         assert "SwaggerUIBundle" in (await server.http.get("/docs/files/swagger-ui-bundle.js")).text
         assert (await server.http.get("/docs/start.js")).headers["content-type"].startswith("text/javascript")
 
-    play(test)
 
-
-def test_the_page_has_no_inline_script_or_style() -> None:
+async def test_the_page_has_no_inline_script_or_style() -> None:
     """The policy has no 'unsafe-inline': a browser would not run them."""
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         page = (await server.http.get("/docs")).text
         assert "<style" not in page and " style=" not in page
         assert re.findall(r"<script[^>]*>([^<]*)</script>", page) == ["", ""]
 
-    play(test)
-
 
 @pytest.mark.parametrize("path", ["/docs/files/../../pyproject.toml", "/docs/files/%2e%2e/core.py", "/docs/files/nothing"])
-def test_only_the_files_of_the_page_are_served(path: str) -> None:
-    async def test(server: Server) -> None:
+async def test_only_the_files_of_the_page_are_served(path: str) -> None:
+    async with playing() as server:
         assert (await server.http.get(path)).status_code == 404
 
-    play(test)
 
-
-def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
-    async def test(server: Server) -> None:
+async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
+    async with playing() as server:
         paths = (await server.http.get("/api/openapi.json")).json()["paths"]
         assert all(path.startswith("/api/") for path in paths)
-
-    play(test)
 
 
 @pytest.fixture(scope="module")

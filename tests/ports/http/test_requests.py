@@ -83,10 +83,7 @@ def refuse(order: SceneRequest, progress: Progress) -> FakeEngine:
     raise TimeoutError("of the scene")
 
 
-def test_a_timeout_of_the_application_is_its_own() -> None:
-    async def test() -> None:
-        async with running(create_app([station(make=refuse)])) as server:
-            with pytest.raises(TimeoutError, match="of the scene"):
-                await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
-
-    asyncio.run(asyncio.wait_for(test(), 60))
+async def test_a_timeout_of_the_application_is_its_own() -> None:
+    async with running(create_app([station(make=refuse)])) as server:
+        with pytest.raises(TimeoutError, match="of the scene"):
+            await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})

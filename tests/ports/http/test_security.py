@@ -1,20 +1,13 @@
 """Who may do what is decided before anything is read, and no answer holds a secret."""
 
-import asyncio
 import logging
-from collections.abc import Awaitable, Callable
 
 import pytest
 
-from radar_service.ports.app import create_app
-from radar_service.ports.http import security
-from radar_service.ports.roles import Roles
-from radar_service.service.access import Access, Tickets
-from radar_service.service.radio.station import Station
+from radar_service.service.access import Access
 from radar_service.service.settings import Pace, Settings
-from tests.ports.asgi import Closed, Server, running
-from tests.ports.playing import play
-from tests.service.fake import FakeEngine, factory, scene
+from tests.ports.asgi import Closed
+from tests.ports.playing import playing
 
 COMMAND, READ = "command-" * 3, "reading-" * 3
 
@@ -36,18 +29,9 @@ def bearer(token: str) -> dict[str, str]:
     return {"authorization": f"Bearer {token}"}
 
 
-def play_with(test: Callable[[Server], Awaitable[None]], access: Access) -> None:
-    async def body() -> None:
-        only = Station("0", FakeEngine(scene()), factory(), settings=PAUSED)
-        async with running(create_app([only], access=access)) as server:
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(body(), 60))
-
-
 @pytest.mark.parametrize(("method", "path", "body"), CHANGES)
-def test_what_changes_something_needs_the_token(method: str, path: str, body: object) -> None:
-    async def test(server: Server) -> None:
+async def test_what_changes_something_needs_the_token(method: str, path: str, body: object) -> None:
+    async with playing(access=Access(COMMAND)) as server:
         for headers in ({}, bearer(READ), bearer(COMMAND[:-1]), bearer(COMMAND + "x"), {"authorization": COMMAND},
                         {"authorization": f"Basic {COMMAND}"}, bearer("")):  # fmt: skip
             answer = await server.http.request(method, path, json=body, headers=headers)
@@ -57,16 +41,13 @@ def test_what_changes_something_needs_the_token(method: str, path: str, body: ob
         answer = await server.http.request(method, path, json=body, headers=bearer(COMMAND))
         assert answer.status_code in (200, 201, 404)
 
-    play_with(test, Access(COMMAND))
 
-
-def test_seeing_is_free_until_it_too_has_a_token() -> None:
-    async def free(server: Server) -> None:
+async def test_seeing_is_free_until_it_too_has_a_token() -> None:
+    async with playing(access=Access(COMMAND)) as server:
         for path in VIEWS:
             assert (await server.http.get(path)).status_code == 200
         assert (await (await server.feed()).receive())["type"] == "hello"
-
-    async def guarded(server: Server) -> None:
+    async with playing(access=Access(COMMAND, READ)) as server:
         for path in VIEWS:
             assert (await server.http.get(path)).status_code == 401
             for token in (READ, COMMAND):
@@ -76,12 +57,9 @@ def test_seeing_is_free_until_it_too_has_a_token() -> None:
         assert (await server.http.get("/api/health/ready")).status_code == 200
         assert (await server.http.patch("/api/radars/0/controls", json={}, headers=bearer(READ))).status_code == 401
 
-    play_with(free, Access(COMMAND))
-    play_with(guarded, Access(COMMAND, READ))
 
-
-def test_a_websocket_opens_by_header_or_by_a_ticket_that_works_once() -> None:
-    async def test(server: Server) -> None:
+async def test_a_websocket_opens_by_header_or_by_a_ticket_that_works_once() -> None:
+    async with playing(access=Access(COMMAND, READ)) as server:
         for query in ("", "?ticket=", "?ticket=guessed", f"?ticket={READ}", f"?token={READ}"):
             with pytest.raises(Closed):
                 await server.feed(query)
@@ -92,11 +70,9 @@ def test_a_websocket_opens_by_header_or_by_a_ticket_that_works_once() -> None:
         with pytest.raises(Closed):
             await server.feed(f"?ticket={ticket}")
 
-    play_with(test, Access(COMMAND, READ))
 
-
-def test_lossless_holds_up_everybody_and_so_needs_the_token_to_command() -> None:
-    async def test(server: Server) -> None:
+async def test_lossless_holds_up_everybody_and_so_needs_the_token_to_command() -> None:
+    async with playing(access=Access(COMMAND)) as server:
         refused = await server.feed("?mode=lossless")
         assert "needs the token to command" in (await refused.receive())["reason"]
         with pytest.raises(Closed) as closed:
@@ -107,8 +83,6 @@ def test_lossless_holds_up_everybody_and_so_needs_the_token_to_command() -> None
         ticket = (await server.http.post("/api/tickets", headers=bearer(COMMAND))).json()["ticket"]
         assert (await (await server.feed(f"?mode=lossless&ticket={ticket}")).receive())["mode"] == "lossless"
 
-    play_with(test, Access(COMMAND))
-
 
 @pytest.mark.parametrize(
     ("host", "passes"),
@@ -118,8 +92,8 @@ def test_lossless_holds_up_everybody_and_so_needs_the_token_to_command() -> None
         ("localhost.evil.example", False), ("", False), ("radar.lan.evil.example", False),
     ],
 )  # fmt: skip
-def test_only_names_of_this_server_are_answered(host: str, passes: bool) -> None:
-    async def test(server: Server) -> None:
+async def test_only_names_of_this_server_are_answered(host: str, passes: bool) -> None:
+    async with playing(access=Access(hosts=frozenset({"radar.lan"}))) as server:
         answer = await server.http.get("/api/radars", headers={"host": host})
         assert answer.status_code == (200 if passes else 421)
         if passes:
@@ -128,44 +102,19 @@ def test_only_names_of_this_server_are_answered(host: str, passes: bool) -> None
         with pytest.raises(Closed):
             await server.feed(host=host, origin=f"http://{host}")
 
-    play_with(test, Access(hosts=frozenset({"radar.lan"})))
 
-
-def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: pytest.LogCaptureFixture) -> None:
-    async def test(server: Server) -> None:
-        for path in (*VIEWS, "/", "/api/nothing"):
-            for token in (READ, READ + "x"):
-                answer = await server.http.get(path, headers=bearer(token))
-                assert COMMAND not in answer.text and READ not in answer.text
-
+async def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.DEBUG), caplog.at_level(logging.DEBUG, "radar_service"):
-        play_with(test, Access(COMMAND, READ))
+        async with playing(access=Access(COMMAND, READ)) as server:
+            for path in (*VIEWS, "/", "/api/nothing"):
+                for token in (READ, READ + "x"):
+                    answer = await server.http.get(path, headers=bearer(token))
+                    assert COMMAND not in answer.text and READ not in answer.text
     assert "refused" in caplog.text and COMMAND not in caplog.text and READ not in caplog.text
 
 
-def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(security, "BODY_SECONDS", 0.01)
-    received = []
-
-    async def app(scope: object, receive: Callable[[], Awaitable[dict[str, object]]], send: object) -> None:
-        received.append((await receive())["type"])
-        received.append((await receive())["type"])
-
-    async def stalling() -> dict[str, object]:
-        if not received:
-            return {"type": "http.request", "body": b"{", "more_body": True}
-        await asyncio.Event().wait()
-        return {}
-
-    async def send(_: object) -> None: ...
-
-    wall = security.SecurityMiddleware(app, Access(), Tickets(), Roles([]))  # type: ignore[arg-type]
-    asyncio.run(wall({"type": "http", "method": "PUT", "path": "/", "headers": []}, stalling, send))  # type: ignore[arg-type]
-    assert received == ["http.request", "http.disconnect"]
-
-
-def test_a_page_of_another_site_may_not_command() -> None:
-    async def test(server: Server) -> None:
+async def test_a_page_of_another_site_may_not_command() -> None:
+    async with playing() as server:
         elsewhere, here = {"origin": "http://elsewhere.example"}, {"origin": "http://radar"}
         for method, path in (
             ("PATCH", "radars/0/controls"),
@@ -177,14 +126,10 @@ def test_a_page_of_another_site_may_not_command() -> None:
             assert answer.status_code == 403
         assert (await server.http.patch("/api/radars/0/controls", json={}, headers=here)).status_code == 200
 
-    play(test)
 
-
-def test_every_answer_carries_the_security_headers() -> None:
-    async def test(server: Server) -> None:
+async def test_every_answer_carries_the_security_headers() -> None:
+    async with playing() as server:
         for path in ("/api/health", "/api/radars/9", "/nowhere"):
             headers = (await server.http.get(path)).headers
             assert headers["content-security-policy"].startswith("default-src 'self'")
             assert headers["x-content-type-options"] == "nosniff"
-
-    play(test)

@@ -5,7 +5,8 @@ import socket
 
 import pytest
 
-from radar_service.ports.nmea.listeners import MAX_CLIENTS, Connection, TcpListener, bound, may_come
+from radar_service.ports.nmea.listeners import TcpListener, bound, may_come
+from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.udp.addresses import Address
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.reading import fields_of
@@ -19,29 +20,14 @@ def test_another_machine_needs_a_permission() -> None:
     assert may_come("::ffff:10.0.0.2", ["10.0.0.2"]) and not may_come("fe80::1%eth0", ["10.0.0.2"])
 
 
-def test_connections_are_taken_as_far_as_there_is_room() -> None:
-    with contextlib.closing(socket.socket()) as one, contextlib.closing(socket.socket()) as other:
-        listener = TcpListener("--nmea-tcp", Address(HERE, free_port()), [])
-        assert listener.accepted(0) == []
-        for client in (one, other):
-            client.connect(listener.address)
-        taken: list[Connection] = []
-        while len(taken) + listener.refused < 2:
-            taken += listener.accepted(MAX_CLIENTS - 1 + len(taken))
-        assert len(taken) == listener.refused == 1
-        assert (taken[0].host, taken[0].port) in [client.getsockname() for client in (one, other)]
-        for each in (taken[0].socket, listener):
-            each.close()
-
-
 def test_a_machine_that_may_not_come_is_told_so(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     monkeypatch.setattr(TcpListener, "may_come", lambda self, host: False)
-    listener = TcpListener("--nmea-tcp", Address(HERE, free_port()), [])
+    listener = TcpSender("--nmea-tcp", Address(HERE, free_port()), [])
     with contextlib.closing(socket.create_connection(listener.address, timeout=10)) as client:
         while not listener.refused:
-            assert listener.accepted(0) == []
+            listener.accept()
         assert fields_of(client.recv(100)) == ("RATXT", ["01", "01", "01", "this machine is not allowed"])
-    assert [record.message for record in caplog.records] == ["client refused"]
+    assert [record.message for record in caplog.records] == ["client refused"] and not listener.clients
     listener.close()
 
 

@@ -16,7 +16,6 @@ from pyproj import Geod
 
 from radar_service.commands.command_line import parser
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.ports import registry
 from radar_service.ports.nmea.nmea_port import MAX_LATE, TENTHS, NmeaPort, SentenceSchedule
 from radar_service.ports.port import Service
 from radar_service.records.reports import Readings
@@ -28,9 +27,9 @@ from radar_service.service.radio.station import Station, Stations
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.geo import geographic_from_map
+from tests.ports.kept import Kept
 from tests.ports.listening import PAUSED, play
 from tests.ports.nmea.reading import fields_of
-from tests.ports.nmea.test_senders import free_port
 from tests.reference.true_north import true_deg
 
 KNOT = 1852.0 / 3600.0
@@ -42,20 +41,6 @@ TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [
     {"time_s": 5, "turn_rate_deg_s": 3.0}, {"time_s": 25, "course_deg": 10, "turn_rate_deg_s": 1.5},
     {"time_s": 40, "speed_kn": 3},
 ]}  # fmt: skip
-
-
-class Kept:
-    """A sender that keeps what it gets."""
-
-    def __init__(self) -> None:
-        self.lines: list[bytes] = []
-        self.lost = 0
-
-    def send(self, sentences: Sequence[bytes]) -> None:
-        self.lines += sentences
-
-    def close(self) -> None:
-        self.lines.append(b"closed")
 
 
 class OneStation:
@@ -92,22 +77,22 @@ def test_a_fixed_site_has_a_stream_of_its_own() -> None:
     stations, kept = stations_of(SITES), {name: Kept() for name in ("pier", "ferry")}
     for name, sender in kept.items():
         port = NmeaPort([sender], name, tells_truth=True)
-        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, threads=(), fork_server=None))))
+        asyncio.run(port.start(cast(Service, SimpleNamespace(stations=stations, fork_server=None))))
         port.tick("bow", 5.0)
-        assert not sender.lines
+        assert not sender.pieces
         port.tick(name, 5.0)
-    pier, ferry = (parsed(kept[name].lines, "RMC")[5] for name in kept)
+    pier, ferry = (parsed(kept[name].pieces, "RMC")[5] for name in kept)
     latitude, longitude = geographic_from_map(np.array([60e3, -2000.0]), (50.0, -1.0))
-    for message in (pier, parsed(kept["pier"].lines, "GGA")[5]):
+    for message in (pier, parsed(kept["pier"].pieces, "GGA")[5]):
         close(message.latitude, latitude, 1e-5 / 60)
         close(message.longitude, longitude, 1e-5 / 60)
     north = true_deg(0.0, [60e3, -2000.0], (50.0, -1.0))
-    assert {str(message.heading) for message in parsed(kept["pier"].lines, "HDT")} == {f"{77.0 + north:.2f}"}
-    assert {message.spd_over_grnd for message in parsed(kept["pier"].lines, "RMC")} == {0.0}
-    vbw = parsed(kept["pier"].lines, "VBW")[0]
+    assert {str(message.heading) for message in parsed(kept["pier"].pieces, "HDT")} == {f"{77.0 + north:.2f}"}
+    assert {message.spd_over_grnd for message in parsed(kept["pier"].pieces, "RMC")} == {0.0}
+    vbw = parsed(kept["pier"].pieces, "VBW")[0]
     close(vbw.lon_water_spd, -2.5 * math.cos(math.radians(70 - 77)), 0.01)
-    assert {float(message.rate_of_turn) for message in parsed(kept["pier"].lines, "ROT")} == {0.0}
-    assert [message.name for message in parsed(kept["pier"].lines, "TTM")] == ["TRUTH ferry"]
+    assert {float(message.rate_of_turn) for message in parsed(kept["pier"].pieces, "ROT")} == {0.0}
+    assert [message.name for message in parsed(kept["pier"].pieces, "TTM")] == ["TRUTH ferry"]
     truth = stations["ferry"].epoch.spoke_source.truth(5.0).own_ship  # of the ferry, without own ship's antenna
     close(ferry.latitude, truth.latitude_deg, 1e-5 / 60)
     close(ferry.longitude, truth.longitude_deg, 1e-5 / 60)
@@ -117,7 +102,7 @@ def test_a_fixed_site_has_a_stream_of_its_own() -> None:
 def started(simulator: Any, radar: str | None = None, tells_truth: bool = False) -> tuple[NmeaPort, Kept]:
     kept = Kept()
     port = NmeaPort([kept], radar, tells_truth)
-    service = SimpleNamespace(stations=on_the_air(**{"0": simulator}), threads=(), fork_server=None)
+    service = SimpleNamespace(stations=on_the_air(**{"0": simulator}), fork_server=None)
     port.check(service.stations)
     asyncio.run(port.start(cast(Service, service)))
     return port, kept
@@ -163,14 +148,14 @@ def test_each_number_is_the_truth_of_its_instant(name: str) -> None:
     port, kept = started(simulator)
     for time in np.arange(0.0, 60.0, 0.26):
         port.tick("0", float(time))
-    hdt, ths = parsed(kept.lines, "HDT"), [fields_of(line)[1] for line in kept.lines if line[3:6] == b"THS"]
+    hdt, ths = parsed(kept.pieces, "HDT"), [fields_of(line)[1] for line in kept.pieces if line[3:6] == b"THS"]
     assert len(hdt) == len(ths) == 599  # up to 59.8 s
     for k in range(0, 598, 7):
         truth = simulator.truth(k / 10).own_ship
         heading = true_deg(truth.heading, truth.position, origin)
         close(hdt[k].heading, heading, 0.01, 360.0)
         close(ths[k][0], heading, 0.01, 360.0)
-    groups = [parsed(kept.lines, kind) for kind in ("ZDA", "RMC", "GGA", "VTG", "ROT", "VBW", "VHW")]
+    groups = [parsed(kept.pieces, kind) for kind in ("ZDA", "RMC", "GGA", "VTG", "ROT", "VBW", "VHW")]
     assert {len(group) for group in groups} == {60}
     for k, (zda, rmc, gga, vtg, rot, vbw, vhw) in enumerate(zip(*groups, strict=True)):
         truth = simulator.truth(float(k)).own_ship
@@ -207,21 +192,21 @@ def test_the_course_is_that_from_one_position_to_the_next(origin: tuple[float, f
     port, kept = started(simulator_of(own, origin, body=[body]), tells_truth=True)
     for time in (0.0, 5.0, 10.0):
         port.tick("0", time)
-    rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
+    rmc = {seconds_of(message): message for message in parsed(kept.pieces, "RMC")}
     first, middle, last = (rmc[time] for time in (0.0, 5.0, 10.0))
     earth = Geod(ellps="WGS84")
     to, back, distance = earth.inv(first.longitude, first.latitude, last.longitude, last.latitude)
     course = to + math.remainder(back + 180.0 - to, 360.0) / 2.0  # in the middle
     close(middle.true_course, course, 0.01 + 2 * 0.007, 360.0)
-    close(parsed(kept.lines, "HDT")[50].heading, course - 10.0, 0.01 + 2 * 0.007, 360.0)
+    close(parsed(kept.pieces, "HDT")[50].heading, course - 10.0, 0.01 + 2 * 0.007, 360.0)
     assert distance == pytest.approx(30 * KNOT * 10.0, abs=0.05)  # four times 9 mm, and a part in 10,000 of the map
-    _, tll = fields_of([line for line in kept.lines if line[3:6] == b"TLL"][1])
+    _, tll = fields_of([line for line in kept.pieces if line[3:6] == b"TLL"][1])
     latitude, longitude = (
         math.copysign(float(text[:-8]) + float(text[-8:]) / 60.0, {"N": 1, "E": 1}.get(side, -1))
         for text, side in (tll[1:3], tll[3:5])
     )
     to, _, distance = earth.inv(middle.longitude, middle.latitude, longitude, latitude)
-    ttm = parsed(kept.lines, "TTM")[1]
+    ttm = parsed(kept.pieces, "TTM")[1]
     close(ttm.bearing, to, 0.01 + 2 * math.degrees(0.018 / distance), 360.0)
 
 
@@ -233,7 +218,7 @@ def test_the_position_is_that_of_an_antenna_that_turns_with_her() -> None:
         port, kept = started(simulator)
         for time in (0.0, 8.0, 16.0):
             port.tick("0", time)
-        messages = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
+        messages = {seconds_of(message): message for message in parsed(kept.pieces, "RMC")}
         for time in (0.0, 7.0, 8.0, 16.0):
             truth = simulator.truth(time).own_ship
             sine, cosine = math.sin(truth.heading), math.cos(truth.heading)
@@ -251,12 +236,12 @@ def test_a_jump_by_a_command_is_followed_at_its_instant() -> None:
     for _ in range(3):
         simulator.scan()
     port.tick("0", 5.0)
-    messages = {seconds_of(message): message for message in parsed(kept.lines, "GGA")}
+    messages = {seconds_of(message): message for message in parsed(kept.pieces, "GGA")}
     for time in (2.0, 3.0, 4.0, 5.0):
         truth = simulator.truth(time).own_ship
         close(messages[time].latitude, truth.latitude_deg or 0.0, 1e-5 / 60)
     assert abs(messages[4.0].latitude - messages[3.0].latitude) > 0.03
-    headings = [float(message.heading) for message in parsed(kept.lines, "HDT")][30:33]
+    headings = [float(message.heading) for message in parsed(kept.pieces, "HDT")][30:33]
     assert headings == [0.0, 0.0, round(true_deg(math.radians(123.0), [9000.0, -4000.0], (50.0, -1.0)), 2)]
 
 
@@ -276,8 +261,8 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
     reporter = ErrorReporter(scene.radar, simulator.seed, scene.errors, stream=scene.environment.stream)
     laws = reporter.laws_at(0)
     assert laws is not None
-    rmc = {seconds_of(message): message for message in parsed(kept.lines, "RMC")}
-    vbw, vhw = parsed(kept.lines, "VBW"), parsed(kept.lines, "VHW")
+    rmc = {seconds_of(message): message for message in parsed(kept.pieces, "RMC")}
+    vbw, vhw = parsed(kept.pieces, "VBW"), parsed(kept.pieces, "VHW")
     for time in (6.0, 9.0, 12.0):
         number = np.array([math.floor(time / scene.radar.spoke_period)])
 
@@ -300,7 +285,7 @@ def test_sensors_that_err_are_told_as_they_report() -> None:
         error = reported.speed[0] - truth.speed
         close(
             vbw[int(time)].lon_water_spd, (truth.water_speed + error) / KNOT, 0.01
-        )  # no leeway: she heads through the water
+        )  # no leeway: the ship heads through the water
         assert abs(error) > 0.05  # far above the last digit
     assert abs(rmc[9.0].latitude - (simulator.truth(9.0).own_ship.latitude_deg or 0.0)) > 5e-5
 
@@ -309,30 +294,30 @@ def test_a_lost_heading_is_told_so() -> None:
     simulator = simulator_of(TURNING, errors={"feed": {"heading_lost_s": [[2.0, 4.0]]}})
     port, kept = started(simulator)
     port.tick("0", 5.0)
-    assert len(parsed(kept.lines, "HDT")) == 51 - 20
-    ths = [fields_of(line)[1] for line in kept.lines if line[3:6] == b"THS"]
+    assert len(parsed(kept.pieces, "HDT")) == 51 - 20
+    ths = [fields_of(line)[1] for line in kept.pieces if line[3:6] == b"THS"]
     assert [fields == ["", "V"] for fields in ths] == [20 <= k < 40 for k in range(51)]
-    assert [message.true_course for message in parsed(kept.lines, "RMC")][2:4] == [None, None]
-    assert [message.status for message in parsed(kept.lines, "ROT")] == ["A", "A", "V", "V", "A", "A"]
+    assert [message.true_course for message in parsed(kept.pieces, "RMC")][2:4] == [None, None]
+    assert [message.status for message in parsed(kept.pieces, "ROT")] == ["A", "A", "V", "V", "A", "A"]
 
 
 def test_a_scene_without_an_origin_has_no_positions() -> None:
     port, kept = started(simulator_of(TURNING, None))
     port.tick("0", 3.0)
-    assert not parsed(kept.lines, "RMC") and not parsed(kept.lines, "GGA") and len(parsed(kept.lines, "VTG")) == 4
+    assert not parsed(kept.pieces, "RMC") and not parsed(kept.pieces, "GGA") and len(parsed(kept.pieces, "VTG")) == 4
 
 
 def test_a_radar_that_is_not_there_ends_the_start() -> None:
-    with pytest.raises(UsageError, match="--nmea-of: aft is not a radar of this service; it has 0"):
+    with pytest.raises(UsageError, match="--nmea-of: aft is no radar of this service; it has 0"):
         started(simulator_of({}), "aft")
 
 
 def test_another_radar_and_a_source_without_ships_say_nothing() -> None:
     port, kept = started(simulator_of({}))
     port.tick("1", 3.0)
-    assert kept.lines == []
+    assert kept.pieces == []
     port.close()
-    assert kept.lines == [b"closed"]
+    assert kept.pieces == [] and kept.closed
 
 
 class Replaced:
@@ -352,7 +337,7 @@ def test_what_a_process_that_was_replaced_could_not_tell_comes_later() -> None:
     port, kept = started(Replaced(simulator_of(TURNING)))
     for time in (0.0, 0.1, 0.2, 1.1):
         port.tick("0", time)
-    assert len(parsed(kept.lines, "HDT")) == 12 and len(parsed(kept.lines, "RMC")) == 2
+    assert len(parsed(kept.pieces, "HDT")) == 12 and len(parsed(kept.pieces, "RMC")) == 2
 
 
 def test_the_schedule_makes_up_for_late_calls_and_stands_in_a_pause() -> None:
@@ -373,43 +358,16 @@ def test_it_runs_in_a_pause_before_the_first_spoke() -> None:
     kept = Kept()
 
     async def test(server: Any) -> None:
-        while len([line for line in kept.lines if line[3:6] == b"ZDA"]) < 2:
+        while len([line for line in kept.pieces if line[3:6] == b"ZDA"]) < 2:
             await asyncio.sleep(0.01)
 
     play(NmeaPort([kept]), test, PAUSED)
-    assert len({line for line in kept.lines if line[3:6] == b"HDT"}) == 1
-    assert kept.lines[-1] == b"closed" and len({line for line in kept.lines if line[3:6] == b"ZDA"}) == 1
+    assert len({line for line in kept.pieces if line[3:6] == b"HDT"}) == 1
+    assert kept.closed and len({line for line in kept.pieces if line[3:6] == b"ZDA"}) == 1
 
 
 def options(*words: str) -> Any:
     return parser().parse_args(["serve", *words])
-
-
-def test_options_open_the_port_with_its_sockets() -> None:
-    taken = free_port()
-    with registry.opened(options("--nmea-tcp", str(taken), "--nmea-udp", "9", "--nmea-of", "0")) as ports:
-        assert [port.name for port in ports] == ["feed", "nmea", "rest"]
-        with (
-            pytest.raises(UsageError, match=f"--nmea-tcp: 127.0.0.1:{taken} cannot be opened"),
-            registry.opened(options("--nmea-tcp", str(taken))),
-        ):
-            pass
-    with registry.opened(options("--nmea-tcp", str(taken))) as ports:  # it was closed
-        assert len(ports) == 3
-    with registry.opened(options()) as ports:
-        assert len(ports) == 2
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--nmea-tcp", "0.0.0.0:7"], "0.0.0.0 is beyond this machine"), (["--nmea-udp", "10.0.0.2:7"], "--nmea-allow 10.0.0.2"),
-        (["--nmea-tcp", "0.0.0.0:7", "--token", "t" * 20], "nothing asks for a login"),
-    ],
-)  # fmt: skip
-def test_beyond_this_machine_no_option_opens_it_alone(words: list[str], message: str) -> None:
-    with pytest.raises(UsageError, match=message), registry.opened(options(*words)):
-        pass
 
 
 def test_scenes_open_no_ports() -> None:
@@ -423,7 +381,7 @@ def test_sentences_that_do_not_go_out_are_counted() -> None:
     kept, counts = Kept(), []
 
     async def test(server: Any) -> None:
-        while not kept.lines:
+        while not kept.pieces:
             await asyncio.sleep(0.01)
         kept.lost = 7
         while not (dropped := [thread.dropped for thread in host[0] if thread.name == "nmea"])[0]:
@@ -447,11 +405,11 @@ def test_hello_and_sentences_have_one_utc() -> None:
 
     async def test(server: Any) -> None:
         station = server.stations[0]
-        while not any(line[3:6] == b"ZDA" for line in kept.lines):
+        while not any(line[3:6] == b"ZDA" for line in kept.pieces):
             await asyncio.sleep(0.01)
         ages.append(station.radar_info(station.epoch).utc)
 
     play(NmeaPort([kept]), test, PAUSED, start_utc=START)
-    (zda,) = {line for line in kept.lines if line[3:6] == b"ZDA"}
+    (zda,) = {line for line in kept.pieces if line[3:6] == b"ZDA"}
     assert ages == [START] and fields_of(zda)[1][:4] == ["235930.00", "31", "12", "2026"]
     assert options("--start-utc", "2026-12-31T23:59:30").start_utc == START

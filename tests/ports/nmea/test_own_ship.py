@@ -1,4 +1,4 @@
-"""Own ship as her sensors report her at one instant."""
+"""Own ship as its sensors report it at one instant."""
 
 import math
 from datetime import UTC, datetime
@@ -40,7 +40,7 @@ def test_components_are_from_the_bow() -> None:
     assert made.position is None and len(slow_sentences(made)) == 5 and len(fast_sentences(made)) == 2
 
 
-def test_the_course_of_who_stands_is_her_heading() -> None:
+def test_the_course_of_who_stands_is_its_heading() -> None:
     assert readings_of(STATES).course[0] == 0.5
 
 

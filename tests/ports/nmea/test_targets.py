@@ -74,7 +74,7 @@ def test_a_name_is_the_same_in_each_sentence_however_long_the_numbers_are() -> N
     assert named == {"TRUTH ferry"} and max(lengths) == 82
 
 
-def test_who_keeps_her_distance_has_no_time() -> None:
+def test_who_keeps_its_distance_has_no_time() -> None:
     own = simulator_of(OWN, body=BODIES).truth(0.0)
     same = replace(own.bodies[0], velocity=own.own_ship.velocity)
     assert closest_approach(same, own.own_ship) == (pytest.approx(math.hypot(300, 200), rel=1e-12), None)
@@ -93,11 +93,11 @@ def test_they_come_each_second_on_request_alone() -> None:
     simulator = simulator_of(OWN, body=BODIES)
     port, kept = started(simulator)
     port.tick("0", 3.0)
-    assert not any(b"TRUTH" in line for line in kept.lines)
+    assert not any(b"TRUTH" in line for line in kept.pieces)
     port, kept = started(simulator, tells_truth=True)
     for time in (0.0, 1.25, 2.55):
         port.tick("0", time)
-    times = [fields_of(line)[1][13] for line in kept.lines if b"TTM,01" in line]
+    times = [fields_of(line)[1][13] for line in kept.pieces if b"TTM,01" in line]
     assert times == ["235930", "235931", "235932"]
 
 

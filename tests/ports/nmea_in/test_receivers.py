@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.nmea_in.receivers import (
     AT_ONCE,
     IDLE,
@@ -103,18 +104,6 @@ def test_ten_megabytes_without_an_end_are_one_line_that_is_counted(tcp: TcpRecei
     client.close()
 
 
-def test_clients_are_limited_and_counted(tcp: TcpReceiver) -> None:
-    counts, clients = Counts(), []
-    for _ in range(MAX_CLIENTS + 1):
-        clients.append(dialled(tcp))
-        tcp.received(counts)
-    while not counts["connection"]:
-        tcp.received(counts)
-    assert len(tcp.sockets) == 1 + MAX_CLIENTS and clients[-1].recv(100).startswith(b"$RATXT,01,01,01,no room for more")
-    for client in clients:
-        client.close()
-
-
 def test_who_has_said_nothing_for_long_gives_way(tcp: TcpReceiver, clock: Clock) -> None:
     """Bytes without an end are nothing. One that speaks stays, and so do all while nobody else comes."""
     clients = []
@@ -147,7 +136,7 @@ def test_who_has_gone_before_he_was_taken_takes_nobody_along(tcp: TcpReceiver) -
     client.close()
 
 
-@pytest.mark.parametrize("kind", [TcpReceiver, UdpReceiver])
+@pytest.mark.parametrize("kind", [TcpReceiver, UdpReceiver, TcpSender])
 def test_a_port_that_is_taken_ends_the_start(kind: Any) -> None:
     with (
         contextlib.closing(kind("--nmea-in", Address(HERE, free_port()), [])) as made,
@@ -198,14 +187,3 @@ def test_a_group_is_joined_again_that_was_left(clock: Clock) -> None:
         receiver.received(Counts())
         sender.sendto(b"again", (where.host, where.port))
         assert lines(receiver, 1) == [b"again"]
-
-
-def test_a_multicast_group_is_joined() -> None:
-    where = Address("239.255.77.7", free_port(), HERE)
-    with (
-        contextlib.closing(UdpReceiver("--nmea-in-udp", where, None)) as receiver,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
-    ):
-        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(HERE))
-        sender.sendto(b"all", (where.host, where.port))
-        assert lines(receiver, 1) == [b"all"]

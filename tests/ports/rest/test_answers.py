@@ -13,8 +13,7 @@ from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy
 from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.world.error import SceneError
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 
 
 @pytest.mark.parametrize(
@@ -25,8 +24,9 @@ from tests.ports.playing import play
         (Conflict("it is full"), 409, ["it is full"]),
     ],
 )  # fmt: skip
-def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, lines: list[str]) -> None:
-    async def test(server: Server) -> None:
+async def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, lines: list[str]) -> None:
+    async with playing() as server:
+
         async def fail() -> None:
             raise error
 
@@ -35,15 +35,14 @@ def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, 
         answer = await server.http.get("/api/fails")
         assert (answer.status_code, answer.json()) == (status, {"detail": lines})
 
-    play(test)
-
 
 BUSY_ERRORS = [OSError(errno.EMFILE, "x"), OSError(errno.ENFILE, "x"), MachineBusyError("x"), BusyFault("x"), Busy("x")]
 
 
 @pytest.mark.parametrize("error", BUSY_ERRORS, ids=repr)
-def test_what_is_to_be_tried_again_says_when(error: Exception) -> None:
-    async def test(server: Server) -> None:
+async def test_what_is_to_be_tried_again_says_when(error: Exception) -> None:
+    async with playing() as server:
+
         async def fail() -> None:
             raise error
 
@@ -53,8 +52,6 @@ def test_what_is_to_be_tried_again_says_when(error: Exception) -> None:
         assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS)
         if isinstance(error, OSError):
             assert answer.json()["detail"][0].startswith("request: the server has no file descriptors left; ")
-
-    play(test)
 
 
 def test_lines_name_the_key_the_value_and_the_problem() -> None:

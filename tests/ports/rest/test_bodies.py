@@ -9,8 +9,7 @@ import pytest
 from radar_service.ports.rest import bodies
 from radar_service.ports.rest.bodies import SMALL, read_body
 from radar_service.ports.rest.schemas import SceneUpload
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 
 JSON = {"content-type": "application/json"}
 BIG = {"name": "big", "scene": {"name": "big", "body": [{"name": "p" * (2 * SMALL), "shape": "point", "rcs_dbsm": 1,
@@ -26,39 +25,34 @@ BIG = {"name": "big", "scene": {"name": "big", "body": [{"name": "p" * (2 * SMAL
         (b'{"name": "a", "scene": {"radar": {"azimuths": NaN}}}', 422, "radar.azimuths"),
     ],
 )  # fmt: skip
-def test_bodies_are_read_alike_here_and_in_a_process(
+async def test_bodies_are_read_alike_here_and_in_a_process(
     body: bytes, status: int, line: str, in_process: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bodies, "SMALL", -1 if in_process else SMALL)
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         answer = await server.http.post("/api/scenes", content=body, headers=JSON)
         assert answer.status_code == status, answer.text
         assert not line or answer.json()["detail"][0].startswith(line)
         kinds = [job["kind"] for job in (await server.http.get("/api/jobs")).json()]
         assert ("body" in kinds) == in_process
 
-    play(test)
 
-
-def test_a_big_body_does_not_reach_the_event_loop() -> None:
-    async def test(server: Server) -> None:
+async def test_a_big_body_does_not_reach_the_event_loop() -> None:
+    async with playing() as server:
         answer = await server.http.post("/api/scenes", json=BIG)
         assert answer.status_code in (201, 422)
         assert "body" in [job["kind"] for job in (await server.http.get("/api/jobs")).json()]
 
-    play(test)
-
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 @pytest.mark.parametrize("where", ["tempfile.mkdtemp", "pathlib.Path.open", "shutil.copyfileobj"])
-def test_a_full_disk_is_an_answer_and_not_a_fault(where: str, number: int) -> None:
+async def test_a_full_disk_is_an_answer_and_not_a_fault(where: str, number: int) -> None:
     """There is no room for the folder, for the body, and for the files of a form."""
 
     def full(*_: object, **__: object) -> None:
         raise OSError(number, "No space left on device")
 
-    async def test(server: Server) -> None:
+    async with playing() as server:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(where, full)
             form = {"scene": ("m.toml", b"")} if where.startswith("shutil") else None
@@ -67,8 +61,6 @@ def test_a_full_disk_is_an_answer_and_not_a_fault(where: str, number: int) -> No
                 answer = await server.http.post("/api/scenes", json={"name": "a", "scene": {"name": "s"}})
         assert answer.status_code == 507 and answer.json()["detail"] == ["body: the server's disk is full; try again later"]
         assert (await server.http.post("/api/scenes", json={"name": "a", "scene": {"name": "s"}})).status_code == 201
-
-    play(test)
 
 
 def test_the_scene_lies_beside_the_body(tmp_path: Path) -> None:

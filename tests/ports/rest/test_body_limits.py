@@ -10,9 +10,8 @@ from websockets.asyncio.client import connect
 from radar_service.ports.rest.bodies import MAX_JSON_BYTES, SMALL
 from radar_service.ports.rest.body_limits import BodyLimitMiddleware, max_body
 from radar_service.ports.rest.scene_store import MAX_UPLOAD_BYTES
-from tests.ports.asgi import Server
 from tests.ports.http.loopback import Address, radar, works
-from tests.ports.playing import play
+from tests.ports.playing import playing
 from tests.ports.serving import Turns, dialled
 
 FORM = "multipart/form-data; boundary=b"
@@ -57,7 +56,7 @@ def test_a_stated_length_is_refused_before_anything_is_read(method: str, path: s
 
 
 @pytest.mark.parametrize(("method", "path", "kind"), [row[:3] for row in PLACES[:5]])
-def test_a_body_in_chunks_is_counted(method: str, path: str, kind: str) -> None:
+async def test_a_body_in_chunks_is_counted(method: str, path: str, kind: str) -> None:
     pieces = 0
 
     async def body() -> Any:
@@ -68,11 +67,9 @@ def test_a_body_in_chunks_is_counted(method: str, path: str, kind: str) -> None:
             pieces += 1
             yield bytes(2**20)
 
-    async def test(server: Server) -> None:
+    async with playing() as server:
         answer = await server.http.request(method, path, content=body(), headers={"content-type": kind})
         assert answer.status_code == 413 and "body: more than" in answer.json()["detail"][0]
-
-    play(test)
     assert pieces <= max_body(scope(method, path, kind)) // 2**20 + 1
 
 

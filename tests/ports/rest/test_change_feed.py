@@ -1,7 +1,8 @@
 """The websocket of changes: all of the state first, then what changes, to those who may know it."""
 
-import asyncio
+import contextlib
 import json
+from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
@@ -19,15 +20,13 @@ from tests.service.fake import FakeEngine, factory, steerable_scene
 COMMAND, READ = "command-" * 3, "reading-" * 3
 
 
-def play(test: Any, access: Access | None = None, *radars: Station, **options: Any) -> None:
-    async def whole() -> None:
-        settings = Settings(pace=Pace("pause"))
-        stations = list(radars) or [Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, **options)]
-        async with running(create_app(stations, access=access)) as server:
-            server.stations = stations
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+@contextlib.asynccontextmanager
+async def playing(access: Access | None = None, *radars: Station, **options: Any) -> AsyncIterator[Server]:
+    settings = Settings(pace=Pace("pause"))
+    stations = list(radars) or [Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, **options)]
+    async with running(create_app(stations, access=access)) as server:
+        server.stations = stations
+        yield server
 
 
 async def until(socket: Socket, kind: str) -> dict[str, Any]:
@@ -37,8 +36,8 @@ async def until(socket: Socket, kind: str) -> dict[str, Any]:
     return dict(change)
 
 
-def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
+    async with playing() as server:
         early = await server.open("/api/changes")
         assert (await until(early, "controls"))["values"] == server.stations[0].controls()
         await server.http.patch("/api/radars/0/controls", json={"rain": 12})
@@ -53,11 +52,9 @@ def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run"}})
         assert (await until(late, "status"))["values"]["state"] == "running"
 
-    play(test)
 
-
-def test_a_new_client_gets_the_last_command_to_each_body() -> None:
-    async def test(server: Server) -> None:
+async def test_a_new_client_gets_the_last_command_to_each_body() -> None:
+    async with playing(allow_truth=True) as server:
         for speed in (3, 4):
             await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": speed})
         await server.http.patch("/api/radars/0/own-ship", json={"course_deg": 70})
@@ -65,12 +62,10 @@ def test_a_new_client_gets_the_last_command_to_each_body() -> None:
         assert values["bodies"]["buoy"]["speed_kn"] == pytest.approx(4.0)
         assert values["own_ship"]["course_deg"] == pytest.approx(70.0)
 
-    play(test, allow_truth=True)
-
 
 @pytest.mark.parametrize("truth", [False, True])
-def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: bool) -> None:
-    async def test(server: Server) -> None:
+async def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: bool) -> None:
+    async with playing(Access(COMMAND, READ), allow_truth=truth) as server:
         knowing = await server.open("/api/changes", authorization=f"Bearer {COMMAND}")
         reading = await server.open("/api/changes", authorization=f"Bearer {READ}")
         bearer = {"authorization": f"Bearer {COMMAND}"}
@@ -89,22 +84,17 @@ def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: boo
         assert ({"commands", "errors"} & {change["kind"] for change in told} == {"commands", "errors"}) is truth
         assert truth or not {"commands", "errors"} & {change["kind"] for change in told}
 
-    play(test, Access(COMMAND, READ), allow_truth=truth)
 
-
-def test_a_stranger_is_told_nothing() -> None:
-    async def test(server: Server) -> None:
+async def test_a_stranger_is_told_nothing() -> None:
+    async with playing(Access(COMMAND, READ)) as server:
         with pytest.raises(Closed):
             await server.open("/api/changes")
 
-    play(test, Access(COMMAND, READ))
 
-
-def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_WAITING", 5)
     monkeypatch.setattr(conversation, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         deaf = await server.open("/api/changes")
         hearing = await server.open("/api/changes")
         for rain in range(1, 12):
@@ -116,13 +106,10 @@ def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -
                 last = json.loads(await deaf.text())
         assert closed.value.code == TOO_SLOW and last == {"type": "bye", "reason": change_feed.BEHIND}
 
-    play(test)
 
-
-def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_CLIENTS", 1)
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         await until(await server.open("/api/changes"), "status")
         refused = await server.open("/api/changes")
         assert "has its 1 clients" in json.loads(await refused.text())["reason"]
@@ -130,20 +117,15 @@ def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> N
             await refused.text()
         assert closed.value.code == change_feed.FULL
 
-    play(test)
 
-
-def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_WAITING", 3)
     monkeypatch.setattr(change_feed.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
     settings = Settings(pace=Pace("pause"))
     radars = [Station(str(k), FakeEngine(steerable_scene()), factory(), settings=settings) for k in range(4)]
-
-    async def test(server: Server) -> None:
+    async with playing(None, *radars) as server:
         client = await server.open("/api/changes")
         got = [json.loads(await client.text()) for _ in range(4 * 3)]
         assert {(change["radar"], change["kind"]) for change in got} >= {
             (str(k), kind) for k in range(4) for kind in ("status", "scene", "controls")
         }
-
-    play(test, None, *radars)

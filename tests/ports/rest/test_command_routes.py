@@ -11,8 +11,7 @@ from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.commands import KEYS, Command
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, steerable_scene
 
 OWN, BUOY, ROCK = "/api/radars/0/own-ship", "/api/radars/0/bodies/buoy", "/api/radars/0/bodies/the%20rock%2F1"
@@ -23,8 +22,8 @@ def station(**options: Any) -> Station:
     return Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, allow_truth=True, **options)
 
 
-def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
-    async def test(server: Server) -> None:
+async def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
+    async with playing(station()) as server:
         before = (await server.http.get(BUOY)).json()
         assert before == {
             "body": "buoy",
@@ -53,8 +52,6 @@ def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 5}})
         assert [m["first"] for m in await feed.spokes(5)][0] == 7  # none is lost, none comes twice
 
-    play(test, station())
-
 
 @pytest.mark.parametrize(
     ("path", "body", "status", "words"),
@@ -71,8 +68,8 @@ def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
         (OWN, {"present": False}, 422, "own ship is always present"),
     ],
 )
-def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], status: int, words: str) -> None:
-    async def test(server: Server) -> None:
+async def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], status: int, words: str) -> None:
+    async with playing(station()) as server:
         answer = await server.http.patch(path, json=body)
         assert answer.status_code == status and words in answer.json()["detail"][0]
         if status in (404, 409):
@@ -82,86 +79,34 @@ def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], st
         health = (await server.http.get("/api/health")).json()
         assert health["radars"][0]["fault"] is None
 
-    play(test, station())
 
-
-def test_nan_is_not_a_value() -> None:
-    async def test(server: Server) -> None:
-        for text, status in (('{"speed_kn": NaN}', 422), ('{"position_m": [Infinity, 0]}', 422), ("[]", 422), ("{", 400)):
-            answer = await server.http.patch(BUOY, content=text, headers={"content-type": "application/json"})
-            assert answer.status_code == status and answer.json()["detail"]
-
-    play(test, station())
-
-
-def test_of_two_commanders_the_last_one_holds() -> None:
-    async def test(server: Server) -> None:
+async def test_of_two_commanders_the_last_one_holds() -> None:
+    only = station()
+    async with playing(only) as server:
         answers = await asyncio.gather(*(server.http.patch(BUOY, json={"speed_kn": speed}) for speed in (3, 4)))
         assert [answer.status_code for answer in answers] == [200, 200]
         log = list(only.epoch.spoke_source.commands)
         assert sorted(command.speed_kn or 0.0 for command in log) == [3.0, 4.0]
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == log[-1].speed_kn
 
-    only = station()
-    play(test, only)
 
-
-def test_a_radar_that_has_stopped_says_so() -> None:
+async def test_a_radar_that_has_stopped_says_so() -> None:
     only = station(restarts=0)
     only.commands.close("the radar has stopped: no fuel; give it another scene")
-
-    async def test(server: Server) -> None:
+    async with playing(only) as server:
         answer = await server.http.patch(BUOY, json={"speed_kn": 3})
         assert answer.status_code == 409 and "no fuel" in answer.json()["detail"][0]
 
-    play(test, only)
 
-
-def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("radar_service.service.radio.command_worker.MAX_WAITING", 0)
-
-    async def test(server: Server) -> None:
+    async with playing(station()) as server:
         answer = await server.http.patch(BUOY, json={"speed_kn": 3})
         assert answer.status_code == 503 and answer.headers["retry-after"] and "wait already" in answer.json()["detail"][0]
 
-    play(test, station())
 
-
-def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
-    async def test(server: Server) -> None:
-        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
-        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
-        while only.epoch.info.scene.radar.rotation_period != 1.5:
-            await asyncio.sleep(0.001)
-        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
-        again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
-        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [5.0, 6.0] and again["time"] == 0.0
-
-    play(test, only := station())
-
-
-def test_a_lossless_client_may_wait_for_answers_without_reading() -> None:
-    """Far more spokes are due than its queue holds: the radar waits for it, and carries out its commands meanwhile."""
-
-    async def test(server: Server) -> None:
-        feed = await server.feed("?mode=lossless")
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run", "factor": "max"}})
-        (client,) = only.hub.clients
-        while not client.full:
-            await asyncio.sleep(0.001)
-        answers = [await server.http.patch(BUOY, json={"speed_kn": n}) for n in range(5)]
-        assert [answer.status_code for answer in answers] == [200] * 5 and client.full
-        first = 0
-        while first <= answers[-1].json()["spoke"] + AZIMUTHS:
-            message = await feed.until("spokes")
-            assert message["first"] == first
-            first += message["count"]
-
-    play(test, only := station())
-
-
-def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
-    async def test(server: Server) -> None:
+async def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
+    async with playing(only := station()) as server:
         await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})
         while not only.transmitter.pacer.idle:
             await asyncio.sleep(0.001)
@@ -172,27 +117,6 @@ def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
         assert (await server.http.get(BUOY)).json()["latest"] is None
         again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
         assert (again["spoke"], again["time"]) == (0, 0.0)
-
-    play(test, only := station())
-
-
-def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After the answer that it took too long; here, as another scene is on the way that never comes."""
-    monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 0.02)
-
-    async def test(server: Server) -> None:
-        clock = only.group.clock
-        clock.restart()
-        late = await server.http.patch(BUOY, json={"speed_kn": 3})
-        assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
-        await only.swap(SceneRequest(steerable_scene("next")))
-        while only.epoch.info.scene.name != "next":
-            await asyncio.sleep(0.001)
-        monkeypatch.setattr("radar_service.service.radio.command_worker.COMMAND_TIMEOUT", 10.0)
-        assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
-        assert [command.speed_kn for command in only.epoch.spoke_source.commands] == [4.0]
-
-    play(test, only := station())
 
 
 def test_their_keys_are_those_of_a_command() -> None:

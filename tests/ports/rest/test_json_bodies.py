@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from radar_service.ports.app import create_app
-from tests.ports.asgi import Server
-from tests.ports.playing import play, station
+from tests.ports.playing import playing, station
 from tests.ports.rest.test_command_routes import station as steerable
 
 Route = tuple[str, str]
@@ -71,35 +70,29 @@ def nested(keys: tuple[str, ...], value: object) -> object:
     return {keys[0]: nested(keys[1:], value)} if keys else value
 
 
-def test_a_value_of_another_type_is_refused_everywhere() -> None:
+async def test_a_value_of_another_type_is_refused_everywhere() -> None:
     bodies = list(wrong_bodies())
     assert {("PATCH", "/api/radars/0/own-ship"), ("PATCH", "/api/radars/0/controls"), ("PATCH", "/api/radars/0/errors")} <= {
         body[:2] for body in bodies
     }
-
-    async def test(server: Server) -> None:
+    async with playing(steerable()) as server:
         for method, path, body, key in bodies:
             answer = await server.http.request(method, path, json=body)
             assert answer.status_code == 422, (path, body, answer.text)
             assert any(line.startswith(key) for line in answer.json()["detail"]), (path, body, answer.text)
 
-    play(test, steerable())
-
 
 @pytest.mark.parametrize("values", [{"position_m": [True, 1]}, {"position_m": ["1", 1]}, {"position_m": "12"}])
-def test_a_position_is_two_numbers(values: dict[str, object]) -> None:
-    async def test(server: Server) -> None:
+async def test_a_position_is_two_numbers(values: dict[str, object]) -> None:
+    async with playing(steerable()) as server:
         answer = await server.http.patch("/api/radars/0/own-ship", json=values)
         assert answer.status_code == 422 and answer.json()["detail"][0].startswith("position_m")
 
-    play(test, steerable())
 
-
-def test_a_key_that_occurs_twice_is_refused_and_named_on_every_route() -> None:
+async def test_a_key_that_occurs_twice_is_refused_and_named_on_every_route() -> None:
     routes = json_routes()
     assert len(routes) >= 6
-
-    async def test(server: Server) -> None:
+    async with playing(steerable()) as server:
         for method, path in routes:
             for body in ('{"scene": {"a": 1, "a": 2}}', '{"gain": 1, "gain": 2}'):
                 key = "a" if "scene" in body else "gain"
@@ -107,25 +100,20 @@ def test_a_key_that_occurs_twice_is_refused_and_named_on_every_route() -> None:
                 assert answer.status_code == 422, (method, path, answer.text)
                 assert answer.json() == {"detail": [f'body: the key "{key}" occurs twice in one table; remove one']}
 
-    play(test, steerable())
-
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
-def test_a_number_that_is_not_finite_is_refused_and_named(number: str) -> None:
-    async def test(server: Server) -> None:
+async def test_a_number_that_is_not_finite_is_refused_and_named(number: str) -> None:
+    async with playing(steerable()) as server:
         for path, body, key in (
-            ("own-ship", f'{{"course_deg": {number}}}', "course_deg"), ("controls", f'{{"gain": {number}}}', "gain"),
+            ("own-ship", f'{{"course_deg": {number}}}', "course_deg"), ("bodies/buoy", f'{{"speed_kn": {number}}}', "speed_kn"),
+            ("own-ship", f'{{"position_m": [{number}, 0]}}', "position_m"), ("controls", f'{{"gain": {number}}}', "gain"),
             ("errors", f'{{"gyro": {{"bias_deg": {number}}}}}', "gyro.bias_deg"),
         ):  # fmt: skip
             answer = await server.http.patch(f"/api/radars/0/{path}", content=body, headers=JSON)
             assert answer.status_code == 422 and answer.json()["detail"][0].startswith(key), answer.text
 
-    play(test, steerable())
 
-
-def test_what_is_no_json_is_refused() -> None:
-    async def test(server: Server) -> None:
+async def test_what_is_no_json_is_refused() -> None:
+    async with playing() as server:
         answer = await server.http.patch("/api/radars/0/controls", content="{", headers=JSON)
         assert answer.status_code == 400 and answer.json()["detail"][0].startswith("body: not JSON: ")
-
-    play(test)

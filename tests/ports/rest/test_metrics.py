@@ -1,7 +1,5 @@
 """Metrics: they count what clients saw, in the format that Prometheus reads."""
 
-import asyncio
-
 from prometheus_client.parser import text_string_to_metric_families
 
 from radar_service import wire
@@ -23,7 +21,7 @@ async def figures(server: Server) -> dict[str, float]:
     }
 
 
-def test_metrics_count_what_the_clients_saw() -> None:
+async def test_metrics_count_what_the_clients_saw() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed("?encoding=f32")
         got = [await feed.receive()]
@@ -50,9 +48,6 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert now["radar_port_faults_total,rest"] == now["radar_port_dropped_total,rest"] == 0
         assert now["process_resident_memory_bytes"] > 1e6
 
-    async def whole() -> None:
-        only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-        async with running(create_app([only])) as server:
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
+    async with running(create_app([only])) as server:
+        await test(server)

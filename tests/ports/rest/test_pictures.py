@@ -1,6 +1,8 @@
 """Pictures: drawn once for all who request the same, a few a second, in a process."""
 
 import asyncio
+import contextlib
+from collections.abc import AsyncIterator
 from dataclasses import replace
 
 import pytest
@@ -14,27 +16,22 @@ from radar_service.service.settings import Pace, Settings
 from tests.ports.playing import station
 
 
-def play(fork_server: ForkServer, test: object, pauses: list[float] | None = None) -> None:
-    async def body() -> None:
-        drawing = Pictures(fork_server, [].append if pauses is None else pauses.append)
-        try:
-            await test(drawing)  # type: ignore[operator]
-        finally:
-            drawing.close()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+@contextlib.asynccontextmanager
+async def playing(fork_server: ForkServer, pauses: list[float] | None = None) -> AsyncIterator[Pictures]:
+    drawing = Pictures(fork_server, [].append if pauses is None else pauses.append)
+    try:
+        yield drawing
+    finally:
+        drawing.close()
 
 
-def test_equal_pictures_are_drawn_once(fork_server: ForkServer) -> None:
+async def test_equal_pictures_are_drawn_once(fork_server: ForkServer) -> None:
     radar = station()
-
-    async def test(drawing: Pictures) -> None:
+    async with playing(fork_server) as drawing:
         both = await asyncio.gather(*(drawing.png(radar, 64, None) for _ in range(8)))
         assert len(set(both)) == 1 and both[0].startswith(b"\x89PNG")
         assert await drawing.png(radar, 64, None) is both[0]
         assert await drawing.png(radar, 65, None) != both[0]
-
-    play(fork_server, test)
 
 
 def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_each_spoke() -> None:
@@ -46,23 +43,20 @@ def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_
         assert len(seen) == moments
 
 
-def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(fork_server: ForkServer) -> None:
+async def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(fork_server: ForkServer) -> None:
     radar = station()
-
-    async def test(drawing: Pictures) -> None:
+    pauses: list[float] = []
+    async with playing(fork_server, pauses) as drawing:
         tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
         answers = await asyncio.gather(*tasks, return_exceptions=True)
         assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
-
-    pauses: list[float] = []
-    play(fork_server, test, pauses)
     assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
 
 
-def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     radar = station()
+    async with playing(fork_server) as drawing:
 
-    async def test(drawing: Pictures) -> None:
         def fail(*_: object) -> bytes:
             raise ProcessFault("it crashed")
 
@@ -71,5 +65,3 @@ def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatc
             with pytest.raises(ProcessFault):
                 await drawing.png(radar, 64, None)
         assert (await drawing.png(radar, 64, None)).startswith(b"\x89PNG")
-
-    play(fork_server, test)

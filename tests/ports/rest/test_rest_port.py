@@ -12,32 +12,28 @@ from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.processes.call import Progress
 from radar_service.service.scene_request import SceneRequest
-from tests.ports.asgi import Closed, Server, running
-from tests.ports.playing import play, station
+from tests.ports.asgi import Closed, running
+from tests.ports.playing import playing, station
 from tests.service.fake import FakeEngine, factory
 
 
-def test_alone_it_serves_all_but_the_feed(tmp_path: Path) -> None:
+async def test_alone_it_serves_all_but_the_feed(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text('name = "mine"\n')
     port = RestPort([tmp_path])
     home = port.store.home
-
-    async def whole() -> None:
-        async with running(create_app([station()], PortHost((port,)))) as server:
-            assert home.is_dir()
-            for path in ("/api/radars/0", "/api/health", "/metrics", "/docs"):
-                assert (await server.http.get(path)).status_code == 200
-            assert "mine" in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
-            assert '"kind"' in await (await server.open("/api/changes")).text()
-            with pytest.raises((Closed, AssertionError)):
-                await server.feed()
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    async with running(create_app([station()], PortHost((port,)))) as server:
+        assert home.is_dir()
+        for path in ("/api/radars/0", "/api/health", "/metrics", "/docs"):
+            assert (await server.http.get(path)).status_code == 200
+        assert "mine" in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
+        assert '"kind"' in await (await server.open("/api/changes")).text()
+        with pytest.raises((Closed, AssertionError)):
+            await server.feed()
     assert not home.exists()
 
 
-def test_openapi_lists_every_answer_and_gives_examples() -> None:
-    async def test(server: Server) -> None:
+async def test_openapi_lists_every_answer_and_gives_examples() -> None:
+    async with playing() as server:
         schema = (await server.http.get("/api/openapi.json")).json()
         expected = {
             ("/api/health", "get"): {"200", "503"},
@@ -81,11 +77,9 @@ def test_openapi_lists_every_answer_and_gives_examples() -> None:
         problem = schema["paths"]["/api/radars/{radar}/scene"]["put"]["responses"]["422"]["content"]["application/json"]
         assert problem["schema"]["$ref"].endswith("/Problem")
 
-    play(test)
 
-
-def test_health_counts() -> None:
-    async def test(server: Server) -> None:
+async def test_health_counts() -> None:
+    async with playing() as server:
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
         await feed.spokes(7)
@@ -93,8 +87,6 @@ def test_health_counts() -> None:
         assert answer.status_code == 200 and answer.json()["status"] == "ok"
         radar = answer.json()["radars"][0]
         assert (radar["state"], radar["next"], radar["clients"], radar["views"]) == ("paused", 7, 1, 1)
-
-    play(test)
 
 
 PUT = "/api/radars/0/scene"
@@ -123,10 +115,9 @@ class Slow:
 
 
 @pytest.mark.parametrize(("method", "path"), [("PUT", PUT), ("POST", "/api/scenes")])
-def test_a_job_is_followed_and_cancelled_and_the_old_scene_goes_on(method: str, path: str) -> None:
+async def test_a_job_is_followed_and_cancelled_and_the_old_scene_goes_on(method: str, path: str) -> None:
     slow = Slow()
-
-    async def test(server: Server) -> None:
+    async with playing(station(make=slow)) as server:
         body = {"scene": {"name": "x"}} | ({"name": "mine"} if method == "POST" else {})
         request = asyncio.create_task(server.http.request(method, f"{path}?job=my-job", json=body))
         await slow.begun()
@@ -140,24 +131,19 @@ def test_a_job_is_followed_and_cancelled_and_the_old_scene_goes_on(method: str, 
         assert (await server.http.get("/api/jobs/my-job")).json()["state"] == "cancelled"
         assert (await server.http.get("/api/radars/0")).json()["scene"]["name"] == "test scene"
 
-    play(test, station(make=slow))
 
-
-def test_unknown_jobs_and_odd_names_are_refused() -> None:
-    async def test(server: Server) -> None:
+async def test_unknown_jobs_and_odd_names_are_refused() -> None:
+    async with playing() as server:
         for method in ("GET", "DELETE"):
             assert (await server.http.request(method, "/api/jobs/none")).status_code == 404
         answer = await server.http.put(f"{PUT}?job=../x", json={"scene": {}})
         assert answer.status_code == 422 and (await server.http.get("/api/jobs")).json() == []
 
-    play(test)
 
-
-def test_too_many_at_once_are_told_when_to_try_again_and_the_others_end() -> None:
+async def test_too_many_at_once_are_told_when_to_try_again_and_the_others_end() -> None:
     """Twelve uploads at once; the service answers other requests meanwhile."""
     slow = Slow()
-
-    async def test(server: Server) -> None:
+    async with playing(station(make=slow)) as server:
         uploads = [
             asyncio.create_task(server.http.post("/api/scenes", json={"name": f"n{n}", "scene": {"name": "s"}}))
             for n in range(MANY)
@@ -173,5 +159,3 @@ def test_too_many_at_once_are_told_when_to_try_again_and_the_others_end() -> Non
         refused = [answer for answer in answers if answer.status_code == 503]
         assert len(refused) == MANY - 10 and all(int(answer.headers["retry-after"]) > 0 for answer in refused)
         assert sorted({answer.status_code for answer in answers}) == [201, 503]
-
-    play(test, station(make=slow))

@@ -15,8 +15,7 @@ from radar_service.ports.rest.rest_port import RestPort
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.jobs import RETRY_SECONDS
 from radar_service.world.error import SceneError
-from tests.ports.asgi import Server
-from tests.ports.playing import play, station
+from tests.ports.playing import playing, station
 from tests.service.fake import FakeEngine, made_by
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"
@@ -25,11 +24,11 @@ TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"
 MESHED = b'name = "meshed"\n[[body]]\nname = "thing"\nmesh = "thing.obj"\nposition_m = [50, 50, 1]\n'
 
 
-def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
+async def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
     def refuse(_: Any) -> FakeEngine:
         raise SceneError("body[0].mesh: too fine", "body[1].mesh: too coarse")
 
-    async def test(server: Server) -> None:
+    async with playing(station(make=made_by(refuse))) as server:
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
         assert answer.status_code == 422
         assert answer.json() == {"detail": ["body[0].mesh: too fine", "body[1].mesh: too coarse"]}
@@ -37,30 +36,25 @@ def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
         assert answer.status_code == 422 and len(answer.json()["detail"]) == 2
         assert "kept" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
-    play(test, station(make=made_by(refuse)))
 
-
-def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> None:
+async def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> None:
     def picky(of: Any) -> FakeEngine:
         if of.name == "bad":
             raise SceneError("body[0].mesh: too fine")
         return FakeEngine(of)
 
-    async def test(server: Server) -> None:
+    async with playing(station(make=made_by(picky))) as server:
         for title, status in (("good", 201), ("bad", 422)):
             answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": title}})
             assert answer.status_code == status
         listed = {entry["name"]: entry for entry in (await server.http.get("/api/scenes")).json()}
         assert listed["mine"]["title"] == "good"
 
-    play(test, station(make=made_by(picky)))
 
-
-def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
+async def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
     (tmp_path / "local.toml").write_text('name = "from a folder"')
     (tmp_path / "broken.toml").write_text("name = ")
-
-    async def test(server: Server) -> None:
+    async with playing(ports=PortHost((RestPort([tmp_path]), FeedPort()))) as server:
         answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "my own"}})
         assert answer.status_code == 201 and answer.json()["name"] == "mine"
         assert answer.json()["plan"] == (await server.http.get("/api/radars/0")).json()["plan"]  # of the same kind of engine
@@ -75,20 +69,17 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
         assert (await server.http.delete("/api/scenes/local")).status_code == 409
         assert "mine" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
-    play(test, ports=PortHost((RestPort([tmp_path]), FeedPort())))
-
 
 WITHOUT_TIME = [sys.executable, "-c", "import sys; sys.stdin.buffer.read()"]  # a child that waits for a processor
 
 
 @pytest.mark.parametrize("content", [TRIANGLE, TRIANGLE + b"f 1 2 9\n"], ids=["good", "bad"])
-def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """While the machine is busy the answer is 503; afterwards the reader's own words."""
     sandboxes = [partial(Sandbox, backstop=0.05, command=WITHOUT_TIME), Sandbox]
     monkeypatch.setattr("radar_service.service.radio.scene_process_main.Sandbox", lambda: sandboxes.pop(0)())
     parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", content))]
-
-    async def test(server: Server) -> None:
+    async with playing(station()) as server:
         answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
         assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS)
         assert re.match("body.0..mesh: thing.obj: the machine is busy: .* try again later", answer.json()["detail"][0])
@@ -98,10 +89,8 @@ def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: py
         else:
             assert answer.status_code == 422 and "face" in answer.json()["detail"][0], answer.text
 
-    play(test, station())
 
-
-def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """A soup of 200 000 triangles (10 MB) needs more than the 48 MiB that this server allows; the next upload is taken."""
     soup = np.zeros(200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
     soup["corners"] = np.random.default_rng(0).random((200_000, 3, 3))
@@ -117,8 +106,7 @@ def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypat
             closed.append(True)
 
     monkeypatch.setattr("radar_service.service.radio.scene_process_main.Sandbox", Limited)
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         feed = await server.feed()
         epoch = (await feed.until("hello"))["epoch"]
         for content, status in ((bomb, 422), (TRIANGLE, 201)):
@@ -128,6 +116,4 @@ def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypat
             assert answer.status_code == status, answer.text
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
-
-    play(test)
     assert len(closed) == 2  # one for each upload

@@ -10,7 +10,7 @@ from radar_service.service.radio import truth_stream
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Closed, Server, Socket
-from tests.ports.playing import play, station
+from tests.ports.playing import playing, station
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
 
 PATH = "/api/radars/0/truth/stream"
@@ -24,8 +24,8 @@ async def step(server: Server, spokes: int) -> None:
     await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": spokes}})
 
 
-def test_lines_come_in_step_with_the_spokes() -> None:
-    async def test(server: Server) -> None:
+async def test_lines_come_in_step_with_the_spokes() -> None:
+    async with playing(station(allow_truth=True)) as server:
         truth, feed = await server.open(PATH), await server.feed()
         assert (await line(truth))["type"] == "header"
         await step(server, AZIMUTHS // 2)
@@ -35,15 +35,13 @@ def test_lines_come_in_step_with_the_spokes() -> None:
         await step(server, AZIMUTHS - AZIMUTHS // 2)
         assert [(await line(truth))["type"] for _ in range(2)] == ["crossing", "snapshot"]
 
-    play(test, station(allow_truth=True))
-
 
 @pytest.mark.parametrize(
     ("path", "code", "reason"),
     [(PATH, 4403, "start it with --truth"), (PATH.replace("/0/", "/7/"), 4404, 'there is no "7"')],
 )
-def test_refusals_say_why(path: str, code: int, reason: str) -> None:
-    async def test(server: Server) -> None:
+async def test_refusals_say_why(path: str, code: int, reason: str) -> None:
+    async with playing() as server:
         socket = await server.open(path)
         bye = await line(socket)
         assert bye["type"] == "bye" and reason in bye["reason"]
@@ -51,11 +49,9 @@ def test_refusals_say_why(path: str, code: int, reason: str) -> None:
             await socket.text()
         assert closed.value.code == code
 
-    play(test)
 
-
-def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
-    async def test(server: Server) -> None:
+async def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
+    async with playing(station(allow_truth=True)) as server:
         truth, feed = await server.open(f"{PATH}?radiometric=1"), await server.feed()
         assert (await line(truth))["type"] == "header"
         await step(server, AZIMUTHS)
@@ -67,25 +63,19 @@ def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
             await wrong.text()
         assert closed.value.code == 4400
 
-    play(test, station(allow_truth=True))
 
-
-def test_the_specification_as_printed_has_no_power_to_tell() -> None:
+async def test_the_specification_as_printed_has_no_power_to_tell() -> None:
     engine = FakeEngine(scene())
     engine.fidelity = PRESETS["documented"]
-
-    async def test(server: Server) -> None:
+    async with playing(Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=True)) as server:
         reason = (await line(await server.open(f"{PATH}?radiometric=1")))["reason"]
         assert reason.startswith("radiometric: the fidelity documented has none")
         assert (await line(await server.open(PATH)))["type"] == "header"
 
-    play(test, Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=True))
 
-
-def test_too_many_clients_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_too_many_clients_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(truth_stream, "MAX_FOLLOWERS", 1)
-
-    async def test(server: Server) -> None:
+    async with playing(station(allow_truth=True)) as server:
         first = await server.open(PATH)
         await line(first)
         second = await server.open(PATH)
@@ -93,16 +83,11 @@ def test_too_many_clients_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         await first.leave()
         assert (await line(await server.open(PATH)))["type"] == "header"
 
-    play(test, station(allow_truth=True))
 
-
-def test_a_server_that_stops_says_bye() -> None:
+async def test_a_server_that_stops_says_bye() -> None:
     only = station(allow_truth=True)
-
-    async def test(server: Server) -> None:
+    async with playing(only) as server:
         socket = await server.open(PATH)
         await line(socket)
         only.truth_stream.end("the server is stopping")
         assert await line(socket) == {"type": "bye", "reason": "the server is stopping"}
-
-    play(test, only)

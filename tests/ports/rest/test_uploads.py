@@ -4,33 +4,28 @@ from typing import Any
 
 import pytest
 
-from tests.ports.asgi import Server
-from tests.ports.playing import play
+from tests.ports.playing import playing
 from tests.ports.rest.test_scene_routes import MESHED, TRIANGLE
 
 
 @pytest.mark.parametrize("body", ["{", "[" * 100_000, "\x00", '{"scene": ' + '{"a":' * 50_000])
 @pytest.mark.parametrize(("method", "path"), [("PATCH", "radars/0/controls"), ("PUT", "radars/0/scene"), ("POST", "scenes")])
-def test_what_is_not_json_is_refused(method: str, path: str, body: str) -> None:
-    async def test(server: Server) -> None:
+async def test_what_is_not_json_is_refused(method: str, path: str, body: str) -> None:
+    async with playing() as server:
         answer = await server.http.request(
             method, f"/api/{path}", content=body, headers={"content-type": "application/json"}
         )
         allowed = (400, 413, 422) if method == "PATCH" else (400, 422)  # controls are short
         assert answer.status_code in allowed and answer.json()["detail"]
 
-    play(test)
 
-
-def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
-    async def test(server: Server) -> None:
+async def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
+    async with playing() as server:
         parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", TRIANGLE))]
         answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
         assert answer.status_code == 201 and answer.json()["bodies"] == 1, answer.text
         answer = await server.http.put("/api/radars/0/scene", json={"scene": "meshed"})
         assert answer.status_code == 200
-
-    play(test)
 
 
 @pytest.mark.parametrize(
@@ -51,12 +46,10 @@ def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
         ),
     ],
 )
-def test_a_bad_upload_is_refused_and_leaves_nothing(name: str, parts: Any, line: str) -> None:
-    async def test(server: Server) -> None:
+async def test_a_bad_upload_is_refused_and_leaves_nothing(name: str, parts: Any, line: str) -> None:
+    async with playing() as server:
         answer = await server.http.post("/api/scenes", data={"name": name}, files=parts)
         assert answer.status_code == 422 and answer.json()["detail"][0].startswith(line), answer.text
         assert "radar-scenes" not in answer.text  # the server's folders are nobody's business
         offers = (await server.http.get("/api/scenes")).json()
         assert all(entry["origin"] != "uploaded" for entry in offers)
-
-    play(test)

@@ -1,8 +1,8 @@
 """A service with the Signal K port, driven in process."""
 
-import asyncio
+import contextlib
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -23,25 +23,20 @@ PAUSED = Settings(pace=Pace("pause"))
 FLAT_OUT = Settings(pace=Pace("run", float("inf")))
 
 
-def play(
-    test: Callable[[Server], Awaitable[None]], *scenes: Scene, settings: Settings = PAUSED, access: Access | None = None,
+@contextlib.asynccontextmanager
+async def playing(
+    *scenes: Scene, settings: Settings = PAUSED, access: Access | None = None,
     gui: Path | None = None, wait_for: int = 0, tells_truth: bool = False,
-) -> None:  # fmt: skip
-    """Runs a test against radars of these scenes, by default of the test scene."""
-
-    async def whole() -> None:
-        host = PortHost((RestPort(), FeedPort(), SignalKPort(gui, tells_truth)))
-        stations = [
-            Station(
-                str(number), FakeEngine(of), factory(), settings=settings, sinks=host.sinks(str(number)), wait_for=wait_for
-            )
-            for number, of in enumerate(scenes or (scene(),))
-        ]
-        async with running(create_app(stations, host, access=access)) as server:
-            server.stations = stations
-            await test(server)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+) -> AsyncIterator[Server]:  # fmt: skip
+    """A service with radars of these scenes, by default of the test scene."""
+    host = PortHost((RestPort(), FeedPort(), SignalKPort(gui, tells_truth)))
+    stations = [
+        Station(str(number), FakeEngine(of), factory(), settings=settings, sinks=host.sinks(str(number)), wait_for=wait_for)
+        for number, of in enumerate(scenes or (scene(),))
+    ]
+    async with running(create_app(stations, host, access=access)) as server:
+        server.stations = stations
+        yield server
 
 
 async def heard(socket: Socket) -> dict[str, Any]:

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from radar_service.service.access import Access
-from tests.ports.asgi import Closed, Server
-from tests.ports.signalk.playing import BASE, FLAT_OUT, play
+from tests.ports.asgi import Closed
+from tests.ports.signalk.playing import BASE, FLAT_OUT, playing
 from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, scene
 
@@ -21,8 +21,8 @@ def assert_failed(answer: Any, status: int, *words: str) -> None:
     assert all(word in body["message"] for word in words), body
 
 
-def test_a_client_finds_the_radars() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_finds_the_radars() -> None:
+    async with playing(scene(), scene("second")) as server:
         found = (await server.http.get("/signalk")).json()
         assert found["endpoints"] == {
             "v1": {
@@ -38,11 +38,9 @@ def test_a_client_finds_the_radars() -> None:
         assert one == listing["radars"]["sim-1"] and one.keys() == {"name", "brand", "model", "radarIpAddress", "replay"}
         assert isinstance(one["radarIpAddress"], str) and one["replay"] is False
 
-    play(test, scene(), scene("second"))
 
-
-def test_capabilities_have_all_that_clients_read() -> None:
-    async def test(server: Server) -> None:
+async def test_capabilities_have_all_that_clients_read() -> None:
+    async with playing() as server:
         known = (await server.http.get(f"{BASE}/sim-0/capabilities")).json()
         assert (known["spokesPerRevolution"], known["maxSpokeLength"], known["supportedRanges"]) == (AZIMUTHS, 20, [200])
         legend = known["legend"]
@@ -56,11 +54,9 @@ def test_capabilities_have_all_that_clients_read() -> None:
         for name, definition in known["controls"].items():
             assert ("auto" in values[name]) == definition.get("hasAuto", False), name
 
-    play(test)
 
-
-def test_controls_are_read_and_changed_alone_and_together() -> None:
-    async def test(server: Server) -> None:
+async def test_controls_are_read_and_changed_alone_and_together() -> None:
+    async with playing() as server:
         path = f"{BASE}/sim-0/controls"
         assert (await server.http.get(f"{path}/Gain")).json() == {"value": 45.0, "auto": True}
         assert (await server.http.put(f"{path}/gain", json={"value": "60"})).json() == OK
@@ -72,8 +68,6 @@ def test_controls_are_read_and_changed_alone_and_together() -> None:
         answer = await server.http.put(path, json={"rain": 9, "gain": 500, "sea": "x"})
         assert_failed(answer, 400, "gain: 500", "sea: 'x'")
         assert server.stations[0].controls()["rain"] == 9.0
-
-    play(test)
 
 
 @pytest.mark.parametrize(
@@ -93,15 +87,13 @@ def test_controls_are_read_and_changed_alone_and_together() -> None:
         ("GET", "/signalk/v1/api/vessels/", b"", 404, "/signalk/v1/stream"),
     ],
 )  # fmt: skip
-def test_refusals_have_one_shape(method: str, path: str, body: bytes, status: int, word: str) -> None:
-    async def test(server: Server) -> None:
+async def test_refusals_have_one_shape(method: str, path: str, body: bytes, status: int, word: str) -> None:
+    async with playing() as server:
         assert_failed(await server.http.request(method, path, content=body), status, word)
 
-    play(test)
 
-
-def test_changes_need_the_token() -> None:
-    async def test(server: Server) -> None:
+async def test_changes_need_the_token() -> None:
+    async with playing(access=Access(TOKEN, READING)) as server:
         path = f"{BASE}/sim-0/controls/gain"
         assert (await server.http.get(path)).status_code == 401
         reader, commander = ({"authorization": f"Bearer {token}"} for token in (READING, TOKEN))
@@ -110,8 +102,6 @@ def test_changes_need_the_token() -> None:
         assert (await server.http.put(path, json=3, headers=commander)).json() == OK
         with pytest.raises(Closed):
             await server.open(f"{BASE}/sim-0/spokes")
-
-    play(test, access=Access(TOKEN, READING))
 
 
 @pytest.mark.parametrize(
@@ -124,21 +114,18 @@ def test_changes_need_the_token() -> None:
         ("DELETE", f"{BASE}/sim-0/controls/gain", {"authorization": f"Bearer {TOKEN}"}, b"", 405),
     ],
 )  # fmt: skip
-def test_what_the_server_refuses_has_the_shape_too(
+async def test_what_the_server_refuses_has_the_shape_too(
     method: str, path: str, headers: dict[str, str], content: bytes, status: int
 ) -> None:
-    async def test(server: Server) -> None:
+    async with playing(access=Access(TOKEN, hosts=frozenset(["radar"]))) as server:
         assert_failed(await server.http.request(method, path, headers=headers, content=content), status)
         other = await server.http.request("PUT", "/api/radars/0/scene", content=b"{}", headers={"host": "elsewhere.example"})
         assert other.json().keys() == {"detail"}  # elsewhere nothing is written anew
 
-    play(test, access=Access(TOKEN, hosts=frozenset(["radar"])))
 
-
-def test_spokes_come_by_websocket() -> None:
+async def test_spokes_come_by_websocket() -> None:
     """All bearings of a revolution, in order; a message is of one revolution and of one range."""
-
-    async def test(server: Server) -> None:
+    async with playing(settings=FLAT_OUT, wait_for=1) as server:
         socket = await server.open(f"{BASE}/sim-0/spokes")
         await socket.say(text="anything")
         await socket.say(bytes=b"\x00\xff")
@@ -151,23 +138,18 @@ def test_spokes_come_by_websocket() -> None:
             bearings += own
         assert bearings[: 3 * AZIMUTHS] == [number % AZIMUTHS for number in range(3 * AZIMUTHS)]
 
-    play(test, settings=FLAT_OUT, wait_for=1)
 
-
-def test_there_are_no_spokes_of_another_radar() -> None:
-    async def test(server: Server) -> None:
+async def test_there_are_no_spokes_of_another_radar() -> None:
+    async with playing() as server:
         socket = await server.open(f"{BASE}/sim-9/spokes")
         with pytest.raises(Closed) as closed:
             await socket.raw()
         assert closed.value.code == 4404
 
-    play(test)
 
-
-def test_a_scene_with_other_spokes_has_another_id() -> None:
+async def test_a_scene_with_other_spokes_has_another_id() -> None:
     """What a client read once of a radar stays true under its id: the old one is no more."""
-
-    async def test(server: Server) -> None:
+    async with playing(settings=FLAT_OUT) as server:
         old = await server.open(f"{BASE}/sim-0/spokes")
         spokes(await old.raw())
         other = {"radar": {"azimuths": 48, "range_max_m": 200, "coarse_azimuths": True}, "own_ship": {"heading_deg": 30}}
@@ -179,5 +161,3 @@ def test_a_scene_with_other_spokes_has_another_id() -> None:
         new = await server.open(f"{BASE}/sim-0-v2/spokes")
         assert max([spoke.get("bearing", 0) for _ in range(60) for spoke in spokes(await new.raw())]) == 47
         assert_failed(await server.http.get(f"{BASE}/sim-0/capabilities"), 404)
-
-    play(test, settings=FLAT_OUT)

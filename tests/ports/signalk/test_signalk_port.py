@@ -10,18 +10,16 @@ from radar_service.ports import signalk
 from radar_service.ports.signalk.signalk_port import POLICY
 from radar_service.service.access import Access
 from radar_service.terminal.arguments import UsageError
-from tests.ports.asgi import Server
-from tests.ports.signalk.playing import play
+from tests.ports.signalk.playing import playing
 
 
-def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
+async def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
     folder = tmp_path / "page"
     (folder / "proto").mkdir(parents=True)
     (folder / "index.html").write_text("the page")
     (folder / "proto" / "x.proto").write_text("a file")
     (tmp_path / "secret").write_text("not of the page")
-
-    async def test(server: Server) -> None:
+    async with playing(gui=folder, access=Access("command" * 5, "read" * 5)) as server:
         answer = await server.http.get("/gui/")
         assert answer.text == "the page" and answer.headers["content-security-policy"] == POLICY
         assert (await server.http.get("/gui")).headers["location"].endswith("/gui/")
@@ -30,8 +28,6 @@ def test_a_folder_is_served_with_a_policy_of_its_own(tmp_path: Path) -> None:
         assert (await server.http.get("/gui/..%2fsecret")).status_code == 404
         own = await server.http.get("/api/radars", headers={"authorization": "Bearer " + "read" * 5})
         assert own.headers["content-security-policy"] != POLICY  # no other answer has it
-
-    play(test, gui=folder, access=Access("command" * 5, "read" * 5))
 
 
 def options(**given: Any) -> argparse.Namespace:

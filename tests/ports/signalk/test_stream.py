@@ -11,8 +11,8 @@ from radar_service.ports.signalk import stream
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.settings import Settings
-from tests.ports.asgi import Closed, Server
-from tests.ports.signalk.playing import BASE, FLAT_OUT, heard, play, until, values_of
+from tests.ports.asgi import Closed
+from tests.ports.signalk.playing import BASE, FLAT_OUT, heard, playing, until, values_of
 from tests.service.fake import RADAR, scene
 
 PATH = "/signalk/v1/stream"
@@ -20,8 +20,8 @@ GAIN = "radars.sim-0.controls.gain"
 TOKEN = "command-" * 3
 
 
-def test_hello_comes_first_and_nothing_without_subscription() -> None:
-    async def test(server: Server) -> None:
+async def test_hello_comes_first_and_nothing_without_subscription() -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?subscribe=none")
         hello = await heard(socket)
         assert {"name", "version", "timestamp", "self", "roles"} <= hello.keys() and hello["self"] == "vessels.self"
@@ -35,11 +35,9 @@ def test_hello_comes_first_and_nothing_without_subscription() -> None:
             {"path": GAIN, "value": (await server.http.get(f"{BASE}/sim-0/capabilities")).json()["controls"]["gain"]}
         ]
 
-    play(test)
 
-
-def test_all_present_values_come_at_once_and_then_what_changes() -> None:
-    async def test(server: Server) -> None:
+async def test_all_present_values_come_at_once_and_then_what_changes() -> None:
+    async with playing(scene(), scene("second")) as server:
         socket = await server.open(PATH)  # own ship, as by default
         await heard(socket)
         first = values_of(await heard(socket))
@@ -54,11 +52,9 @@ def test_all_present_values_come_at_once_and_then_what_changes() -> None:
             assert not any(path.startswith("radars.") for path in values)
         assert values[GAIN] == {"value": 61.0, "auto": False} and "meta" not in delta["updates"][0]
 
-    play(test, scene(), scene("second"))
 
-
-def test_a_client_without_cached_values_gets_changes_alone() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_without_cached_values_gets_changes_alone() -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?sendCachedValues=false")
         await heard(socket)
         await server.http.put(f"{BASE}/sim-0/controls/rain", json=3)
@@ -67,13 +63,10 @@ def test_a_client_without_cached_values_gets_changes_alone() -> None:
             seen |= values_of(await heard(socket))
         assert [path for path in seen if path.startswith("radars.")] == ["radars.sim-0.controls.rain"]
 
-    play(test)
 
-
-def test_own_ship_is_told_as_she_is_reported() -> None:
+async def test_own_ship_is_told_as_it_is_reported() -> None:
     """Heading 030 degrees; a scene without origin has no position, and none is told."""
-
-    async def test(server: Server) -> None:
+    async with playing(settings=Settings()) as server:
         socket = await server.open(PATH)
         await heard(socket)
         while "navigation.headingTrue" not in (values := values_of(await heard(socket))):
@@ -81,19 +74,14 @@ def test_own_ship_is_told_as_she_is_reported() -> None:
         assert values["navigation.headingTrue"] == pytest.approx(math.pi / 6, rel=1e-12)
         assert values["navigation.speedOverGround"] == 0.0 and "navigation.position" not in values
 
-    play(test, settings=Settings())
 
-
-def test_own_ship_is_told_again_though_she_lies_still() -> None:
+async def test_own_ship_is_told_again_though_it_lies_still() -> None:
     """Plotters drop what has grown old."""
-
-    async def test(server: Server) -> None:
+    async with playing(settings=FLAT_OUT) as server:
         socket = await server.open(PATH)
         await heard(socket)
         for _ in range(3):
             assert await until(socket, "navigation.headingTrue") == pytest.approx(math.pi / 6, rel=1e-12)
-
-    play(test, settings=FLAT_OUT)
 
 
 @pytest.mark.parametrize(
@@ -103,8 +91,8 @@ def test_own_ship_is_told_again_though_she_lies_still() -> None:
         {"requestId": "r1", "put": {"path": GAIN, "value": {"value": 50}}},
     ],
 )  # fmt: skip
-def test_a_client_changes_controls(change: dict[str, Any]) -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_changes_controls(change: dict[str, Any]) -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?subscribe=none")
         await heard(socket)
         await socket.say(text=json.dumps({"subscribe": [{"path": GAIN}]}))
@@ -118,11 +106,9 @@ def test_a_client_changes_controls(change: dict[str, Any]) -> None:
             [{"requestId": "r1", "state": "COMPLETED", "statusCode": 200, "message": "OK"}] * ("put" in change)
         )
 
-    play(test)
 
-
-def test_what_is_unsubscribed_comes_no_more() -> None:
-    async def test(server: Server) -> None:
+async def test_what_is_unsubscribed_comes_no_more() -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?subscribe=none")
         await heard(socket)
         rows = [{"path": GAIN}, {"path": "radars.sim-0.controls.rain"}]
@@ -134,8 +120,6 @@ def test_what_is_unsubscribed_comes_no_more() -> None:
         await heard(socket)
         await server.http.put(f"{BASE}/sim-0/controls", json={"gain": 5, "rain": 5, "sea": 5})
         assert values_of(await heard(socket)).keys() == {"radars.sim-0.controls.sea"}
-
-    play(test)
 
 
 @pytest.mark.parametrize(
@@ -150,8 +134,8 @@ def test_what_is_unsubscribed_comes_no_more() -> None:
         ("[" * 5000, 400, "JSON"), ("{}", 400, "nothing"), ('{"put": [1]}', 400, "nothing"),
     ],
 )  # fmt: skip
-def test_rubbish_is_answered_and_the_stream_goes_on(message: str, status: int, word: str) -> None:
-    async def test(server: Server) -> None:
+async def test_rubbish_is_answered_and_the_stream_goes_on(message: str, status: int, word: str) -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?subscribe=none")
         await heard(socket)
         await socket.say(text=message)
@@ -162,11 +146,9 @@ def test_rubbish_is_answered_and_the_stream_goes_on(message: str, status: int, w
         await socket.say(text=json.dumps({"subscribe": [{"path": GAIN}]}))
         assert GAIN in values_of(await heard(socket))
 
-    play(test)
 
-
-def test_a_change_needs_the_token() -> None:
-    async def test(server: Server) -> None:
+async def test_a_change_needs_the_token() -> None:
+    async with playing(access=Access(TOKEN)) as server:
         for bearer, status in (({}, 403), ({"authorization": f"Bearer {TOKEN}"}, 200)):
             socket = await server.open(f"{PATH}?subscribe=none", **bearer)
             await heard(socket)
@@ -174,31 +156,24 @@ def test_a_change_needs_the_token() -> None:
             assert (await heard(socket))["statusCode"] == status
         assert server.stations[0].controls()["gain"] == 7.0
 
-    play(test, access=Access(TOKEN))
-
 
 @pytest.mark.parametrize("query", ["subscribe=some", "sendCachedValues=maybe"])
-def test_a_wrong_query_is_refused(query: str) -> None:
-    async def test(server: Server) -> None:
+async def test_a_wrong_query_is_refused(query: str) -> None:
+    async with playing() as server:
         with pytest.raises(Closed):
             await server.open(f"{PATH}?{query}")
 
-    play(test)
 
-
-def test_a_full_stream_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_full_stream_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stream, "MAX_CLIENTS", 1)
-
-    async def test(server: Server) -> None:
+    async with playing() as server:
         await heard(await server.open(PATH))
         second = await server.open(PATH)
         assert "try again later" in (await heard(second))["reason"]
 
-    play(test)
 
-
-def test_a_client_that_does_not_read_costs_nothing_and_reads_the_newest() -> None:
-    async def test(server: Server) -> None:
+async def test_a_client_that_does_not_read_costs_nothing_and_reads_the_newest() -> None:
+    async with playing() as server:
         socket = await server.open(f"{PATH}?subscribe=none")
         await heard(socket)
         await socket.say(text=json.dumps({"subscribe": [{"path": GAIN}]}))
@@ -211,16 +186,13 @@ def test_a_client_that_does_not_read_costs_nothing_and_reads_the_newest() -> Non
             seen.append(await until(socket, GAIN))
         assert len(seen) < 10
 
-    play(test)
 
-
-def test_ships_with_ais_are_told_to_those_who_ask_for_them() -> None:
+async def test_ships_with_ais_are_told_to_those_who_ask_for_them() -> None:
     """Own ship is there without; a scene with an origin and a body with an mmsi, which lies at anchor."""
     body = {"name": "ferry", "shape": "point", "rcs_dbsm": 20, "position_m": [0, 120, 0], "mmsi": 211000001}
     of = load_scene({"radar": RADAR, "origin": {"latitude_deg": 54.0, "longitude_deg": 8.0}, "body": [body]})
     context = "vessels.urn:mrn:imo:mmsi:211000001"
-
-    async def test(server: Server) -> None:
+    async with playing(of, settings=FLAT_OUT) as server:
         alone, around = await server.open(PATH), await server.open(f"{PATH}?subscribe=all")
         await heard(alone)
         await heard(around)
@@ -235,5 +207,3 @@ def test_ships_with_ais_are_told_to_those_who_ask_for_them() -> None:
         assert seen["navigation.position"]["longitude"] == pytest.approx(8.0, abs=1e-9)
         while alone.holds_message:
             assert (await heard(alone))["context"] == "vessels.self"
-
-    play(test, of, settings=FLAT_OUT)

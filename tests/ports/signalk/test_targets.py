@@ -11,8 +11,7 @@ from radar_service.ports.signalk.values import Values
 from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from tests.ports.asgi import Server
-from tests.ports.signalk.playing import BASE, heard, play, until
+from tests.ports.signalk.playing import BASE, heard, playing, until
 
 OWN = BodyTruth("own ship", (0, 0, 0), (0, 5, 0), 0.0, 0.0, 5.0, 0, 0, 0, True, "", 54.0, 8.0, None, 0.0)
 ABEAM = BodyTruth(  # 1 km to the east, crossing to the west
@@ -90,8 +89,8 @@ def test_a_target_that_has_gone_becomes_null_once() -> None:
     assert values.targets("sim-1") == [{"id": 12}] and values.targets("sim-12") == [{"id": 1}]
 
 
-def test_clients_get_targets_where_they_are_told() -> None:
-    async def test(server: Server) -> None:
+async def test_clients_get_targets_where_they_are_told() -> None:
+    async with playing(tells_truth=True) as server:
         socket = await server.open("/signalk/v1/stream?subscribe=none")
         await heard(socket)
         await socket.say(text='{"subscribe": [{"path": "radars.*.targets.*", "policy": "instant"}]}')
@@ -101,11 +100,9 @@ def test_clients_get_targets_where_they_are_told() -> None:
         for method, path in (("POST", "targets"), ("DELETE", "targets/1")):
             assert (await server.http.request(method, f"{BASE}/sim-0/{path}", json={})).status_code == 501
 
-    play(test, tells_truth=True)
 
-
-def test_no_truth_is_told_unasked() -> None:
-    async def test(server: Server) -> None:
+async def test_no_truth_is_told_unasked() -> None:
+    async with playing() as server:
         socket = await server.open("/signalk/v1/stream")
         await heard(socket)
         seen = set[str]()
@@ -113,5 +110,3 @@ def test_no_truth_is_told_unasked() -> None:
             seen |= {row["path"] for update in (await heard(socket))["updates"] for row in update["values"]}
         assert not any(".targets." in path for path in seen)
         assert (await server.http.get(f"{BASE}/sim-0/targets")).status_code == 501
-
-    play(test)

@@ -14,7 +14,7 @@ SHIP = AisShip("ferry", 21_100_0001, "A", "FERRY", "DABC", 60, 0, "", (0.0, 0.0)
 CONTEXT = "vessels.urn:mrn:imo:mmsi:211000001"
 
 
-def test_own_ship_as_she_is_reported() -> None:
+def test_own_ship_as_it_is_reported() -> None:
     assert own_ship_values(OWN) == {
         (SELF, "navigation.headingTrue"): 0.5,
         (SELF, "navigation.courseOverGroundTrue"): 0.6,
@@ -28,7 +28,7 @@ def test_what_is_not_known_is_left_out() -> None:
     assert lost == {(SELF, "navigation.speedOverGround"): 7.0}
 
 
-def test_a_ship_with_ais_has_a_context_of_her_own() -> None:
+def test_a_ship_with_ais_has_a_context_of_its_own() -> None:
     at = Position(30, 54.1, 8.2, 1.0, 5.0, None, 0.0)
     assert vessel_values(AisReport(SHIP, False, at)) == {
         (CONTEXT, "navigation.courseOverGroundTrue"): 1.0,

@@ -2,13 +2,17 @@
 
 import argparse
 import re
+import select
+import socket
 
 import pytest
 
 from radar_service.ports.nmea_in.receivers import UdpReceiver
-from radar_service.ports.udp.addresses import Address, address, check_reach, numeric
+from radar_service.ports.udp.addresses import REJOIN, Address, UdpListener, address, check_reach, numeric
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.terminal.arguments import UsageError
+from tests.ports.nmea.test_senders import free_port
+from tests.ports.nmea_in.test_receivers import Clock
 
 
 @pytest.mark.parametrize(
@@ -90,3 +94,15 @@ def test_sockets_say_so(where: Address) -> None:
     for make in (lambda: UdpSender("--x", where), lambda: UdpReceiver("--x", where, [])):
         with pytest.raises(UsageError, match="--x: .* cannot be (reached|opened) .*nosuch9"):
             make()
+
+
+def test_a_group_is_listened_to_beside_readers_of_it() -> None:
+    where, clock = Address("239.255.77.9", free_port(), "127.0.0.1"), Clock()
+    listeners = [UdpListener("--x", where, clock) for _ in range(2)]  # as readers do
+    clock.now = REJOIN  # it is in the group
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        sender.sendto(b"\1\xb1", (where.host, where.port))
+    for each in listeners:
+        assert select.select(each.sockets, [], [], 10)[0] and [data for data, *_ in each.datagrams(64)] == [b"\1\xb1"]
+        each.close()

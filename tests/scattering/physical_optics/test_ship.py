@@ -50,7 +50,7 @@ def signature_of(draw: Callable[[], Floats], bounces: int = 3) -> Floats:
 
 @pytest.mark.sample(2)
 @pytest.mark.parametrize("draw, tonnes", [(coaster, 4700), (ferry, 6700), (tanker, 27_300), (freighter, 17_600)])
-def test_median_over_aspect_is_that_of_ships_of_her_size(draw: Callable[[], Floats], tonnes: float) -> None:
+def test_median_over_aspect_is_that_of_ships_of_its_size(draw: Callable[[], Floats], tonnes: float) -> None:
     """Within +4 and -8 dB of Skolnik's formula, which was fitted to naval ships of 2 to 17 kilotons; for the ships of
     radar performance standards it is 5 dB high (IMO MSC.192(79): 50,000 m^2 above 5,000 GT, some 10 kilotons, where it says
     160,000). Displacements: length x beam x draught x block coefficient; the tanker's is beyond the formula's range."""
@@ -58,7 +58,7 @@ def test_median_over_aspect_is_that_of_ships_of_her_size(draw: Callable[[], Floa
 
 
 def test_signature_depends_on_the_aspect_and_repeats(tmp_path: Path) -> None:
-    """Abeam she flashes 8 dB and more above her median; the middle half of the aspects spreads over 6 to 16 dB (Rayleigh
+    """Abeam it flashes 8 dB and more above its median; the middle half of the aspects spreads over 6 to 16 dB (Rayleigh
     amplitudes, a sum of many like centres, would spread over 6.8 dB); the same aspect gives the same, to the last bit."""
     sections = signature_of(coaster)
     low, middle, high = (decibels(float(q)) for q in np.percentile(sections, [25, 50, 75]))

@@ -71,7 +71,7 @@ def test_ships_in_a_seaway_are_the_oracles(number: int, every: int, monkeypatch:
 
 
 def test_a_ship_that_slows_and_turns_late_in_a_run_is_the_oracles(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After six hours, 4 s after her speed fell from 16 to 6 knots, as she turns by 3 degrees a second."""
+    """After six hours, 4 s after its speed fell from 16 to 6 knots, as it turns by 3 degrees a second."""
     case = in_a_seaway(drawn(0, SEED))
     time = SIX_HOURS * 2.5 + 500 * STEP
     hull = {key: value for key, value in case.bodies[0].items() if key not in ("heading_deg", "drift_deg")}

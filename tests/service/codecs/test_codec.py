@@ -120,15 +120,11 @@ def test_a_registered_codec_has_a_feed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert " ".join(play(monkeypatch)).split() == [str(n) for n in range(7)]
 
 
-def test_its_feed_needs_the_token_too(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_its_feed_needs_the_token_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(CODECS, "numbers", NumbersCodec())
     access = Access("command-" * 3, "reading-" * 3)
-
-    async def whole() -> None:
-        only = Station("0", FakeEngine(scene()), factory())
-        async with running(create_app([only], access=access)) as server:
-            with pytest.raises(Closed):
-                await server.open("/numbers/0")
-            await server.open("/numbers/0", authorization="Bearer " + "reading-" * 3)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    only = Station("0", FakeEngine(scene()), factory())
+    async with running(create_app([only], access=access)) as server:
+        with pytest.raises(Closed):
+            await server.open("/numbers/0")
+        await server.open("/numbers/0", authorization="Bearer " + "reading-" * 3)

@@ -1,7 +1,5 @@
 """Batches and queues for tests of the fan-out."""
 
-import asyncio
-from collections.abc import Coroutine
 from typing import Any
 
 from radar_service import wire
@@ -10,10 +8,6 @@ from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
 
 U8 = View("u8")
-
-
-def run(test: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(test, 60))
 
 
 def spokes(first: int, count: int, epoch: str = "e", size: int = 1) -> bytes:

@@ -1,9 +1,10 @@
 """The feed as a sink: one encoding for each view, and the time that it takes."""
 
 import asyncio
+import contextlib
 import itertools
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -21,7 +22,7 @@ from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import Mode, View
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, power_of, scene
-from tests.service.fanout.batches import U8, everything, opened, run
+from tests.service.fanout.batches import U8, everything, opened
 
 EPOCH = Epoch("e", FakeEngine(scene()), None)
 
@@ -84,7 +85,7 @@ def transmit(feed: FeedEncoder, calls: Callable[[], None]) -> None:
         feed.start()
         await asyncio.to_thread(calls)
 
-    run(test())
+    asyncio.run(test())
 
 
 def batch(first: int, count: int) -> SpokeBatch:
@@ -131,31 +132,28 @@ def test_the_hello_is_that_of_the_clients_view() -> None:
     assert hub.spoke_period == EPOCH.info.scene.radar.spoke_period
 
 
-def test_each_call_of_another_thread_is_done_when_it_returns() -> None:
-    async def test() -> None:
-        feed = encoder(hub := Hub(lambda: 0.0))
-        feed.start()
-        await asyncio.to_thread(feed.open_epoch, RadarInfo.unnamed(EPOCH))
-        hub.join(client := ClientQueue(U8))
+async def test_each_call_of_another_thread_is_done_when_it_returns() -> None:
+    feed = encoder(hub := Hub(lambda: 0.0))
+    feed.start()
+    await asyncio.to_thread(feed.open_epoch, RadarInfo.unnamed(EPOCH))
+    hub.join(client := ClientQueue(U8))
 
-        def calls() -> None:
-            feed.send(batch(0, 4))
-            assert hub.next == 4
-            feed.skip("e", 4, 5, "it broke")
-            assert hub.next == 9
-            feed.close("it broke")
+    def calls() -> None:
+        feed.send(batch(0, 4))
+        assert hub.next == 4
+        feed.skip("e", 4, 5, "it broke")
+        assert hub.next == 9
+        feed.close("it broke")
 
-        transmitting = asyncio.create_task(asyncio.to_thread(calls))
-        messages = []
-        while (item := await client.get()) is not None:
-            assert not transmitting.done()  # it waits for who has yet to read
-            messages.append(wire.unpack(item.data))
-        hub.leave(client)
-        await transmitting
-        assert [message["type"] for message in messages] == ["hello", "spokes", "gap", "bye"]
-        assert messages[-1]["reason"] == "the radar has stopped: it broke"
-
-    run(test())
+    transmitting = asyncio.create_task(asyncio.to_thread(calls))
+    messages = []
+    while (item := await client.get()) is not None:
+        assert not transmitting.done()  # it waits for who has yet to read
+        messages.append(wire.unpack(item.data))
+    hub.leave(client)
+    await transmitting
+    assert [message["type"] for message in messages] == ["hello", "spokes", "gap", "bye"]
+    assert messages[-1]["reason"] == "the radar has stopped: it broke"
 
 
 class Engine(FakeEngine):
@@ -199,48 +197,40 @@ class Played:
         return messages
 
 
-def play(test: Callable[[Played], Awaitable[None]], engine: Engine, **options: Any) -> None:
-    async def whole() -> None:
-        played = Played(engine, **options)
-        try:
-            await test(played)
-        finally:
-            engine.answers.set()
-            played.truth.stop()
-            played.pool.shutdown()
-
-    run(whole())
+@contextlib.asynccontextmanager
+async def playing(engine: Engine, **options: Any) -> AsyncIterator[Played]:
+    played = Played(engine, **options)
+    try:
+        yield played
+    finally:
+        engine.answers.set()
+        played.truth.stop()
+        played.pool.shutdown()
 
 
-def test_truth_comes_so_many_times_a_scan_where_a_client_requests_it() -> None:
-    async def test(played: Played) -> None:
+async def test_truth_comes_so_many_times_a_scan_where_a_client_requests_it() -> None:
+    async with playing(Engine()) as played:
         played.send(1)
         messages = await played.told(TRUTHS_PER_SCAN)
         assert {message["type"] for message in messages} == {"truth"}
         np.testing.assert_allclose([m["time"] for m in messages], np.arange(8) * 2.5 / 8, rtol=1e-12)  # rounding
-
-    async def nothing(played: Played) -> None:
+    async with playing(Engine(), requests=False) as played:
         played.send(1)
         await asyncio.sleep(0)
         assert played.engine.asked == 0
 
-    play(test, Engine())
-    play(nothing, Engine(), requests=False)
 
-
-def test_a_truth_that_fails_is_announced_in_its_position() -> None:
-    async def test(played: Played) -> None:
+async def test_a_truth_that_fails_is_announced_in_its_position() -> None:
+    async with playing(Engine(2.5 / 8)) as played:
         played.send(1)
         messages = await played.told(TRUTHS_PER_SCAN)
         assert [message["type"] for message in messages] == ["truth", "no_truth", *["truth"] * 6]
         expected = {"epoch": "e", "time": 2.5 / 8, "until": 2.5 / 8, "count": 1, "reason": "the wheel came off"}
         assert messages[1] == {"type": "no_truth", **expected}
 
-    play(test, Engine(2.5 / 8))
 
-
-def test_truths_that_come_too_slowly_are_given_up_oldest_first_in_one_message() -> None:
-    async def test(played: Played) -> None:
+async def test_truths_that_come_too_slowly_are_given_up_oldest_first_in_one_message() -> None:
+    async with playing(Engine()) as played:
         played.engine.answers.clear()
         played.send(1)
         while not played.engine.asked:
@@ -254,12 +244,10 @@ def test_truths_that_come_too_slowly_are_given_up_oldest_first_in_one_message() 
         assert (missing["type"], missing["count"]) == ("no_truth", 10 * TRUTHS_PER_SCAN - 1 - MAX_WAITING)
         assert "too slowly" in missing["reason"] and missing["time"] == 2.5 / 8
 
-    play(test, Engine())
-
 
 @pytest.mark.parametrize("ends", ["epoch", "stop"])
-def test_truths_of_an_epoch_that_is_over_or_of_a_radar_that_stops_are_not_asked(ends: str) -> None:
-    async def test(played: Played) -> None:
+async def test_truths_of_an_epoch_that_is_over_or_of_a_radar_that_stops_are_not_asked(ends: str) -> None:
+    async with playing(Engine()) as played:
         played.engine.answers.clear()
         played.send(1)
         while not played.engine.asked:
@@ -275,5 +263,3 @@ def test_truths_of_an_epoch_that_is_over_or_of_a_radar_that_stops_are_not_asked(
         messages = await played.told(TRUTHS_PER_SCAN if ends == "epoch" else 0)
         assert {message["epoch"] for message in messages} == ({"f"} if ends == "epoch" else set())
         assert played.engine.asked == (1 + TRUTHS_PER_SCAN if ends == "epoch" else 1)
-
-    play(test, Engine())

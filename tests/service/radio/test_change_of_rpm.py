@@ -1,8 +1,9 @@
 """A change of the rate of rotation on the air: when the next engine takes over, and what happens meanwhile."""
 
 import asyncio
+import contextlib
 import threading
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import numpy as np
@@ -28,18 +29,15 @@ PERIOD = 2.5  # s of a scan
 FAST, PAUSED = Settings(pace=Pace("run", float("inf"))), Settings(pace=Pace("pause"))
 
 
-def play(test: Callable[[Station, RecordingSink], Awaitable[None]], settings: Settings, make: Any = None) -> RecordingSink:
-    async def body() -> RecordingSink:
-        sink = RecordingSink()
-        station = Station("0", FakeEngine(scene()), make or factory(), settings=settings, sinks=[sink])
-        await station.start()
-        try:
-            await test(station, sink)
-        finally:
-            await station.stop()
-        return sink
-
-    return asyncio.run(asyncio.wait_for(body(), 60))
+@contextlib.asynccontextmanager
+async def playing(settings: Settings, make: Any = None) -> AsyncIterator[tuple[Station, RecordingSink]]:
+    sink = RecordingSink()
+    station = Station("0", FakeEngine(scene()), make or factory(), settings=settings, sinks=[sink])
+    await station.start()
+    try:
+        yield station, sink
+    finally:
+        await station.stop()
 
 
 def goes_on(sink: RecordingSink, epoch: int) -> None:
@@ -52,20 +50,18 @@ def goes_on(sink: RecordingSink, epoch: int) -> None:
     assert 0.0 < first.block.time[0] - last.block.time[-1] <= before.spoke_period * (1 + 1e-9)
 
 
-def test_time_goes_on_twice() -> None:
-    async def test(station: Station, sink: RecordingSink) -> None:
+async def test_time_goes_on_twice() -> None:
+    async with playing(FAST) as (station, sink):
         for count, rpm in ((2, 48.0), (3, 12.0)):
             await station.change({"rpm": rpm})
             await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
             await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is sink.epochs[-1])
-
-    sink = play(test, FAST)
     assert [60 / epoch.info.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
     goes_on(sink, 1)
     goes_on(sink, 2)
 
 
-def test_a_range_of_a_set_that_is_sold_is_a_scale_prepared_anew_and_time_goes_on() -> None:
+async def test_a_range_of_a_set_that_is_sold_is_a_scale_prepared_anew_and_time_goes_on() -> None:
     """5.5 km becomes the scale of 6 NM with its own pulse; the scale that runs is no change, and one beyond all is refused."""
     order = SceneRequest({"radar": {"set": "furuno-1824c", "range_max_m": 1852, "azimuths": 64, "coarse_azimuths": True}})
     sink, made = RecordingSink(), list[InProcess]()
@@ -74,27 +70,24 @@ def test_a_range_of_a_set_that_is_sold_is_a_scale_prepared_anew_and_time_goes_on
         made.append(InProcess(order, "fast"))
         return made[-1]
 
-    async def body() -> None:
-        station = Station("0", InProcess(order, "fast"), make, settings=FAST, sinks=[sink])
-        await station.start()
-        await station.change({"range_m": 7500.0})
-        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
-        assert station.controls()["range_m"] == 6 * 1852
-        count = len(made)
-        await station.change({"range_m": 6 * 1852.0})
-        assert len(made) == count
-        with pytest.raises(ControlError, match="range_m: 150000; this radar allows 10 to 133344 m"):
-            await station.change({"range_m": 150e3})
-        await station.stop()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+    station = Station("0", InProcess(order, "fast"), make, settings=FAST, sinks=[sink])
+    await station.start()
+    await station.change({"range_m": 7500.0})
+    await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
+    assert station.controls()["range_m"] == 6 * 1852
+    count = len(made)
+    await station.change({"range_m": 6 * 1852.0})
+    assert len(made) == count
+    with pytest.raises(ControlError, match="range_m: 150000; this radar allows 10 to 133344 m"):
+        await station.change({"range_m": 150e3})
+    await station.stop()
     radars = [epoch.info.radar for epoch in sink.epochs]
     assert [(radar.range_max / 1852, radar.pulse) for radar in radars] == [(1, 80e-9), (6, 800e-9)]
     goes_on(sink, 1)
 
 
-def test_a_paused_radar_changes_at_once() -> None:
-    async def test(station: Station, sink: RecordingSink) -> None:
+async def test_a_paused_radar_changes_at_once() -> None:
+    async with playing(PAUSED) as (station, sink):
         station.transmitter.pacer.step(5)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
         await station.change({"rpm": 48.0})
@@ -103,7 +96,7 @@ def test_a_paused_radar_changes_at_once() -> None:
         station.transmitter.pacer.step(3)
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 8)
 
-    block = play(test, PAUSED).batches[-1].block
+    block = sink.batches[-1].block
     assert (block.scan, block.index + len(block)) == (1, 3)
     np.testing.assert_allclose(block.time, (1 + (3 - len(block) + np.arange(len(block))) / AZIMUTHS) * PERIOD / 2)
 
@@ -122,10 +115,9 @@ class Late:
         return self.made[-1]
 
 
-def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
+async def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
     late = Late()
-
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, late) as (station, sink):
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(late.asked.wait, 10)
         sent = sink.spokes
@@ -134,13 +126,12 @@ def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
 
-    goes_on(play(test, FAST, late), 1)
+    goes_on(sink, 1)
 
 
-def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
+async def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
     late = Late()
-
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, late) as (station, sink):
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(late.asked.wait, 10)
         await station.change({"pace": {"state": "pause"}})
@@ -153,10 +144,10 @@ def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
         await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
         assert station.controls()["pace"]["state"] == "pause" and not station.settings.transmit
 
-    play(test, FAST, late)
 
-
-def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The first one computes no spoke before the radar has gone on; a later one is in time."""
     turns, chosen = threading.Semaphore(0), list[float]()
     going_on = Transmitter.going_on
@@ -169,24 +160,20 @@ def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_an
     monkeypatch.setattr(Transmitter, "going_on", recorded)
     late = Late(turns)
     late.ready.set()
-
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, late) as (station, sink):
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(sink.wait_for, lambda: chosen and station.transmitter.state.simulated > chosen[0] + PERIOD)
         turns.release(1000)
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
-
-    sink = play(test, FAST, late)
     goes_on(sink, 1)
     *missed, last = late.made
     assert missed and all(engine.closed for engine in missed) and sink.epochs[1].spoke_source is last
 
 
-def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
+async def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
     late = Late()
-
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, late) as (station, sink):
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(late.asked.wait, 10)
         await station.change({"rpm": 24.0})
@@ -195,7 +182,7 @@ def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() 
         sent = sink.spokes
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
 
-    assert len(play(test, FAST, late).epochs) == 1 and late.made[0].closed
+    assert len(sink.epochs) == 1 and late.made[0].closed
 
 
 def never(identity: str, worker: SpokeWorker) -> Transmitter:
@@ -204,14 +191,14 @@ def never(identity: str, worker: SpokeWorker) -> Transmitter:
 
 
 @pytest.mark.parametrize("swap_first", [False, True])
-def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> None:
+async def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> None:
     """A scene that was requested later has its own rate of rotation, one that was requested earlier takes the new one."""
     slow, other = Late(), scene("other")
 
     def make(order: SceneRequest, progress: Progress) -> FakeEngine:
         return (slow if order.rpm is not None and order.scene_input is not other else factory())(order, progress)
 
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, make) as (station, sink):
         request = station.group.request() if swap_first else 0
         change = asyncio.create_task(station.change({"rpm": 48.0}))
         await asyncio.to_thread(slow.asked.wait, 10)
@@ -226,51 +213,45 @@ def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> No
         if swap_first:
             await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 3)
 
-    last = play(test, FAST, make).epochs[-1].info.scene
+    last = sink.epochs[-1].info.scene
     assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
 
 
-def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
+async def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
     """At a standstill of time, so that no end of a scan comes; no client is sent away."""
     turns, sink = threading.Semaphore(0), RecordingSink()
-
-    async def body() -> None:
-        running = FakeEngine(scene(), dies_at=20, turns=turns)
-        station = Station("0", running, factory(), settings=FAST, sinks=[sink])
-        await station.start()
-        turns.release()
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
-        await station.change({"rpm": 48.0})
-        turns.release(100)
-        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
-        await station.stop()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+    running = FakeEngine(scene(), dies_at=20, turns=turns)
+    station = Station("0", running, factory(), settings=FAST, sinks=[sink])
+    await station.start()
+    turns.release()
+    await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
+    await station.change({"rpm": 48.0})
+    turns.release(100)
+    await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
+    await station.stop()
     assert sink.epochs[1].scene_request.rpm == 48 and "close" not in sink.names()
 
 
-def test_a_change_that_fails_lets_the_radar_go_on() -> None:
+async def test_a_change_that_fails_lets_the_radar_go_on() -> None:
     def refuse(order: SceneRequest, progress: Progress) -> FakeEngine:
         raise SceneError("rpm: no")
 
-    async def test(station: Station, sink: RecordingSink) -> None:
+    async with playing(FAST, refuse) as (station, sink):
         with pytest.raises(SceneError):
             await station.change({"rpm": 48.0})
         sent = sink.spokes
         await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
         assert not station.transmitter.supervisor.pending
 
-    assert len(play(test, FAST, refuse).epochs) == 1
+    assert len(sink.epochs) == 1
 
 
-def test_of_two_changes_at_once_the_last_one_wins() -> None:
-    async def test(station: Station, sink: RecordingSink) -> None:
+async def test_of_two_changes_at_once_the_last_one_wins() -> None:
+    async with playing(FAST) as (station, sink):
         await asyncio.gather(station.change({"rpm": 48.0}), station.change({"rpm": 12.0}))
         await asyncio.to_thread(
             sink.wait_for, lambda: sink.epochs[-1].scene_request.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
         )
-
-    sink = play(test, FAST)
     for epoch in range(1, len(sink.epochs)):
         goes_on(sink, epoch)
 
@@ -283,7 +264,7 @@ STEERED: dict[str, Any] = {
 }
 
 
-def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
+async def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
     """One comes before the first scan is chosen, two while the first spokes are computed."""
     ready, asked, begun = threading.Event(), threading.Event(), threading.Event()
     sink, commands, made = RecordingSink(), list[Command](), list[InProcess]()
@@ -299,24 +280,21 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
         made.append(Slow(order, "fast"))
         return made[0]
 
-    async def body() -> None:
-        station = Station("0", InProcess(SceneRequest(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
-        await station.start()
-        commands.append(await station.commands.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
-        station.transmitter.pacer.step(128)
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
-        change = asyncio.create_task(station.change({"rpm": 60.0}))
-        await asyncio.to_thread(begun.wait, 10)
-        assert len(made[0].commands) == 1  # its first spokes follow it: none is computed again
-        commands.append(await station.commands.command(None, lambda time: {"speed_kn": 30}))
-        commands.append(await station.commands.command("buoy", lambda time: {"position_m": [100, 60]}))
-        ready.set()
-        await change
-        await station.change({"pace": {"state": "run", "factor": "max"}})
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > 128 + 130)
-        await station.stop()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+    station = Station("0", InProcess(SceneRequest(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
+    await station.start()
+    commands.append(await station.commands.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
+    station.transmitter.pacer.step(128)
+    await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
+    change = asyncio.create_task(station.change({"rpm": 60.0}))
+    await asyncio.to_thread(begun.wait, 10)
+    assert len(made[0].commands) == 1  # its first spokes follow it: none is computed again
+    commands.append(await station.commands.command(None, lambda time: {"speed_kn": 30}))
+    commands.append(await station.commands.command("buoy", lambda time: {"position_m": [100, 60]}))
+    ready.set()
+    await change
+    await station.change({"pace": {"state": "run", "factor": "max"}})
+    await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > 128 + 130)
+    await station.stop()
     alone = Simulator(load_scene(STEERED), "fast", commands=commands[:1])
     parts = [np.concatenate([b.block.power for b in sink.batches if b.epoch is epoch]) for epoch in sink.epochs]
     assert [len(part) for part in parts][0] == 128 and [epoch.info.radar.rotation_period for epoch in sink.epochs] == [

@@ -1,9 +1,10 @@
 """Radars of one world on the air: one scene and one clock for all of them."""
 
 import asyncio
+import contextlib
 import threading
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import pytest
@@ -27,28 +28,25 @@ IDS = ("bow", "pier")
 OTHER = SceneRequest(scene_of_several("pier", "bow", name="other"))  # in another order: bow has 36 rpm here
 
 
-def play(test: Callable[[Stations], Awaitable[None]], *ids: str, make: Any = None, **options: Any) -> None:
+@contextlib.asynccontextmanager
+async def playing(*ids: str, make: Any = None, **options: Any) -> AsyncIterator[Stations]:
     """Stations of a world with radars of these ids. make: makes further engines."""
-
-    async def body() -> None:
-        world, of, stations = RadarGroup(), scene_of_several(*ids), Stations()
-        for each in ids:
-            engine = (make or factory())(SceneRequest(of, radar=each), Progress())
-            pause = Settings(pace=Pace("pause"))
-            station = Station(each, engine, make or factory(), settings=pause, group=world, **options)
-            station.stations = stations
-            stations.add(station)
+    world, of, stations = RadarGroup(), scene_of_several(*ids), Stations()
+    for each in ids:
+        engine = (make or factory())(SceneRequest(of, radar=each), Progress())
+        pause = Settings(pace=Pace("pause"))
+        station = Station(each, engine, make or factory(), settings=pause, group=world, **options)
+        station.stations = stations
+        stations.add(station)
+    for station in stations.values():
+        await station.start()
+    try:
+        yield stations
+    finally:
         for station in stations.values():
-            await station.start()
-        try:
-            await test(stations)
-        finally:
-            for station in stations.values():
-                for client in list(station.hub.clients):  # the station waits for those that stay
-                    station.leave(client)
-            await stations.stop()
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+            for client in list(station.hub.clients):  # the station waits for those that stay
+                station.leave(client)
+        await stations.stop()
 
 
 async def until(condition: Callable[[], bool]) -> None:
@@ -60,8 +58,8 @@ def rpm(station: Station) -> float:
     return round(60.0 / station.epoch.info.scene.radar.rotation_period, 6)
 
 
-def test_another_scene_for_one_radar_replaces_the_world() -> None:
-    async def test(stations: Stations) -> None:
+async def test_another_scene_for_one_radar_replaces_the_world() -> None:
+    async with playing(*IDS) as stations:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
         await until(lambda: bow.transmitter.state.sent == 3 and pier.transmitter.pacer.idle)
@@ -72,8 +70,6 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
         assert (rpm(bow), rpm(pier)) == (36, 24) and set(stations.values()) == {bow, pier}
         assert [station.transmitter.state.simulated for station in stations.values()] == [0.0, 0.0]
         assert [station.epoch.info.scene.radar_id for station in stations.values()] == ["pier", "bow"]
-
-    play(test, *IDS)
 
 
 def of_clients(station: Station, mode: Mode = "live") -> ClientQueue:
@@ -91,10 +87,9 @@ async def last_of(client: ClientQueue) -> tuple[Any, int]:
     return last, client.code
 
 
-def test_a_scene_brings_its_radars() -> None:
+async def test_a_scene_brings_its_radars() -> None:
     """Radars that it has not end, with a reason; one that stays goes on with another epoch, and all begin together."""
-
-    async def test(stations: Stations) -> None:
+    async with playing(*IDS) as stations:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
         await until(lambda: bow.transmitter.state.sent == 3 and pier.transmitter.pacer.idle)
@@ -121,10 +116,8 @@ def test_a_scene_brings_its_radars() -> None:
         await until(lambda: all(station.transmitter.state.simulated > 1.0 for station in stations.values()))
         assert bow.transmitter.state.sent == 3
 
-    play(test, *IDS)
 
-
-def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
+async def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
     made: list[FakeEngine] = []
     before = Counter(thread.name for thread in threading.enumerate())  # of other tests
 
@@ -132,7 +125,7 @@ def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
         made.append(FakeEngine(of))
         return made[-1]
 
-    async def test(stations: Stations) -> None:
+    async with playing("bow", make=made_by(engine)) as stations:
         await stations["bow"].change({"pace": {"state": "run", "factor": 50.0}})
         for number in range(20):
             ids = ("bow", "pier", "mast")[: 1 + (number + 1) % 3] if number % 2 else ("aft", "pier")
@@ -143,11 +136,9 @@ def test_scenes_with_other_radars_come_and_go_without_remains() -> None:
         expected = {"radar commands": 1, "radar engine": len(stations), "radar transmitter": len(stations)}
         await until(lambda: Counter(t.name for t in threading.enumerate() if t.name in expected) - before == expected)
 
-    play(test, "bow", make=made_by(engine))
 
-
-def test_a_radar_of_another_scene_on_the_server_keeps_its_id() -> None:
-    async def test(stations: Stations) -> None:
+async def test_a_radar_of_another_scene_on_the_server_keeps_its_id() -> None:
+    async with playing(*IDS) as stations:
         other = Station("mast", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")), group=RadarGroup(1))
         stations.add(other)
         before = dict(stations)
@@ -157,13 +148,10 @@ def test_a_radar_of_another_scene_on_the_server_keeps_its_id() -> None:
         await stations["bow"].change({"pace": {"state": "step", "steps": AZIMUTHS}})
         await until(lambda: stations["bow"].transmitter.state.sent == AZIMUTHS)
 
-    play(test, *IDS)
 
-
-def test_a_single_radar_takes_the_only_one_of_a_scene() -> None:
+async def test_a_single_radar_takes_the_only_one_of_a_scene() -> None:
     """With its own id. A radar without an id that follows several has the number of the scene on the command line."""
-
-    async def test(stations: Stations) -> None:
+    async with playing("bow") as stations:
         alone = stations["bow"]
         for of in (scene("plain"), scene_of_several("mast", name="named")):
             epoch, known = await alone.swap(SceneRequest(of))
@@ -174,22 +162,18 @@ def test_a_single_radar_takes_the_only_one_of_a_scene() -> None:
         await alone.swap(SceneRequest(scene("plain")))
         assert list(stations) == ["0"]
 
-    play(test, "bow")
 
-
-def test_a_scene_that_was_requested_later_wins_also_where_its_radar_has_ended() -> None:
-    async def test(stations: Stations) -> None:
+async def test_a_scene_that_was_requested_later_wins_also_where_its_radar_has_ended() -> None:
+    async with playing(*IDS) as stations:
         bow = stations["bow"]
         later = SceneRequest(scene_of_several("pier", "aft", name="later"))
         await asyncio.gather(bow.swap(SceneRequest(scene_of_several("pier", "mast"))), bow.swap(later))
         assert list(stations) == ["pier", "aft"] and stations["aft"].epoch.info.scene.name == "later"
 
-    play(test, *IDS)
-
 
 @pytest.mark.parametrize("has_clients", [False, True])
-def test_new_radars_wait_for_clients_while_their_group_does(has_clients: bool) -> None:
-    async def test(stations: Stations) -> None:
+async def test_new_radars_wait_for_clients_while_their_group_does(has_clients: bool) -> None:
+    async with playing(*IDS, wait_for=1) as stations:
         bow = stations["bow"]
         await bow.change({"pace": {"state": "run"}})
         clients = [(station, of_clients(station)) for station in stations.values() if has_clients]
@@ -198,11 +182,9 @@ def test_new_radars_wait_for_clients_while_their_group_does(has_clients: bool) -
         clients += [(station, of_clients(station)) for station in stations.values() if not has_clients]
         await until(lambda: all(station.transmitter.state.sent > 0 for station in stations.values()))
 
-    play(test, *IDS, wait_for=1)
 
-
-def test_commands_reach_a_radar_that_has_come() -> None:
-    async def test(stations: Stations) -> None:
+async def test_commands_reach_a_radar_that_has_come() -> None:
+    async with playing(*IDS) as stations:
         of = load_scene({"radar": [RADAR | {"id": each} for each in ("bow", "mast")], "own_ship": {"steerable": {}}})
         pier = stations["pier"]
         await stations["bow"].swap(SceneRequest(of))
@@ -212,11 +194,9 @@ def test_commands_reach_a_radar_that_has_come() -> None:
         with pytest.raises(NoRadarError, match="radar pier has ended: another scene runs, with bow, mast"):
             await pier.commands.command(None, lambda time: {"speed_kn": 2.0})
 
-    play(test, *IDS)
 
-
-def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
-    async def test(stations: Stations) -> None:
+async def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
+    async with playing(*IDS) as stations:
         bow, pier = stations.values()
         before = pier.epoch.spoke_source
         await bow.change({"rpm": 48.0})
@@ -228,46 +208,3 @@ def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
             lambda: all(s.transmitter.state.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True))
         )
         assert abs(bow.transmitter.state.simulated - pier.transmitter.state.simulated) < 1.0
-
-    play(test, *IDS)
-
-
-def test_requests_of_several_radars_are_met_in_their_order() -> None:
-    async def test(stations: Stations) -> None:
-        later = SceneRequest(scene_of_several(*IDS, name="later"))
-        await asyncio.gather(stations["bow"].swap(OTHER), stations["pier"].swap(later))
-        await until(lambda: all(station.epoch.info.scene.name == "later" for station in stations.values()))
-
-    play(test, *IDS)
-
-
-def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
-    async def test(stations: Stations) -> None:
-        bow, pier = stations.values()
-        await bow.change({"pace": {"state": "run"}})
-        bow.join(ClientQueue(View("u8")))
-        assert [status.state(station) for station in stations.values()] == ["waiting", "waiting"]
-        assert bow.transmitter.state.sent == 0
-        pier.join(ClientQueue(View("u8")))
-        await until(lambda: bow.transmitter.state.sent > 0 and pier.transmitter.state.sent > 0)
-
-    play(test, *IDS, wait_for=1)
-
-
-def test_a_command_to_one_radar_acts_on_all() -> None:
-    of = load_scene(
-        {"radar": [RADAR | {"id": each, "rpm": rpm} for each, rpm in zip(IDS, (24, 36), strict=True)],
-         "own_ship": {"steerable": {}}}
-    )  # fmt: skip
-
-    async def test(stations: Stations) -> None:
-        await stations["bow"].swap(SceneRequest(of))
-        await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
-        await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
-        await until(lambda: stations["bow"].transmitter.state.sent == 7 and stations["pier"].transmitter.pacer.idle)
-        command = await stations["bow"].commands.command(None, lambda time: {"speed_kn": 1.0})
-        (other,) = stations["pier"].epoch.commands
-        assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either
-        assert (command.spoke, command.time) == (7, other.time)
-
-    play(test, *IDS)

@@ -1,7 +1,8 @@
 """What changes in the state of a radar is found, once, and all of it at first."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+import contextlib
+from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
@@ -14,17 +15,15 @@ from tests.ports.asgi import Server, running
 from tests.service.fake import FakeEngine, factory, scene, steerable_scene
 
 
-def play(test: Callable[[Server, Station], Awaitable[None]], **options: Any) -> None:
-    async def whole() -> None:
-        only = Station("0", FakeEngine(steerable_scene()), factory(), settings=Settings(pace=Pace("pause")), **options)
-        async with running(create_app([only])) as server:
-            await test(server, only)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+@contextlib.asynccontextmanager
+async def playing() -> AsyncIterator[tuple[Server, Station]]:
+    only = Station("0", FakeEngine(steerable_scene()), factory(), settings=Settings(pace=Pace("pause")))
+    async with running(create_app([only])) as server:
+        yield server, only
 
 
-def test_all_at_first_and_then_what_has_changed() -> None:
-    async def test(server: Server, only: Station) -> None:
+async def test_all_at_first_and_then_what_has_changed() -> None:
+    async with playing() as (server, only):
         watch = StateWatch(only)
         first = watch.changes()
         assert [change.kind for change in first] == ["status", "scene", "controls", "errors"]
@@ -47,11 +46,9 @@ def test_all_at_first_and_then_what_has_changed() -> None:
         assert commands.values["own_ship"]["course_deg"] == pytest.approx(45.0)
         assert not watch.changes()
 
-    play(test)
 
-
-def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> None:
-    async def test(server: Server, only: Station) -> None:
+async def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> None:
+    async with playing() as (server, only):
         watch = StateWatch(only)
         await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
         watch.changes()
@@ -61,13 +58,10 @@ def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> N
         changes = {change.kind: change.values for change in watch.changes()}
         assert changes["scene"]["epoch"] == answer.json()["epoch"] and "commands" not in changes
 
-    play(test)
 
-
-def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were() -> None:
+async def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were() -> None:
     """Between two looks the scene begins anew and gets as many commands as it had; a change of range tells none again."""
-
-    async def test(server: Server, only: Station) -> None:
+    async with playing() as (_, only):
         watch, order = StateWatch(only), only.epoch.scene_request
         assert order is not None
         await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
@@ -82,11 +76,9 @@ def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were(
             await asyncio.sleep(0.001)
         assert "commands" not in {change.kind for change in watch.changes()}
 
-    play(test)
 
-
-def test_how_far_a_radar_is_behind_is_told_in_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def test(server: Server, only: Station) -> None:
+async def test_how_far_a_radar_is_behind_is_told_in_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with playing() as (_, only):
         reached = [0.512]
         monkeypatch.setattr("radar_service.service.radio.state_changes.state", lambda station: "behind")
         monkeypatch.setattr(type(only.transmitter.pacer), "reached", lambda pacer: reached[0])
@@ -97,19 +89,14 @@ def test_how_far_a_radar_is_behind_is_told_in_steps(monkeypatch: pytest.MonkeyPa
         reached[0] = 0.44
         assert watch.changes()[0].values["factor_reached"] == 0.45
 
-    play(test)
 
-
-def test_a_radar_that_fails_is_told_with_its_fault() -> None:
-    async def whole() -> None:
-        engine = FakeEngine(scene(), dies_at=3)
-        only = Station("0", engine, factory(), settings=Settings(pace=Pace("run", float("inf"))), restarts=0)
-        async with running(create_app([only])) as _:
-            watch, told = StateWatch(only), dict[str, Any]()
-            while told.get("state") != "failed":
-                await asyncio.sleep(0.001)
-                for change in watch.changes():
-                    told |= change.values if change.kind == "status" else {}
-            assert told["fault"] == only.transmitter.state.fault
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+async def test_a_radar_that_fails_is_told_with_its_fault() -> None:
+    engine = FakeEngine(scene(), dies_at=3)
+    only = Station("0", engine, factory(), settings=Settings(pace=Pace("run", float("inf"))), restarts=0)
+    async with running(create_app([only])) as _:
+        watch, told = StateWatch(only), dict[str, Any]()
+        while told.get("state") != "failed":
+            await asyncio.sleep(0.001)
+            for change in watch.changes():
+                told |= change.values if change.kind == "status" else {}
+        assert told["fault"] == only.transmitter.state.fault

@@ -16,12 +16,11 @@ from radar_service.processes.call import Progress
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.command_worker import NoRadarError
 from radar_service.service.radio.prefetch import SpokeWorker, prepared
-from radar_service.service.radio.radio_state import SPOKES_BETWEEN, State, TakeOver
+from radar_service.service.radio.radio_state import State, TakeOver
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import RadarInfo, SpokeBatch
-from radar_service.world.commands import CommandError
 from radar_service.world.scene import Scene
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene, steerable_scene
 from tests.service.radio.recording import SOON, RecordingSink
@@ -60,104 +59,12 @@ def test_spokes_are_sent_in_order_and_unencoded() -> None:
         np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
 
 
-def test_every_sink_receives_the_same_batches() -> None:
-    other = RecordingSink()
-    with transmitting(PAUSED, other) as (transmitter, sink):
-        stepped(transmitter, sink, 10)
-    assert other.calls[: len(sink.calls)] == sink.calls and other.batches[0] is sink.batches[0]
-
-
-def test_a_step_sends_so_many_spokes_and_no_more() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 7)
-        assert transmitter.pacer.idle
-        stepped(transmitter, sink, 1)
-        assert sink.spokes == 8
-
-
 def test_display_controls_act_from_the_next_batch_on() -> None:
     with transmitting() as (transmitter, sink):
         stepped(transmitter, sink, 3)
         transmitter.pacer.set(replace(transmitter.pacer.settings, video=Controls(gain=80.0)))
         stepped(transmitter, sink, 1)
     assert sink.batches[0].video == Controls() and sink.batches[-1].video.gain == 80.0
-
-
-def test_each_batch_has_the_spoke_before_it_and_the_first_of_a_scene_has_none() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, AZIMUTHS + 3)
-        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
-        sink.wait_for(lambda: len(sink.epochs) == 2)
-        stepped(transmitter, sink, 6)
-    for epoch in sink.epochs:
-        first, *others = [batch for batch in sink.batches if batch.epoch is epoch]
-        assert first.before is None and others
-        for batch in others:
-            np.testing.assert_array_equal(batch.before, power_of([batch.block.first - 1], BINS)[0])
-
-
-def test_standby_uses_no_numbers_and_time_goes_on() -> None:
-    with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
-        transmitter.pacer.step(6)
-        while transmitter.state.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
-            time.sleep(0.001)
-        transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
-        stepped(transmitter, sink, 1)
-    assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.state.sent) == (0, 6, 1)
-
-
-def test_another_range_opens_an_epoch_at_once() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 5)
-        transmitter.pacer.set(replace(transmitter.pacer.settings, range=100.0))
-        stepped(transmitter, sink, 2)
-    assert sink.names() == ["open", "send", "open", "send"] and sink.epochs[1].range == 100.0
-    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].spoke_source is sink.epochs[1].spoke_source
-    later = [batch for batch in sink.batches if batch.epoch is sink.epochs[1]]
-    assert (later[0].first, later[0].block.first) == (0, 5)
-
-
-def test_another_scene_takes_over_when_the_scan_ends() -> None:
-    turns = threading.Semaphore(0)
-    with transmitting(FLAT_OUT, engine=FakeEngine(scene(), turns=turns)) as (transmitter, sink):
-        turns.release()  # one block of five spokes: the scan has begun
-        sink.wait_for(lambda: sink.spokes == 5)
-        name = transmitter.switch_to(prepared(FakeEngine(scene("second"))))
-        assert transmitter.supervisor.pending_spoke_source.scene.name == "second" and len(sink.epochs) == 1
-        for _ in range(20):
-            turns.release()
-        sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
-    first = [batch for batch in sink.batches if batch.epoch is sink.epochs[0]]
-    assert sum(map(len, first)) == AZIMUTHS and sink.epochs[1].name == name
-    second = next(batch for batch in sink.batches if batch.epoch is sink.epochs[1])
-    assert (second.first, second.block.first) == (0, 0)
-
-
-def test_another_scene_takes_over_at_once_while_paused() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 3)
-        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
-        sink.wait_for(lambda: len(sink.epochs) == 2)
-        assert transmitter.epoch.info.scene.name == "second" and transmitter.state.simulated == 0.0
-
-
-@pytest.mark.parametrize("transmit", [True, False])
-def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
-    """Blocks hold five spokes, so the block from 39 to 43 fails; scans have 24. The rest is a gap, in standby none."""
-    reasons: list[str] = []
-    options = {"engine": FakeEngine(scene(), dies_at=40), "on_restart": reasons.append}
-    with transmitting(replace(FLAT_OUT, transmit=transmit), **options) as (transmitter, sink):
-        while transmitter.state.simulated < 3 * 2.5:
-            time.sleep(0.001)
-    assert transmitter.state.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
-    skips = [details for name, details in sink.calls if name == "skip"]
-    if not transmit:
-        assert not skips and not sink.batches
-        return
-    ((epoch, _, count, reason),) = skips
-    assert (epoch, count) == (sink.epochs[0].name, 9) and "the wheel came off" in reason
-    assert sink.numbers == [*range(39), *range(48, 48 + len(sink.numbers) - 39)]
-    assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]
 
 
 def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() -> None:
@@ -186,23 +93,6 @@ def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice()
     assert known == [0] * 7 + [1] * 6 + [2] * AZIMUTHS
 
 
-def test_labels_come_from_the_next_spoke_on_and_no_spoke_is_lost_or_sent_twice() -> None:
-    wanted = [SourceRequest()]
-    with transmitting(sources=lambda: wanted[-1]) as (transmitter, sink):
-        stepped(transmitter, sink, 7)
-        for request in (SourceRequest(True), SourceRequest(), SourceRequest(True, (256, 999)), SourceRequest(powers="all")):
-            wanted.append(request)
-            transmitter.pacer.interrupt()  # as a client does that joins
-            stepped(transmitter, sink, 11)
-    assert sink.numbers == list(range(51))
-    labels = [spoke.labels is not None for batch in sink.batches for spoke in batch.block.spokes()]
-    powers = [spoke.powers is not None for batch in sink.batches for spoke in batch.block.spokes()]
-    assert labels[:18] == [False] * 7 + [True] * 11 and labels[29:40] == [True] * 11
-    assert not any(powers[:29]) and all(powers[29:])
-    for batch in sink.batches:
-        np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
-
-
 def test_every_next_engine_tells_what_is_requested() -> None:
     """Another scene, and the engine that replaces one that has failed."""
     with transmitting(sources=lambda: SourceRequest(True), make_spoke_source=factory(), restarts=3) as (transmitter, sink):
@@ -220,32 +110,6 @@ def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
     with transmitting(engine=engine, sources=lambda: SourceRequest(True, "all")) as (transmitter, sink):
         stepped(transmitter, sink, AZIMUTHS)
     assert sink.numbers == list(range(AZIMUTHS)) and engine.requests == 0
-
-
-def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command orders the next one, so that one always waits: it waits until spokes after the one before are sent."""
-    monkeypatch.setattr("radar_service.service.radio.radio_state.IN_SINKS", math.inf)  # a busy machine stops any sink
-    with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
-
-        def again(time: float) -> dict[str, float]:
-            with contextlib.suppress(NoRadarError):
-                transmitter.commands.put("buoy", again)
-            return {"speed_kn": 5}
-
-        transmitter.commands.put("buoy", again)
-        sink.wait_for(lambda: sink.batches and sink.batches[-1].block.commands > 20)
-        numbers, commands = sink.numbers, list(transmitter.epoch.spoke_source.commands)
-    assert numbers == list(range(len(numbers)))
-    assert min(np.diff([command.spoke for command in commands])) >= SPOKES_BETWEEN
-
-
-def test_a_refused_command_drops_nothing() -> None:
-    with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
-        stepped(transmitter, sink, 7)
-        with pytest.raises(CommandError, match="speed_kn: 50"):
-            transmitter.commands.put("buoy", lambda time: {"speed_kn": 50}).result(SOON)
-        stepped(transmitter, sink, 7)
-    assert sink.numbers == list(range(14))
 
 
 @pytest.mark.parametrize("failing", [40, 20])
@@ -274,25 +138,6 @@ def test_a_stopped_or_failed_radar_refuses_commands() -> None:
         assert transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON).spoke > 0
     with pytest.raises(NoRadarError, match="stopping"):
         transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
-
-
-def test_stopping_ends_both_threads() -> None:
-    before = set(threading.enumerate())
-    with transmitting(FLAT_OUT) as (_, sink):
-        sink.wait_for(lambda: sink.spokes > 0)
-        started = set(threading.enumerate()) - before
-    assert {thread.name for thread in started} >= {"radar engine", "radar transmitter"}
-    assert not any(thread.is_alive() for thread in started if thread.name.startswith("radar "))
-
-
-def test_a_paused_radar_takes_one_command_after_the_other() -> None:
-    """Its spokes wait; none is sent between the commands."""
-    with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
-        stepped(transmitter, sink, 3)
-        for speed in range(1, 6):
-            transmitter.commands.put("buoy", lambda time, speed=speed: {"speed_kn": speed}).result(SOON)
-        stepped(transmitter, sink, 3)
-    assert sink.numbers == list(range(6)) and sink.batches[-1].block.commands == 5
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -339,16 +184,6 @@ def scene_of(transmitter: Transmitter) -> Scene:
     engine = transmitter.supervisor.worker.spoke_source
     assert isinstance(engine, FakeEngine)
     return engine.scene
-
-
-def test_an_engine_that_is_ready_takes_the_place_of_one_that_fails() -> None:
-    turns = threading.Semaphore(1)
-    with transmitting(FLAT_OUT, engine=FakeEngine(scene(), dies_at=20, turns=turns)) as (transmitter, sink):
-        sink.wait_for(lambda: sink.spokes == 5)
-        assert transmitter.go_on_with(going_on(transmitter, scene_of(transmitter)))
-        turns.release(10)
-        sink.wait_for(lambda: len(sink.epochs) == 2)
-    assert transmitter.state.restarts == 0
 
 
 def when_it_decides_to_take_over(transmitter: Transmitter, act: Callable[[], object], patch: pytest.MonkeyPatch) -> None:

@@ -1,20 +1,19 @@
 """The stream of the truth: what comes, when, and to whom."""
 
 import asyncio
+import contextlib
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from radar_service.display.video import Controls
-from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio import truth_stream
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.truth_stream import Follower, TruthStream
-from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SentNotices, SpokeBatch
+from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
 
@@ -43,9 +42,7 @@ class Played:
     def send(self, first: int, count: int, engine: FakeEngine | None = None) -> None:
         """Sends spokes, one batch a scan at most."""
         engine = engine or self.engine
-        SentNotices(self.stream).send(
-            SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls())
-        )
+        self.stream.send(SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls()))
 
     async def until(self, condition: Callable[[], bool]) -> None:
         while not condition():
@@ -56,12 +53,10 @@ class Played:
         await asyncio.gather(*self.tasks)
 
 
-def play(test: Callable[[Played], Awaitable[None]], engine: FakeEngine | None = None) -> None:
-    async def body() -> None:
-        with ThreadPoolExecutor(1) as pool:
-            await test(Played(engine or FakeEngine(scene()), pool))
-
-    asyncio.run(asyncio.wait_for(body(), 60))
+@contextlib.asynccontextmanager
+async def playing(engine: FakeEngine | None = None) -> AsyncIterator[Played]:
+    with ThreadPoolExecutor(1) as pool:
+        yield Played(engine or FakeEngine(scene()), pool)
 
 
 def kinds(lines: list[dict[str, Any]]) -> list[tuple[str, float]]:
@@ -69,8 +64,8 @@ def kinds(lines: list[dict[str, Any]]) -> list[tuple[str, float]]:
     return [(line["type"], round(line.get("time", 0.0) / PERIOD * AZIMUTHS, 6)) for line in lines]
 
 
-def test_a_crossing_comes_with_the_spokes_that_pass_it_and_a_snapshot_with_the_end() -> None:
-    async def test(played: Played) -> None:
+async def test_a_crossing_comes_with_the_spokes_that_pass_it_and_a_snapshot_with_the_end() -> None:
+    async with playing() as played:
         _, lines = played.follow()
         for first, count, expected in ((0, 9, 1), (9, 1, 2), (10, 7, 2), (17, 1, 3), (18, 5, 3), (23, 1, 4)):
             played.send(first, count)
@@ -79,11 +74,9 @@ def test_a_crossing_comes_with_the_spokes_that_pass_it_and_a_snapshot_with_the_e
         await played.over()
         assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 16.5), ("snapshot", 24)]
 
-    play(test)
 
-
-def test_who_joins_within_a_scan_hears_what_is_to_come() -> None:
-    async def test(played: Played) -> None:
+async def test_who_joins_within_a_scan_hears_what_is_to_come() -> None:
+    async with playing() as played:
         played.send(0, 12)  # nobody follows
         _, lines = played.follow()
         played.send(12, AZIMUTHS - 12)
@@ -93,11 +86,9 @@ def test_who_joins_within_a_scan_hears_what_is_to_come() -> None:
         later = [("crossing", 32.5), ("crossing", 40.5), ("snapshot", 48)]
         assert kinds(lines) == [("header", 0), ("crossing", 16.5), ("snapshot", 24), *later]
 
-    play(test)
 
-
-def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() -> None:
-    async def test(played: Played) -> None:
+async def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() -> None:
+    async with playing() as played:
         _, lines = played.follow()
         await played.until(lambda: bool(lines))
         played.send(0, AZIMUTHS)
@@ -110,10 +101,8 @@ def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() ->
         names = [line["scene"] for line in lines if line["type"] == "header"]
         assert names == ["test scene", "another"] and len(lines) == 2 + 3 * 3
 
-    play(test)
 
-
-def test_commands_change_the_lines_that_are_still_to_come() -> None:
+async def test_commands_change_the_lines_that_are_still_to_come() -> None:
     class Delayed(FakeEngine):
         """Each command brings the second crossing a spoke nearer, once the engine has computed the spokes before it."""
 
@@ -126,7 +115,7 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
             time = others[0].time - sum(command.spoke <= self.reached for command in self.commands) * PERIOD / AZIMUTHS
             return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
 
-    async def test(played: Played) -> None:
+    async with playing() as played:
         worker = SpokeWorker(engine := Delayed(steerable_scene()))
         played.log = worker.commands
         played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", engine, None)))
@@ -146,10 +135,8 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
         await played.over()
         assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 15.5), ("snapshot", 24)]
 
-    play(test)
 
-
-def test_an_engine_is_asked_once_for_all_followers() -> None:
+async def test_an_engine_is_asked_once_for_all_followers() -> None:
     asked: list[int | None] = []
 
     class Counting(FakeEngine):
@@ -157,7 +144,7 @@ def test_an_engine_is_asked_once_for_all_followers() -> None:
             asked.append(scan)
             return super().truth_lines(scan, radiometric)
 
-    async def test(played: Played) -> None:
+    async with playing(Counting(scene())) as played:
         all_lines = [played.follow()[1] for _ in range(3)]
         played.send(0, AZIMUTHS)
         await asyncio.sleep(0)
@@ -165,11 +152,9 @@ def test_an_engine_is_asked_once_for_all_followers() -> None:
         assert all_lines[0] == all_lines[1] == all_lines[2] and len(all_lines[0]) == 4
         assert asked == [None, 0]
 
-    play(test, Counting(scene()))
 
-
-def test_power_comes_to_those_alone_who_ask_for_it() -> None:
-    async def test(played: Played) -> None:
+async def test_power_comes_to_those_alone_who_ask_for_it() -> None:
+    async with playing() as played:
         plain, measured = played.follow()[1], played.follow(radiometric=True)[1]
         played.send(0, AZIMUTHS)
         await asyncio.sleep(0)
@@ -177,17 +162,15 @@ def test_power_comes_to_those_alone_who_ask_for_it() -> None:
         assert [line.get("snr_db") for line in plain] == [None, None, None, None]
         assert [line.get("snr_db") for line in measured] == [None, 20.0, 20.0, None]
 
-    play(test)
 
-
-def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
+async def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
     class Failing(FakeEngine):
         def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             if scan == 0:
                 raise SpokeSourceFault("gone")
             return super().truth_lines(scan, radiometric)
 
-    async def test(played: Played) -> None:
+    async with playing(Failing(scene())) as played:
         _, lines = played.follow()
         for scan in range(2):
             played.send(scan * AZIMUTHS, AZIMUTHS)
@@ -196,13 +179,10 @@ def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
         assert [line["type"] for line in lines] == ["header", "crossing", "crossing", "snapshot"]
         assert lines[1]["scan"] == 1
 
-    play(test, Failing(scene()))
 
-
-def test_who_reads_too_slowly_is_ended_and_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_who_reads_too_slowly_is_ended_and_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(truth_stream, "MAX_BEHIND", 3)
-
-    async def test(played: Played) -> None:
+    async with playing() as played:
         slow = played.stream.join()  # reads nothing
         for spoke in range(5):
             played.send(spoke, 1)
@@ -214,33 +194,12 @@ def test_who_reads_too_slowly_is_ended_and_others_go_on(monkeypatch: pytest.Monk
         await played.over()
         assert [line["type"] for line in lines] == ["header"]
 
-    play(test)
 
-
-def test_there_is_a_limit_of_followers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(truth_stream, "MAX_FOLLOWERS", 1)
-
-    async def test(played: Played) -> None:
-        only = played.stream.join()
-        with pytest.raises(FeedRefused, match="1 clients"):
-            played.stream.join()
-        played.stream.leave(only)
-        played.stream.join()
-
-    play(test)
-
-
-def test_the_end_of_the_radar_ends_followers() -> None:
-    async def test(played: Played) -> None:
+async def test_the_end_of_the_radar_ends_followers() -> None:
+    async with playing() as played:
         follower, _ = played.follow()
         played.stream.close("the radar has stopped")
         await asyncio.gather(*played.tasks)
         assert (follower.reason, follower.code) == ("the radar has stopped", 1001)
         follower.end("again")
         assert follower.reason == "the radar has stopped"
-
-    play(test)
-
-
-def test_records_have_the_keys_of_the_document() -> None:
-    assert replace(FakeEngine(scene()).crossings(2)[0], range=5.0).as_dict()["range"] == 5.0

@@ -91,7 +91,7 @@ def test_what_keeps_it_silent(change: dict[str, Any], time: float, expected: boo
 
 
 def test_it_stands_on_its_body() -> None:
-    """6 m up and 10 m ahead of a ship on course 090 at 20 m/s, after 30 s; the link has her bearing and range."""
+    """6 m up and 10 m ahead of a ship on course 090 at 20 m/s, after 30 s; the link has its bearing and range."""
     ship = {"name": "ship", "shape": "box", "length_m": 30, "width_m": 8, "height_m": 5, "position_m": [0, 3000, 0],
             "speed_kn": 20 / 0.514444444, "course_deg": 90, "sart": {"offset_m": [0, 10, 6]}}  # fmt: skip
     link = linked(scene([ship], radar=RADAR, environment=FLAT))

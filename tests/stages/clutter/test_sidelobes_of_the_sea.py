@@ -21,7 +21,7 @@ from radar_service.stages.clutter.sea_clutter import sea_power
 from radar_service.world.scene import Scene
 from tests.alone import clutter_of
 from tests.reference.compressed_pulse import compressed_pulse
-from tests.scenes import scene
+from tests.scenes import SHIPPED, basin, scene
 
 Floats = NDArray[np.float64]
 WINDOWS = {"none": (1.0,), "hamming": (0.54, 0.46), "blackman": (0.42, 0.5, 0.08)}
@@ -128,9 +128,9 @@ def test_a_spike_leaves_sidelobes_far_below_the_sea_about_it() -> None:
     assert 10.0 * np.log10(pulse.max() / pulse_power(chirp(3)).max()) + 20.0 < -20.0
 
 
-def test_the_harbour_lacks_nothing() -> None:
+def test_the_basin_lacks_nothing() -> None:
     """Its inverse filter leaves the sidelobes of Nuttall's window alone: the near sea's are 30 dB below the noise."""
-    made = rs.load_scene("harbour")
+    made = rs.load_scene(basin(), folder=SHIPPED)
     sea, radar = sea_of(made, np.ones(1)), made.radar
     turns = np.arange(-1500, 1501) * (radar.bandwidth / radar.sample_rate)
     pulse = sum(a / 2.0 * (np.sinc(turns - m) + np.sinc(turns + m)) for m, a in enumerate(window_coefficients(radar.window)))

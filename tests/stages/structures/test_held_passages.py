@@ -98,7 +98,7 @@ def test_cells_have_the_field_of_their_centres() -> None:
 
 
 def test_aspects_are_those_of_direct_echoes_and_cost_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In two scans, past the first, a ship under way has no aspect but those of her direct echoes, a body at rest one for all."""
+    """In two scans, past the first, a ship under way has no aspect but those of its direct echoes, a body at rest one for all."""
     counted: list[str] = []
     evaluated = PhysicalOptics.body_echoes
 
@@ -145,7 +145,7 @@ def test_a_corner_has_the_level_that_every_aspect_gives() -> None:
 
 
 def test_shadows_of_passing_ships_fall_on_what_rests() -> None:
-    """A quay that a ship hides as the beam crosses it has no indirect echo in that scan; it has one again when she has gone.
+    """A quay that a ship hides as the beam crosses it has no indirect echo in that scan; it has one again when the ship has gone.
     That of the ship is 80 dB weaker."""
     ship = {"name": "ship", "shape": "box", "length_m": 40, "width_m": 8, "height_m": 30, "rcs_dbsm": -80.0,
             "position_m": [40, -250, 0], "course_deg": 90, "speed_kn": 30}  # fmt: skip
@@ -167,7 +167,7 @@ def test_reference_has_every_aspect() -> None:
 @pytest.mark.study
 @pytest.mark.parametrize(("mesh", "distance"), [("coaster.obj", 1000.0), ("ferry.obj", 500.0), ("tanker.obj", 1800.0)])
 def test_ships_have_the_mean_level_of_every_aspect(mesh: str, distance: float) -> None:
-    """A ship that turns by 14.6 degrees a scan, in 40 scans: at the azimuth in the middle of a funnel abeam of her the mean level
+    """A ship that turns by 14.6 degrees a scan, in 40 scans: at the azimuth in the middle of a funnel abeam of it the mean level
     [dB] of one aspect a scan is that of each azimuth's aspect within three standard errors. One look differs by 2 to 6 dB."""
     ship = {"name": "ship", "mesh": mesh, "scattering": "optics", "position_m": [0.6 * distance, 0.8 * distance, 0],
             "course_deg": 20, "speed_kn": 1, "turn_rate_deg_s": 5.83}  # fmt: skip

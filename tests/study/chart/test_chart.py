@@ -1,11 +1,8 @@
 """Charts of scenes."""
 
 import pickle
-import subprocess
 from collections.abc import Callable
 from concurrent.futures import Future
-from importlib.metadata import PackageNotFoundError
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,44 +47,6 @@ def test_panels_are_measured_wherever_an_executor_says() -> None:
     assert elsewhere.calls == 2  # panels that show whether there is anything to compare
 
 
-GIT = ("git", "-c", "user.name=test", "-c", "user.email=test@localhost")
-
-
-def test_the_commit_of_a_checkout_marks_local_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = tmp_path / "chart.py"
-    module.write_text("one")
-    for arguments in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):
-        subprocess.run([*GIT, *arguments], cwd=tmp_path, check=True)
-    head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=tmp_path, check=True, capture_output=True, text=True)
-    monkeypatch.setattr(chart, "HERE", module)
-    assert chart.commit() == head.stdout.strip()
-    module.write_text("two")
-    assert chart.commit() == head.stdout.strip() + "+"
-
-
-def test_outside_of_a_checkout_the_version_stands_for_the_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chart, "HERE", tmp_path / "chart.py")
-    assert chart.commit().startswith("version ")
-
-
-def test_a_machine_names_what_times_depend_on() -> None:
-    machine = chart.machine()
-    assert {"processor", "cores", "system", "python", "numpy", "scipy", "embreex"} == set(machine) and all(machine.values())
-
-
-def test_a_missing_library_is_named_as_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """embreex has no wheel for Linux on ARM."""
-
-    def version(name: str) -> str:
-        if name == "embreex":
-            raise PackageNotFoundError(name)
-        return "1.0"
-
-    monkeypatch.setattr(chart, "version", version)
-    machine = chart.machine()
-    assert (machine["embreex"], machine["numpy"]) == ("not installed", "1.0")
-
-
 # point: points of the chart: interleaved timing and the Pareto front.
 def test_tasks_share_a_time_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """One task takes 1 s, the other 3 s. A budget of ten seconds gives five to each."""
@@ -100,7 +59,7 @@ def test_tasks_share_a_time_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: calls.append(1), budget=10.0)
     assert times == [(1.0,) * 5, (3.0,) * 2] and len(calls) == 18
     times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: None, budget=20.0)
-    assert times == [(1.0,) * 9, (3.0,) * 4]  # the second uses what the first leaves of its half
+    assert times == [(1.0,) * 9, (3.0,) * 4]
     assert time_interleaved([lasting(9.0)], [5], lambda: None, budget=4.0) == [(9.0,) * 2]  # a spread needs two
 
 

@@ -35,17 +35,15 @@ def assert_presets_keep_their_limits(data: dict[str, Any]) -> None:
 
     The mean powers of the samplers, of at least two draws, are within the spread of one draw and 0.1 dB of the lattice.
     """
-    field = {p["preset"]: p["error_db"] for p in data["points"] if p["panel"] == "field" and p["preset"]}
+    named = [(name, p) for p in data["points"] for name in (p["preset"] or "").split(", ")]  # presets may share a point
+    field = {name: p["error_db"] for name, p in named if p["panel"] == "field"}
     limits = {"fast": -50, "balanced": -70, "reference": -80, "balanced under way": -50, "reference under way": -80}
     assert all(field[preset] < limit for preset, limit in limits.items())
-    assert data["closed_form_error_db"] < -250
     models = {p["setting"]: p for p in data["points"] if p["panel"] == "scattering"}
     assert models["3 bounces"]["error_db"] < 0.5 < 10 < models["2 bounces"]["error_db"] < models["1 bounce"]["error_db"]
-    for point in data["points"]:
-        if point["panel"] == "power" and point["preset"] in ("fast", "balanced", "reference"):
-            assert point["missed"] <= MAX_MISSED[point["preset"]] and point["error_db"] < point["spread_db"] + 0.1, point[
-                "setting"
-            ]
+    for name, point in named:
+        if point["panel"] == "power" and name in MAX_MISSED:
+            assert point["missed"] <= MAX_MISSED[name] and point["error_db"] < point["spread_db"] + 0.1, point["setting"]
 
 
 @pytest.mark.study

@@ -1,42 +1,10 @@
-"""Azimuth: north, a beam narrower than the step between spokes, and the wrap of headings."""
+"""Azimuth: a beam narrower than the step between spokes."""
 
 import numpy as np
 
-from radar_service.display.ppi import image_position
-from radar_service.numerics.frames import wrap_angle
 from radar_service.simulator import Simulator
 from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decibels, plain
-from radar_service.world.motion import Motion
-
-MAX_ERROR_DB = -50.0  # 5 dB above the -55 dB of the engine's design
-
-
-def north(fine: int = 1) -> Finding:
-    """Drives the bearing of a target about north, at rest and moving: field against the closed form."""
-    bearings = np.array([-20.0, -15.0, -7.5, -1.0, -1e-3, -1e-9, 0.0, 1e-9, 1e-3, 1.0, 7.5, 15.0, 20.0])
-    errors: dict[float, list[float]] = {0.0: [], 12.0: []}
-    for bearing in np.deg2rad(bearings):
-        for speed, values in errors.items():
-            scene = scene_of(point(300 * np.sin(bearing), 300 * np.cos(bearing), speed_kn=speed))
-            scan = Simulator(scene, "balanced").scan()
-            values.append(error_db(scan.field, point_fields(scene, scan.time, scan.azimuth, scan.range)))
-    return Finding(
-        name="azimuth of 0/360 degrees",
-        method="the engine's azimuth grid",
-        setup="a target 300 m away, about north",
-        parameter=Axis("bearing of the target [degrees]"),
-        values=plain(bearings),
-        measured=Axis("field error [dB]"),
-        curves=(curve("at rest", errors[0.0]), curve("moving", errors[12.0])),
-        limit=MAX_ERROR_DB,
-        limit_reason="the accuracy of the engine's grid",
-        boundary=crossing(bearings, np.maximum(errors[0.0], errors[12.0]), MAX_ERROR_DB),
-        expected=Expected(None),
-        response="no failure",
-        instead="a circular azimuth grid",
-        details="The azimuth grid is a circle, so north is no edge.",
-    )
 
 
 def narrow_beam(fine: int = 1) -> Finding:
@@ -69,37 +37,4 @@ def narrow_beam(fine: int = 1) -> Finding:
     )
 
 
-def headings(fine: int = 1) -> Finding:
-    """Drives angles over six revolutions: wrapped angles, a ship that turns through north, a head-up picture."""
-    degrees = np.linspace(-1080.0, 1080.0, 73)
-    angles = np.deg2rad(degrees)
-    wrapped = np.abs(np.exp(1j * wrap_angle(angles)) - np.exp(1j * angles))
-    motion = Motion(np.array([0.0, 1.0]), np.zeros((2, 3)), np.deg2rad([350.0, 370.0 % 360.0]), turning=True)
-    middle = motion.pose(np.array([0.25, 0.5, 0.75])).heading
-    ship = np.abs(np.exp(1j * middle) - np.exp(1j * np.deg2rad([355.0, 0.0, 5.0]))).max()
-    row, column = image_position(np.full(73, 100.0), angles, 400, 200.0, 0.7)
-    same_row, same_column = image_position(100.0, angles % (2.0 * np.pi), 400, 200.0, 0.7 + 2.0 * np.pi)
-    moved = np.hypot(row - same_row, column - same_column)
-    return Finding(
-        name="wrap of headings and bearings",
-        method="angles compared on the circle",
-        setup="angles over six revolutions: wrapped, of a ship turning through north, in a head-up picture",
-        parameter=Axis("angle [degrees]"),
-        values=plain(degrees),
-        measured=Axis("error [rad, pixels]", log=True),
-        curves=(
-            curve("wrapped angles [rad]", np.maximum(wrapped, 1e-17)),
-            curve("a ship turning through north [rad]", np.full(73, max(float(ship), 1e-17))),
-            curve("picture [pixels]", np.maximum(moved, 1e-17)),
-        ),
-        limit=1e-9,
-        limit_reason="rounding after three revolutions",
-        boundary=crossing(degrees, np.maximum(wrapped, moved), 1e-9),
-        expected=Expected(None),
-        response="no failure",
-        instead="the shorter turn, compared on the circle",
-        details="A ship turns the shorter way. The service compares angles on the circle.",
-    )
-
-
-STUDIES = (north, narrow_beam, headings)
+STUDIES = (narrow_beam,)

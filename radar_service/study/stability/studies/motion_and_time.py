@@ -1,15 +1,13 @@
-"""Motion and time: fast targets, slow rotation, Doppler within the pulse, long runs and large numbers."""
+"""Motion and time: fast targets, slow rotation, Doppler within the pulse, and long runs."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from radar_service.display.ppi import Ppi
 from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
-from radar_service.numerics.random import NOISE, generator
 from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.records.fidelity import PRESETS
 from radar_service.simulator import Simulator
@@ -30,7 +28,6 @@ from radar_service.world.scene import Scene
 MAX_ERROR_DB = -50.0  # the accuracy that the engine promises for moving points
 DAY = 86_400.0
 SPOKES_IN_BLOCK = 16  # of the driven method
-SPOKES_PER_DAY = 288 * DAY  # 720 azimuths at 24 rpm
 
 
 def moving_error(speed: float, **radar: Any) -> float:
@@ -178,64 +175,4 @@ def _phase_beside_peak(distance: float, sample: float, bandwidth: float, pulse: 
     return value / abs(value)
 
 
-def numbers_at_the_end(fine: int = 1) -> Finding:
-    """Drives the scan number to the end of 64 bits: random draws stay different and repeatable."""
-    numbers = [0, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**53, 2**53 + 1, 2**63, 2**64 - 1]
-    draws = [float(generator(0, NOISE, number).standard_normal()) for number in numbers]
-    repeated = [float(generator(0, NOISE, number).standard_normal()) for number in numbers]
-    equal = [float(draw in draws[:k]) for k, draw in enumerate(draws)]
-    changed = [float(a != b) for a, b in zip(draws, repeated, strict=True)]
-    return Finding(
-        name="large scan numbers",
-        method="scan numbers as keys of random draws",
-        setup="random draws at scan numbers about 2^31, 2^32, 2^53 and up to 2^64 - 1",
-        parameter=Axis("index of the number"),
-        values=plain(np.arange(float(len(numbers)))),
-        measured=Axis("1 where wrong"),
-        curves=(curve("the same draw for two numbers", equal), curve("another draw the second time", changed)),
-        limit=0.5,
-        limit_reason="any",
-        boundary=crossing(np.arange(float(len(numbers))), np.maximum(equal, changed), 0.5),
-        expected=Expected(None),
-        response="no failure",
-        instead="64-bit keys; a refusal beyond",
-        details="At 24 rpm 2^64 scans take 1.5 million million years. The generator refuses larger numbers.",
-    )
-
-
-def sequence_numbers(fine: int = 1) -> Finding:
-    """Drives the days of a run: whether a browser and the accumulator distinguish two successive spoke numbers."""
-    days = np.append(np.array([1.0, 7.0, 30.0]), decades(100.0, 1e11, 1))
-    accumulator, doubles = [], []
-    for day in days:
-        spoke = int(day * SPOKES_PER_DAY)
-        ppi = Ppi(1, 1, 0.5, 1.0)
-        ppi.add(0, np.zeros((1, 1)), spoke)
-        accumulator.append(float(not ppi.add(0, np.ones((1, 1)), spoke + 1)[0]))
-        doubles.append(float(np.spacing(float(spoke)) > 1.0))
-    return Finding(
-        name="sequence numbers",
-        method="spoke numbers in float64, as in a browser",
-        setup="two successive spoke numbers at 288 spokes a second",
-        parameter=Axis("days", log=True),
-        values=plain(days),
-        measured=Axis("1 where two numbers are equal"),
-        curves=(curve("float64 of a browser", doubles), curve("the accumulator", accumulator)),
-        limit=0.5,
-        limit_reason="two spokes with one number",
-        boundary=bisect(lambda day: np.spacing(day * SPOKES_PER_DAY) > 1.0, 1.0, 1e11),
-        expected=Expected(2.0**53 / (288 * 86_400), 1e-3, "float64 holds every integer up to 2^53"),
-        response="another method",
-        instead="64-bit integers in the feed and in Python",
-        details="Numbers are 64-bit integers in the feed and in Python. The page is exact up to 2^53, for a million years.",
-    )
-
-
-STUDIES = (
-    fast_targets,
-    slow_turns,
-    doppler_in_the_pulse,
-    months,
-    numbers_at_the_end,
-    sequence_numbers,
-)
+STUDIES = (fast_targets, slow_turns, doppler_in_the_pulse, months)

@@ -43,15 +43,6 @@ def test_controls_act_on_u8_only() -> None:
     assert np.any(encode("u8", power, field, to, settings, NOISE) != encode("u8", power, field, to, Controls(), NOISE))
 
 
-def test_the_scan_before_acts_on_u8_only() -> None:
-    power = cells(10.0, 20.0, 30.0)
-    field, to, on = np.sqrt(power).astype(np.complex64), layout(3, 5.0, 10.0), Controls(scan_correlation=True)
-    for encoding in ("u8-log", "f16", "f32", "c64"):
-        plain = encode(encoding, power, field, to, Controls(), NOISE)
-        np.testing.assert_array_equal(encode(encoding, power, field, to, on, NOISE, None, power / 1000), plain)
-    assert np.any(encode("u8", power, field, to, on, NOISE, None, power / 1000) != encode("u8", power, field, to, on, NOISE))
-
-
 def test_a_byte_is_the_middle_of_its_step() -> None:
     levels = np.array([0.01, 1.0, 20.0, 63.0])
     got = encode("u8", cells(*levels), cells(*levels).astype(np.complex64), layout(4, 5.0, 10.0), BY_HAND, NOISE)[0]
@@ -109,14 +100,6 @@ def test_a_whole_view_has_rows_as_they_are(compression: str) -> None:
     plain, message = (wire.unpack(CODEC.spokes(BATCH, View("f32", compression=each))) for each in ("", compression))
     assert "row_first" not in plain and "compression" not in plain
     assert message["compression"] == compression and message["data"] != plain["data"] and wire.unpacked(message) == plain
-
-
-@pytest.mark.parametrize("compression", ["", "zstd"])
-def test_trimming_keeps_the_last_spokes(compression: str) -> None:
-    message = wire.unpack(CODEC.trim(CODEC.spokes(BATCH, View("f32", compression=compression)), 1))
-    assert message.get("compression", "") == compression
-    assert (message["first"], message["count"], message["index"]) == (103, 1, 9)
-    np.testing.assert_array_equal(wire.samples(message), power_of([9], BINS))
 
 
 def test_notices_have_these_fields() -> None:

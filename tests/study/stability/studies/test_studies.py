@@ -20,28 +20,10 @@ def test_loss_between_spokes_is_that_of_the_pattern() -> None:
 
 
 # motion_and_time: studies of motion and time, against theory.
-def test_the_accumulator_distinguishes_numbers_that_a_browser_does_not() -> None:
-    """Python distinguishes numbers up to 2^63; at 2.5e18, the last value, doubles are 512 apart."""
-    finding = finding_of("sequence_numbers")
-    assert (finding.curve("the accumulator") == 0.0).all() and finding.curve("float64 of a browser")[-1] == 1.0
-
-
 def test_a_target_may_move_far_between_spokes() -> None:
     """24 spokes for each scan at 24 rpm and 1400 kn: 75 m from spoke to spoke, 1.2 km in sixteen. The error stays below -50
     dB, as for all moving echoes."""
     assert moving_error(720.0, azimuths=24) < -50.0
-
-
-# picture: studies of the picture, against what each method promises.
-def test_peak_interpolation_keeps_every_cell() -> None:
-    """A picture by peak shows single cells at full brightness at every size of pixels."""
-    assert (finding_of("pixel_size").curve("peak") == 1.0).all()
-
-
-def test_the_share_of_old_rows_is_that_of_the_lost_spokes() -> None:
-    """180 rows: within 4 standard deviations of the binomial law, at most 4 sqrt(0.25 / 180) = 0.15."""
-    finding = finding_of("spokes_lost")
-    assert abs(finding.curve("of the scan before") - finding.values).max() < 0.15
 
 
 # propagation_limits: studies of propagation, against worked values.
