@@ -232,8 +232,8 @@ class Simulator:
 
         values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
         after the blocks taken so far. time: at which it acts [s], instead of a spoke: the first one not before it shows it.
-        With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several commands to a body, the last one
-        holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        With an earlier one, a running `blocks` goes back there, and repeats spokes. May be called from any thread. Raises
+        CommandError, and then nothing changes.
         """
         return self._stream.command(body, spoke, time, values)
 

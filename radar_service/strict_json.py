@@ -1,6 +1,7 @@
 """JSON whose tables have each key once; of two values for one key a parser would silently take the last."""
 
 import json
+from collections import Counter
 from typing import Any
 
 
@@ -17,15 +18,6 @@ def unique_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
     """Returns the table of these keys and values. Raises DuplicateKeyError."""
     table = dict(pairs)
     if len(table) < len(pairs):
-        raise DuplicateKeyError(f'the key "{str(_duplicate(pairs))[:60]}" occurs twice in one table; remove one')
+        twice = next(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        raise DuplicateKeyError(f'the key "{str(twice)[:60]}" occurs twice in one table; remove one')
     return table
-
-
-def _duplicate(pairs: list[tuple[Any, Any]]) -> Any:
-    """The first key that occurs a second time."""
-    known = set()
-    for key, _ in pairs:
-        if key in known:
-            return key
-        known.add(key)
-    raise AssertionError("each key occurs once")

@@ -96,6 +96,7 @@ def test_harbour_is_as_rich_as_promised() -> None:
     fixed = sum(len(b.mesh.faces) for b in harbour.bodies[:4] if b.mesh is not None)
     under_way = [b for b in harbour.bodies if not b.motion.at_rest]
     assert fixed >= 50_000 and harbour.radar.range_max >= 5000 and harbour.own_ship.at_rest
+    assert harbour.radar.scales and not scene("basin").radar.scales  # of a set that is sold
     assert sum(b.scattering == "optics" for b in under_way) >= 2 and all(b.motion.period is not None for b in under_way)
 
 

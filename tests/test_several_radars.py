@@ -115,7 +115,7 @@ def test_truths_of_two_radars_agree_to_the_bit() -> None:
     seen = set()
     for turn in range(6):
         snapshots = [sim.snapshot(per * (turn + 1) - 1) for sim, per in zip(sims, (2, 4, 1), strict=True)]
-        assert [its.radar for its in snapshots] == ["bow", "pier", "ferry"]
+        assert [snapshot.radar for snapshot in snapshots] == ["bow", "pier", "ferry"]
         by_name = [{body.body: body for body in snapshot.bodies} for snapshot in snapshots]
         assert [sorted(bodies) for bodies in by_name] == [["buoy", "ferry", "tug"]] * 2 + [["buoy", "tug"]]
         for name in by_name[0]:
@@ -134,11 +134,12 @@ def test_each_radar_names_itself_in_its_truth() -> None:
     for name in ("bow", "pier", "ferry"):
         sim = rs.Simulator(made, "fast", radar=name)
         header = sim.truth_header()
-        assert [its["id"] for its in header["radars"]] == [name] and header["scene_hash"] == scene_hash(made.for_radar(name))
+        assert [radar["id"] for radar in header["radars"]] == [name]
+        assert header["scene_hash"] == scene_hash(made.for_radar(name))
         assert {crossing.radar for crossing in sim.crossings(0)} == {name}
         assert name not in {crossing.body for crossing in sim.crossings(0)}  # no radar crosses its own platform
         assert json.loads(json.dumps(sim.snapshot(0).as_dict()))["radar"] == name
-    assert len({scene_hash(made.for_radar(its.id)) for its in made.radars}) == 3
+    assert len({scene_hash(made.for_radar(radar.id)) for radar in made.radars}) == 3
 
 
 def test_a_simulator_refuses_an_unknown_radar() -> None:
@@ -153,7 +154,7 @@ def test_a_command_to_own_ship_and_to_its_body_are_the_same() -> None:
         radar=[{"id": "bow", **SMALL}, {"id": "pier", **SMALL, "rpm": 48, "platform": {"position_m": [90, 0]}}],
         own_ship={"body": "tug"},
     )
-    bow, pier = (rs.Simulator(made, "fast", radar=its.id) for its in made.radars)
+    bow, pier = (rs.Simulator(made, "fast", radar=radar.id) for radar in made.radars)
     order = {"course_deg": 90, "speed_kn": 15}
     bow.command(spoke=32, **order)
     pier.command("tug", spoke=64, **order)
@@ -172,7 +173,7 @@ def test_a_ships_gyro_turns_no_other_picture() -> None:
     gyro = {"gyro": {"bias_deg": 20, "noise_deg": 1}}
     for sections in ({"own_ship": {"errors": gyro}}, {"errors": gyro}):
         made = scene(radar=[*radars("bow", "aft"), {**radars("pier")[0], "platform": {"position_m": [90, 0]}}], **sections)
-        bow, aft, pier = (next(rs.Simulator(made, "fast", radar=its.id).blocks(1, 64)) for its in made.radars)
+        bow, aft, pier = (next(rs.Simulator(made, "fast", radar=radar.id).blocks(1, 64)) for radar in made.radars)
         right = next(rs.Simulator(scene(radar=SMALL), "fast").blocks(1, 64))
         np.testing.assert_array_equal(pier.azimuth, right.azimuth)
         np.testing.assert_array_equal(pier.heading, right.heading)
@@ -185,14 +186,14 @@ def test_ships_have_gyros_of_their_own() -> None:
     tug = {"name": "tug", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, -90, 0]}
     carried = [{**radars(name)[0], "platform": {"body": name}} for name in ("barge", "tug")]
     made = scene([barge, tug], radar=[*radars("own"), *carried], errors={"gyro": {"noise_deg": 1}})
-    headings = [next(rs.Simulator(made, "fast", radar=its.id).blocks(1)).heading for its in made.radars]
+    headings = [next(rs.Simulator(made, "fast", radar=radar.id).blocks(1)).heading for radar in made.radars]
     assert len({heading.tobytes() for heading in headings}) == 3
 
 
 def test_errors_change_no_hash_of_a_radar_that_has_none() -> None:
-    its = [{**radars("bow")[0]}, {**radars("pier")[0], "platform": {"position_m": [90, 0]}}]
+    two_radars = [{**radars("bow")[0]}, {**radars("pier")[0], "platform": {"position_m": [90, 0]}}]
     plain, wrong = (
-        scene(radar=its, own_ship={"errors": errors} if errors else {}) for errors in ({}, {"log": {"bias_kn": 1}})
+        scene(radar=two_radars, own_ship={"errors": errors} if errors else {}) for errors in ({}, {"log": {"bias_kn": 1}})
     )
     for name, same in (("bow", False), ("pier", True)):
         assert (scene_hash(plain.for_radar(name)) == scene_hash(wrong.for_radar(name))) is same

@@ -58,11 +58,11 @@ def lean(keys: dict[str, Any], time: float) -> Floats:
 def frozen(made: rs.Scene, keys: list[dict[str, Any]], time: float) -> rs.Scene:
     """The scene at rest as it is at `time`: meshes lean, heights have the heave."""
     bodies = []
-    for body, its in zip(made.bodies, keys, strict=True):
+    for body, motion in zip(made.bodies, keys, strict=True):
         upright = replace(body.motion, sway=None).pose(time)
-        mesh = None if body.mesh is None else Mesh(body.mesh.vertices @ lean(its, time).T, body.mesh.faces)
-        position = upright.position + np.array([[0.0, 0.0, wave(its, "heave", "m", 8.0, time)]])
-        heading = upright.heading + np.deg2rad(wave(its, "yaw", "deg", 20.0, time))
+        mesh = None if body.mesh is None else Mesh(body.mesh.vertices @ lean(motion, time).T, body.mesh.faces)
+        position = upright.position + np.array([[0.0, 0.0, wave(motion, "heave", "m", 8.0, time)]])
+        heading = upright.heading + np.deg2rad(wave(motion, "yaw", "deg", 20.0, time))
         bodies.append(replace(body, mesh=mesh, motion=Motion(np.zeros(1), position, heading)))
     return made.with_world(bodies=tuple(bodies))
 

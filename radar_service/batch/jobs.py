@@ -50,16 +50,6 @@ class Outcome:
     error: Exception | None = None
 
 
-class Kept(Protocol):
-    """Results of earlier commands."""
-
-    def read(self, job: Job) -> Any:
-        """Returns the result of a job; None where there is none that was made of the same."""
-
-    def write(self, job: Job, result: Any) -> Any:
-        """Keeps a result; returns it as `read` will. Raises OSError."""
-
-
 class JobsFailed(Exception):
     """Jobs failed. The text says how many, and what the first one said; its error is the cause."""
 
@@ -78,14 +68,14 @@ Progress = Callable[[Iterable[Outcome], int], Iterable[Outcome]]
 
 
 def run(
-    function: Callable[..., Any], jobs: Sequence[Job], executor: Executor | None = None, kept: Kept | None = None,
+    function: Callable[..., Any], jobs: Sequence[Job], executor: Executor | None = None, kept: "ResultFolder | None" = None,
     progress: Progress = lambda outcomes, count: outcomes,
 ) -> list[Any]:  # fmt: skip
     """Returns function(*job.arguments) of each job, in their order.
 
-    executor: None for this process; kept: gives the results of earlier commands, and keeps the new ones; progress: wraps the
-    outcomes as they come, and gets their number. A job that fails stops no other, but for GIVE_UP failures before the first
-    success. Raises JobsFailed in the end where jobs failed, and OSError where a result cannot be kept.
+    executor: None for this process; kept: results of earlier commands; progress: wraps the outcomes as they come, and gets their
+    number. A job that fails stops no other, but for GIVE_UP failures before the first success. Raises JobsFailed at the end, and
+    OSError where a result cannot be kept.
     """
     results = {job.name: kept.read(job) if kept else None for job in jobs}
     left = [job for job in jobs if results[job.name] is None]
@@ -171,7 +161,7 @@ def limited(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 class ResultFolder:
-    """A `Kept`: JSON objects as files of a folder, so that a command that was stopped goes on where it was."""
+    """Results as JSON objects in files of a folder, so that a command that was stopped goes on where it was."""
 
     def __init__(self, folder: Path) -> None:
         """folder: is made where it is absent. Raises OSError."""

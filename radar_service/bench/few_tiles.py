@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.engine.pipeline import noise_amplitude, profiles, tile_azimuths
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics.types import Floats
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor, ScanPlots
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.receive.detection import square_law
 from radar_service.records.reports import Readings
-from radar_service.scans.scan import Scan
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in
 
@@ -74,8 +72,9 @@ class FewTiles:
             bound[near] += (amplitude * gain[(np.clip(away, 0.0, np.pi) * (BEARINGS / np.pi)).astype(np.int64)])[near]
         return bound
 
-    def plots(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, TrackerInput]]:
-        """Yields the plots of some scans, each with own ship at its last spoke. extractor: has the scans before."""
+    def plots(self, scans: range, extractor: PlotExtractor) -> Iterator[tuple[ScanPlots, Floats, Readings]]:
+        """Yields the plots of some scans, each with time (1,) [s] and own ship (1,) at its last spoke. extractor: has the scans
+        before."""
         azimuths, end = self._radar.azimuths, 0
         crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
@@ -88,11 +87,10 @@ class FewTiles:
             columns = time[of], azimuth[of], own.position[of, 0], own.position[of, 1]
             fresh = Detections(spoke, cell, power, np.full(len(spoke), self._level), *columns)
             size = azimuths * len(self._simulator.range)
-            ended = extractor.add_detections(scan, fresh, size, self._simulator.range[0])
-            yield ended, _at_last(scan, time[last], Readings(*(column[last] for column in own)))
+            yield extractor.add_detections(scan, fresh, size, self._simulator.range[0]), time[last], own.part(last)
 
     @BLAS_LIMIT.held()
-    def _cells(self, scan: int, bounds: Floats) -> tuple[Indices, Indices, Floats]:
+    def _cells(self, scan: int, bounds: Floats) -> list[Any]:
         """The detections (C,) of a scan: spokes, cells and powers [W]. bounds: (T,) [sqrt(W)] of the echoes in its tiles."""
         parts = [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]
         needed = np.sqrt(self._level) * (1.0 - ROUNDING)
@@ -103,19 +101,4 @@ class FewTiles:
             power = square_law(profiles(self._prepared, azimuths))
             row, cell = np.nonzero(power > self._level)
             parts.append((azimuths.number[row], cell, power[row, cell].astype(np.float64)))
-        columns: Iterator[Any] = (np.concatenate(column) for column in zip(*parts, strict=True))
-        return next(columns), next(columns), next(columns)
-
-
-def last_spoke(scan: Scan) -> TrackerInput:
-    """Returns own ship at the last spoke of a scan, without plots."""
-    return _at_last(scan.number, scan.time, Readings(scan.azimuth, scan.heading, scan.position, scan.course, scan.speed))
-
-
-def _at_last(number: int, time: Floats, own: Readings) -> TrackerInput:
-    """Own ship (K,) at the last of times (K,) [s] of a scan of that number."""
-    east, north = own.position[-1].tolist()
-    return TrackerInput(
-        scan=number, time=float(time[-1]), east=east, north=north, heading=float(own.heading[-1]), course=float(own.course[-1]),
-        speed=float(own.speed[-1]), plots=(),
-    )  # fmt: skip
+        return [np.concatenate(column) for column in zip(*parts, strict=True)]

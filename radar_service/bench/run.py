@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from radar_service.bench.few_tiles import TOGETHER, FewTiles, has_few, last_spoke
+from radar_service.bench.few_tiles import TOGETHER, FewTiles, has_few
 from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
@@ -14,12 +14,14 @@ from radar_service.bench.scores.scan_result import ScanResult, Surroundings, Tar
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Floats
 from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, in_clutter
+from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
 from radar_service.plots.marine import PFA as MARINE_PFA
 from radar_service.plots.marine import threshold
 from radar_service.plots.plot import Plot
 from radar_service.plots.thresholds import Threshold
+from radar_service.records.reports import Readings
 from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
@@ -118,11 +120,12 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))
-        whole = ((extractor.add(scan), last_spoke(scan)) for scan in (simulator.scan() for _ in numbers))
-        ended = few.plots(numbers, extractor) if few else whole
-        for (plots, last), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
-            given = with_errors(plots.plots, truths, scenario.plot_errors, last.heading, seed, last.scan, lengths)
-            yield ScanResult(given_from(last, given, scene.radar.rotation_period), (), truths, plots.flood)
+        whole = ((extractor.add(scan), scan.time, scan) for scan in (simulator.scan() for _ in numbers))
+        ended: Iterable[tuple[ScanPlots, Floats, Readings | Scan]] = few.plots(numbers, extractor) if few else whole
+        for (plots, time, own), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
+            heading = float(own.heading[-1])
+            erring = with_errors(plots.plots, truths, scenario.plot_errors, heading, seed, plots.scan, lengths)
+            yield ScanResult(_given(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood)
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
@@ -156,15 +159,18 @@ def rule_of(settings: PlotSettings) -> ClusterRule:
 
 def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
     """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
-    return given_from(last_spoke(scan), plots, rotation_period)
+    return _given(scan.number, scan.time, scan, plots, rotation_period)
 
 
-def given_from(last: TrackerInput, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """Returns what a tracker gets of one scan. last: own ship at its last spoke."""
-    end = (last.scan + 1) * rotation_period
-    way = (end - last.time) * last.speed * np.array([np.sin(last.course), np.cos(last.course)])
-    east, north = (np.array([last.east, last.north]) + way).tolist()
-    return replace(last, time=end, east=east, north=north, plots=tuple(plots))
+def _given(number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
+    """What a tracker gets of a scan of that number. time, own: of its last spokes (K,)."""
+    end, course, speed = (number + 1) * rotation_period, float(own.course[-1]), float(own.speed[-1])
+    way = (end - float(time[-1])) * speed * np.array([np.sin(course), np.cos(course)])
+    east, north = (own.position[-1] + way).tolist()
+    return TrackerInput(
+        scan=number, time=end, east=east, north=north, heading=float(own.heading[-1]), course=course, speed=speed,
+        plots=tuple(plots),
+    )  # fmt: skip
 
 
 @BLAS_LIMIT.held()

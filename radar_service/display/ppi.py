@@ -116,8 +116,7 @@ def scan_convert(
     `peak` is for pixels larger than cells, where bilinear misses targets. It takes the maximum of all cells whose centres lie
     in the pixel, and of a bilinear image of maxima over about a pixel of range.
     A pixel without a cell is 0 where its centre is nearer than the first cell, or beyond the last cell or range_max [m].
-    The index maps of the last geometries are cached, so that only the first call is slow. Raises ValueError for complex or
-    empty arrays, and where a size is not above 0.
+    Raises ValueError for complex or empty arrays, and where a size is not above 0.
     """
     if polar.ndim != 2 or polar.size == 0 or np.iscomplexobj(polar):
         raise ValueError(f"polar: shape {polar.shape} of {polar.dtype}; a real, non-empty array (azimuths, bins) is needed")

@@ -205,8 +205,7 @@ def display_video(
 ) -> Bytes:  # fmt: skip
     """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
-    By hand, the threshold before the controls is noise_threshold_db, and gain raises the video by 1 dB per
-    percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
+    By hand, the threshold before the controls is noise_threshold_db, and gain raises the video by 1 dB per percent over 50.
     before: see `without_interference`, which alone uses it. earlier: (K, N) [W] by
     `ScanMemory.take`, None where it is not known; scan correlation alone uses it. It lowers cells, and no level that is
     subtracted, so it makes no cell stronger.

@@ -136,12 +136,11 @@ class ErrorReporter:
             there = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
             offset, lost = np.pad(there.position - true.position, ((0, 0), (0, 1))), np.isnan(there.heading)
             none: Any = np.array(None)
-            heading, course = (
-                np.where(lost, none, wrap_bearing([getattr(each, name) for each in some] + wrap_angle(value - was)))
-                for name, value, was in (
-                    ("heading", there.heading, true.heading),
-                    ("course", there.course, true.course),
-                )
+            heading = np.where(
+                lost, none, wrap_bearing([each.heading for each in some] + wrap_angle(there.heading - true.heading))
+            )
+            course = np.where(
+                lost, none, wrap_bearing([each.course for each in some] + wrap_angle(there.course - true.course))
             )
             error = wrap_angle(there.azimuth - (true.azimuth - np.where(lost, true.heading, 0.0)))
             position = ([each.position for each in some] + offset).tolist()

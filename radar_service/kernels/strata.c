@@ -57,6 +57,9 @@ static double sum_of(int64_t count, const double *values) {
     return total;
 }
 
+/* As `rint` of what is below 2^51, and without a call. */
+static inline double whole(double value) { return value + 6755399441055744.0 - 6755399441055744.0; }
+
 /* Positions over their rms distance from the middle and weighted normals, rounded: (N, DIMENSIONS), N = count. */
 static void features_of(int64_t count, const double *position, const double *direction, double *feature) {
     double middle[3] = {0.0, 0.0, 0.0};
@@ -72,8 +75,8 @@ static void features_of(int64_t count, const double *position, const double *dir
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
             double offset = position[3 * i + axis] - middle[axis];
-            feature[DIMENSIONS * i + axis] = rint(offset / size * FEATURE_STEPS) / FEATURE_STEPS;
-            feature[DIMENSIONS * i + 3 + axis] = rint(NORMAL_WEIGHT * direction[3 * i + axis] * FEATURE_STEPS) / FEATURE_STEPS;
+            feature[DIMENSIONS * i + axis] = whole(offset / size * FEATURE_STEPS) / FEATURE_STEPS;
+            feature[DIMENSIONS * i + 3 + axis] = whole(NORMAL_WEIGHT * direction[3 * i + axis] * FEATURE_STEPS) / FEATURE_STEPS;
         }
 }
 
@@ -102,23 +105,23 @@ typedef struct {
 
 /* Sorts a group of points (M), M = count, by a dimension of their features; equal ones keep their order. */
 static void sort_group(int64_t count, int64_t *group, const double *feature, int dimension, Keyed from, Keyed to) {
-    int64_t begin[DIGITS][DIGIT] = {{0}};
+    uint32_t begin[DIGITS][DIGIT] = {{0}};
     for (int64_t i = 0; i < count; i++) {
-        double value = rint(feature[DIMENSIONS * group[i] + dimension] * FEATURE_STEPS);
+        double value = whole(feature[DIMENSIONS * group[i] + dimension] * FEATURE_STEPS);
         from.point[i] = group[i];
         from.key[i] = (uint32_t)((int64_t)smaller(larger(value, -LIMIT), LIMIT) + (int64_t)LIMIT);
         for (int digit = 0; digit < DIGITS; digit++) begin[digit][from.key[i] >> (8 * digit) & 255]++;
     }
     for (int digit = 0; digit < DIGITS; digit++) {
-        if (begin[digit][from.key[0] >> (8 * digit) & 255] == count) continue; /* all have the same */
-        int64_t total = 0;
+        if (begin[digit][from.key[0] >> (8 * digit) & 255] == (uint32_t)count) continue; /* all have the same */
+        uint32_t total = 0;
         for (int value = 0; value < DIGIT; value++) {
-            int64_t own = begin[digit][value];
+            uint32_t own = begin[digit][value];
             begin[digit][value] = total;
             total += own;
         }
         for (int64_t i = 0; i < count; i++) {
-            int64_t at = begin[digit][from.key[i] >> (8 * digit) & 255]++;
+            uint32_t at = begin[digit][from.key[i] >> (8 * digit) & 255]++;
             to.point[at] = from.point[i];
             to.key[at] = from.key[i];
         }
@@ -129,30 +132,28 @@ static void sort_group(int64_t count, int64_t *group, const double *feature, int
     memcpy(group, from.point, (size_t)count * sizeof *group);
 }
 
-/* Mean height and vertical extent of what a stratum of points (M), M = count, stands for about one of them; value: scratch (M). */
+/* Mean height and vertical extent of what a stratum of points (M), M = count, stands for about one of them; scratch: (2 M). */
 static void patch_heights(int64_t count, const int64_t *group, int64_t one, const double *position, const double *direction,
-                          const double *area, double sea, double *value, double *middle, double *span) {
-    double total = 0.0;
+                          const double *area, double sea, double *scratch, double *middle, double *span) {
+    double *share = scratch, *value = scratch + count, total;
     int afloat = 0;
-    for (int64_t i = 0; i < count; i++)
-        afloat |= position[3 * group[i] + 2] > sea && dot(direction + 3 * group[i], direction + 3 * one) > ALIKE;
-    for (int pass = 0; pass < 3; pass++) { /* areas, heights, squares of distances from the mean height */
-        for (int64_t i = 0; i < count; i++) {
-            const double *own = direction + 3 * group[i];
-            double height = position[3 * group[i] + 2];
-            int counts = dot(own, direction + 3 * one) > ALIKE && (!afloat || height > sea);
-            double weight = counts ? area[group[i]] : 0.0;
-            value[i] = pass == 0 ? weight : pass == 1 ? weight / total * height
-                                                      : weight / total * ((height - *middle) * (height - *middle));
-        }
-        double sum = sum_of(count, value);
-        if (pass == 0)
-            total = sum;
-        else if (pass == 1)
-            *middle = sum;
-        else
-            *span = sqrt(12.0 * sum);
+    for (int64_t i = 0; i < count; i++) {
+        int alike = dot(direction + 3 * group[i], direction + 3 * one) > ALIKE;
+        share[i] = alike ? area[group[i]] : 0.0;
+        afloat |= alike && position[3 * group[i] + 2] > sea;
     }
+    for (int64_t i = 0; i < count && afloat; i++) share[i] = position[3 * group[i] + 2] > sea ? share[i] : 0.0;
+    total = sum_of(count, share);
+    for (int64_t i = 0; i < count; i++) {
+        share[i] /= total;
+        value[i] = share[i] * position[3 * group[i] + 2];
+    }
+    *middle = sum_of(count, value);
+    for (int64_t i = 0; i < count; i++) {
+        double off = position[3 * group[i] + 2] - *middle;
+        value[i] = share[i] * (off * off);
+    }
+    *span = sqrt(12.0 * sum_of(count, value));
 }
 
 /* Groups points (N), N = count, into parts 2^halvings strata of equal size, cut where each group is longest, and draws point `pick`

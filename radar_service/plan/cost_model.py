@@ -2,10 +2,8 @@
 
 Counts come from the engine's own records and formulas. No choice depends on costs, except where the user limits time.
 
-Costs are CPU times of tiles of the second scan, each computed once, in order, as a run computes them. Where a scan takes less
-than MAX_SECONDS, every tile is timed. Otherwise stretches of tiles, spread evenly over the scan, are timed until that time is
-spent. A tile before each stretch fills the caches, and is not counted. Visibility updates are counted apart, because a tile has
-few or none of them.
+Costs are CPU times of tiles of the second scan, in order: of all where a scan takes less than MAX_SECONDS, otherwise of stretches
+spread evenly over it. A tile before each stretch fills the caches. Visibility updates are counted apart: a tile has few or none.
 """
 
 import time

@@ -5,8 +5,7 @@ sessions by the niceness of each: that of threads then acts within their session
 
 A thread that wakes up may still wait for milliseconds until one of lower priority makes room. So set-up leaves a processor free.
 
-What strangers send is read within a limit of processor time, so that an answer does not depend on what else the machine does.
-Wall-clock time is a backstop alone.
+What strangers send is read within a limit of processor time; wall-clock time is a backstop alone.
 """
 
 import contextlib

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from radar_service.numerics.random import weighted_normals
+from radar_service.kernels.library import KERNELS
+from radar_service.numerics.random import QUANTILES
 from radar_service.numerics.types import Floats, Profiles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
@@ -24,12 +25,19 @@ class GaussianSpectrum:
     def draw(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size)."""
         spectrum = np.empty((rows, self._size), dtype=np.complex64)
-        weighted_normals(spectrum.view(np.float32), rng, self._weight, self._above)
+        self._write(spectrum, rng, 0)
         return spectrum
 
     def add(self, spectrum: Profiles, rng: np.random.Generator) -> None:
         """Adds noise spectra to `spectrum` (rows, size)."""
-        weighted_normals(spectrum.view(np.float32), rng, self._weight, self._above, adds=True)
+        self._write(spectrum, rng, 1)
+
+    def _write(self, spectrum: Profiles, rng: np.random.Generator, adds: int) -> None:
+        """Draws as `normals`, and writes the draws times their weights, or adds them."""
+        rows, count = len(spectrum), len(self._weight)
+        words = np.asarray(rng.bit_generator.random_raw(-(-rows * count // 4)), dtype=np.uint64).view(np.int64)
+        sizes = rows, self._above, 2 * self._size - count, count - self._above, adds, len(words)
+        KERNELS.weighted_normals(*sizes, words, QUANTILES, self._weight, spectrum.view(np.float32))
 
 
 def integrate(field: Profiles, pulses: int, power: float, rng: np.random.Generator) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from typing_extensions import override
 
@@ -143,53 +143,6 @@ class SpokeSink(Protocol):
     def close(self, reason: str) -> None:
         """Receives the notice that no spokes come until another epoch opens."""
         return
-
-
-class SentSpokes(NamedTuple):
-    """Spokes of a scan that were sent, for those who do not need them: times of the first and the last one [s].
-
-    ends: whether they end the scan; commands: how many act until then.
-    """
-
-    spoke_source: SpokeSource
-    scan: int
-    first: float
-    last: float
-    ends: bool
-    commands: int = 0
-
-
-class SentListener(Protocol):
-    """Takes counts of what was sent, as a SpokeSink takes spokes."""
-
-    def open_epoch(self, radar: RadarInfo) -> None:
-        """Begins an epoch: the spokes of another scene or range follow."""
-
-    def sent(self, what: SentSpokes) -> None:
-        """Takes the notice of the next spokes."""
-
-    def close(self, reason: str) -> None:
-        """Receives the notice that no spokes come until another epoch opens."""
-
-
-class SentNotices:
-    """A sink that tells a listener what was sent."""
-
-    def __init__(self, listener: SentListener) -> None:
-        self._listener = listener
-        self.open_epoch, self.close = listener.open_epoch, listener.close
-
-    def send(self, batch: SpokeBatch) -> None:
-        """Tells of the spokes."""
-        epoch, block = batch.epoch, batch.block
-        ends = block.index + len(block) == epoch.info.radar.azimuths
-        commands = epoch.commands.acting_at(block.first + len(block) - 1)
-        self._listener.sent(
-            SentSpokes(epoch.spoke_source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
-        )
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Tells nothing: these spokes were not sent."""
 
 
 class SinkGroup(SpokeSink):

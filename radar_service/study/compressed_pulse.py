@@ -1,9 +1,8 @@
 """The compressed chirp in closed form: the reference of both studies. It shares no code with the engine.
 
 The correlation of a chirp with its windowed copy is an integral of exponentials over their overlap, so it is a sum of sincs:
-y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). It needs neither samples nor transforms, and
-its error is that of rounding. A nonlinear chirp has no closed form: its correlation is a sum over fine samples. Author: this
-project.
+y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). A nonlinear chirp has no closed form: its
+correlation is a sum over fine samples. Author: this project.
 """
 
 from functools import lru_cache

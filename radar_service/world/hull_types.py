@@ -1,8 +1,7 @@
 """Hulls of several types as closed meshes: flared sides, superstructure, masts and rails, drawn about proportions by a seed.
 
-The frame is that of `world.shapes`: y ahead, z up from the waterline, which lies at 0. Each part is closed and watertight. Parts
-that stand on others reach a little into them, so no two facets coincide. Walls lean and bars stand as builders leave them, up to
-a few degrees off, which is drawn for each: exact corners of this size would return far more than ships do.
+The frame is that of `world.shapes`: y ahead, z up from the waterline at 0. Each part is closed, and reaches a little into what it
+stands on: no two facets coincide. Walls and bars lean by drawn angles: exact corners of this size return far more than ships do.
 """
 
 import math

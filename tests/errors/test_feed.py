@@ -22,9 +22,9 @@ MANY = 40_000
 
 
 def law(seed: int = 3, key: int = 0, **table: Any) -> FeedLaw:
-    its = settings({"feed": table}).feed
-    assert its is not None
-    return FeedLaw(its, RADAR, seed, key)
+    feed_errors = settings({"feed": table}).feed
+    assert feed_errors is not None
+    return FeedLaw(feed_errors, RADAR, seed, key)
 
 
 def sent(

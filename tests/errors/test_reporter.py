@@ -76,6 +76,17 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
             assert reported.azimuth_error == pytest.approx(float(error), abs=1e-12)
 
 
+def test_crossings_of_several_scans_are_those_of_each_where_errors_change_meanwhile() -> None:
+    sim = simulator(EVERYTHING)
+    for tables in (None, {"gyro": {"bias_deg": 2}}, EVERYTHING):
+        sim.scan()
+        sim.set_errors(tables)
+    sim.scan()
+    every = [crossing for scan in range(4) for crossing in sim.crossings(scan)]
+    assert list(sim.crossings(0, count=4)) == every
+    assert {crossing.own_ship.reported is None for crossing in every} == {True, False}
+
+
 def test_a_lost_heading_is_null_in_the_truth() -> None:
     sim = simulator({"feed": {"heading_lost_s": [[0, 1]]}})
     reported = sim.snapshot(0).own_ship.reported
@@ -155,42 +166,43 @@ ONE, TWO = (ErrorSettings(antenna=AntennaErrors(angle, 0.0, 0.0, 0.0)) for angle
 
 
 def test_a_change_acts_from_its_spoke_on() -> None:
-    its = ErrorTimeline()
-    assert its.latest is None and not its.has_errors
-    its.set(ONE, 10)
-    its.set(None, 20)
-    assert [its.at(number) for number in (0, 9, 10, 19, 20, 99)] == [None, None, ONE, ONE, None, None]
-    assert its.latest is None and its.has_errors and its.changes(0, 100) == [10, 20] and its.changes(10, 20) == []
+    timeline = ErrorTimeline()
+    assert timeline.latest is None and not timeline.has_errors
+    timeline.set(ONE, 10)
+    timeline.set(None, 20)
+    assert [timeline.at(number) for number in (0, 9, 10, 19, 20, 99)] == [None, None, ONE, ONE, None, None]
+    assert timeline.latest is None and timeline.has_errors
+    assert timeline.changes(0, 100) == [10, 20] and timeline.changes(10, 20) == []
 
 
 def test_a_change_replaces_what_was_to_come() -> None:
-    its = ErrorTimeline(ONE)
-    its.set(None, 20)
-    its.set(TWO, 5)
-    assert [its.at(number) for number in (0, 4, 5, 99)] == [ONE, ONE, TWO, TWO]
-    its.set(None, 0)
-    assert its.at(50) is None and not its.has_errors
+    timeline = ErrorTimeline(ONE)
+    timeline.set(None, 20)
+    timeline.set(TWO, 5)
+    assert [timeline.at(number) for number in (0, 4, 5, 99)] == [ONE, ONE, TWO, TWO]
+    timeline.set(None, 0)
+    assert timeline.at(50) is None and not timeline.has_errors
 
 
 def test_it_tells_since_when_a_part_is_as_it_is() -> None:
-    its = ErrorTimeline(ONE)
-    its.set(TWO, 10)
-    its.set(ErrorSettings(antenna=TWO.antenna), 15)  # equal: no change
-    its.set(None, 20)
-    its.set(TWO, 30)
+    timeline = ErrorTimeline(ONE)
+    timeline.set(TWO, 10)
+    timeline.set(ErrorSettings(antenna=TWO.antenna), 15)  # equal: no change
+    timeline.set(None, 20)
+    timeline.set(TWO, 30)
 
     def angle(errors: ErrorSettings | None) -> float | None:
         return errors.antenna.misalignment if errors and errors.antenna else None
 
-    assert its.changes(0, 100) == [10, 20, 30]
-    assert [its.since(number, angle) for number in (3, 12, 25, 40)] == [0, 10, 20, 30]
-    assert its.since(40, lambda errors: "anything") == 0
+    assert timeline.changes(0, 100) == [10, 20, 30]
+    assert [timeline.since(number, angle) for number in (3, 12, 25, 40)] == [0, 10, 20, 30]
+    assert timeline.since(40, lambda errors: "anything") == 0
 
 
 def test_it_remembers_a_bounded_number_of_changes() -> None:
-    its = ErrorTimeline()
+    timeline = ErrorTimeline()
     for number in range(1, 3 * reporter.MAX_CHANGES):
-        its.set((ONE, TWO)[number % 2], number)
+        timeline.set((ONE, TWO)[number % 2], number)
     end = 3 * reporter.MAX_CHANGES
-    assert len(its.changes(0, end)) <= reporter.MAX_CHANGES
-    assert its.at(0) is not None and its.at(end) is (ONE, TWO)[(end - 1) % 2]
+    assert len(timeline.changes(0, end)) <= reporter.MAX_CHANGES
+    assert timeline.at(0) is not None and timeline.at(end) is (ONE, TWO)[(end - 1) % 2]

@@ -32,8 +32,8 @@ def test_the_reflected_ray_is_that_of_the_whole_geometry(earth_radius: float) ->
     """To rounding, on both sides of the horizon and with targets below the sea."""
     distance, height = np.meshgrid([5.0, 300.0, 5000.0, 30_000.0], [-1.0, 0.0, 2.0, 30.0])
     ray, whole = (f(distance, height, ANTENNA, earth_radius) for f in (reflected_ray, specular_geometry))
-    for ours, exact in ((ray.reflection, whole.reflection), (ray.first, whole.first), (ray.second, whole.second)):
-        np.testing.assert_allclose(ours, exact, rtol=1e-13)
+    for computed, exact in ((ray.reflection, whole.reflection), (ray.first, whole.first), (ray.second, whole.second)):
+        np.testing.assert_allclose(computed, exact, rtol=1e-13)
     np.testing.assert_allclose(ray.grazing_sine, np.sin(whole.grazing), rtol=1e-12)
     np.testing.assert_allclose(
         ray.rise, np.maximum(height, 0) - (distance**2 - ray.reflection**2) / 2 / earth_radius, atol=1e-9

@@ -33,9 +33,9 @@ def test_its_samples_are_the_sum_of_its_frequency(window: str) -> None:
     rule errs by a thousandth of a sample's phase, 2 pi / 128 rad."""
     a = window_coefficients(window)
     time, wave = chirp_samples(B, 10e-6, tuple(a), "nlfm")
-    ours = nonlinear_chirp(time, B, 10e-6, a)
-    np.testing.assert_allclose(ours[20:-20], wave[20:-20], atol=1e-5)
-    np.testing.assert_allclose(ours, wave, atol=6e-4)
+    computed = nonlinear_chirp(time, B, 10e-6, a)
+    np.testing.assert_allclose(computed[20:-20], wave[20:-20], atol=1e-5)
+    np.testing.assert_allclose(computed, wave, atol=6e-4)
 
 
 @pytest.mark.sample(6)
@@ -48,8 +48,8 @@ def test_its_spectrum_is_the_sum_over_its_samples(product: int, window: str) -> 
     time, wave = chirp_samples(B, pulse, tuple(a), "nlfm")
     frequency = np.linspace(-0.75, 0.75, 61) * B
     expected = np.exp(-2j * np.pi * frequency[:, None] * time) @ wave * (time[1] - time[0])
-    ours = nonlinear_chirp_spectrum(frequency, B, pulse, a)
-    np.testing.assert_allclose(ours, expected, atol=4e-4 / B + 3e-6 * np.sqrt(pulse / B))
+    computed = nonlinear_chirp_spectrum(frequency, B, pulse, a)
+    np.testing.assert_allclose(computed, expected, atol=4e-4 / B + 3e-6 * np.sqrt(pulse / B))
 
 
 @pytest.mark.parametrize("product", [4, 20, 500])
@@ -58,8 +58,8 @@ def test_without_a_taper_it_is_a_linear_chirp(product: int) -> None:
     alone: at a product of 4 their curvature, 1 / (w T), is -80 dB."""
     pulse = product / B
     frequency = np.concatenate([np.linspace(-3.9, 3.9, 1001), np.linspace(4.1, 40.0, 400)]) * B
-    ours = nonlinear_chirp_spectrum(frequency, B, pulse, np.array([1.0]))
-    assert np.abs(ours - chirp_spectrum(frequency, B, pulse)).max() < np.sqrt(pulse / B) * 10 ** (-80 / 20)
+    computed = nonlinear_chirp_spectrum(frequency, B, pulse, np.array([1.0]))
+    assert np.abs(computed - chirp_spectrum(frequency, B, pulse)).max() < np.sqrt(pulse / B) * 10 ** (-80 / 20)
 
 
 @pytest.mark.parametrize("window", WINDOWS)

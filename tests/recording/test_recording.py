@@ -32,10 +32,10 @@ from tests.service.fake import FakeEngine, labels_of, scene
 
 def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> None:
     result, made = read(recording), simulator()
-    for ours, its in zip(result.blocks(), made.blocks(3), strict=True):
-        for name, value in vars(its).items():
-            np.testing.assert_array_equal(getattr(ours, name), value, err_msg=name)
-        assert ours.field.dtype == its.field.dtype and ours.power.dtype == its.power.dtype
+    for stored, expected in zip(result.blocks(), made.blocks(3), strict=True):
+        for name, value in vars(expected).items():
+            np.testing.assert_array_equal(getattr(stored, name), value, err_msg=name)
+        assert stored.field.dtype == expected.field.dtype and stored.power.dtype == expected.power.dtype
     made.skip_to(0)
     for one, other in zip(result.spokes(), made.spokes(3), strict=True):
         assert isinstance(one, Spoke) and (one.number, one.azimuth) == (other.number, other.azimuth)
@@ -47,13 +47,14 @@ def test_labels_and_powers_are_those_of_the_simulator(labelled_recording: Path, 
     result, made = read(labelled_recording), simulator()
     made.request_sources(True, (256, 257))
     assert result.sources.names == made.label_names == result.label_names
-    for ours, its in zip(result.spokes(), made.spokes(3), strict=True):
-        assert ours.labels is not None and its.labels is not None and ours.powers is not None and its.powers is not None
-        assert ours.labels.dtype == np.uint32 and ours.labels.tobytes() == its.labels.tobytes()
-        assert {number: power.tobytes() for number, power in ours.powers.items()} == {
-            number: power.tobytes() for number, power in its.powers.items()
+    for stored, expected in zip(result.spokes(), made.spokes(3), strict=True):
+        assert stored.labels is not None and stored.powers is not None
+        assert expected.labels is not None and expected.powers is not None
+        assert stored.labels.dtype == np.uint32 and stored.labels.tobytes() == expected.labels.tobytes()
+        assert {number: power.tobytes() for number, power in stored.powers.items()} == {
+            number: power.tobytes() for number, power in expected.powers.items()
         }
-        assert ours.field.tobytes() == its.field.tobytes()
+        assert stored.field.tobytes() == expected.field.tobytes()
     late = next(read(labelled_recording, start=2.3).spokes())
     (expected,) = [spoke for spoke in result.spokes() if spoke.number == late.number]
     assert late.time >= 2.3 and late.labels is not None and late.labels.tobytes() == expected.labels.tobytes()  # type: ignore[union-attr]
@@ -125,8 +126,8 @@ def test_the_attributes_are_those_of_the_simulator(recording: Path) -> None:
 @pytest.mark.parametrize("fidelity", ["documented", "fast"])
 def test_power_that_is_not_the_square_of_the_field_is_recorded_too(fidelity: str, tmp_path: Path) -> None:
     result, made = read(recorded(tmp_path / "one.mcap", 1, fidelity)), simulator(fidelity)
-    (ours,), its = result.scans(), made.scan()
-    assert ours.field.tobytes() == its.field.tobytes() and ours.power.tobytes() == its.power.tobytes()
+    (stored,), expected = result.scans(), made.scan()
+    assert stored.field.tobytes() == expected.field.tobytes() and stored.power.tobytes() == expected.power.tobytes()
 
 
 def test_reading_starts_at_a_time_and_at_a_scan(recording: Path) -> None:

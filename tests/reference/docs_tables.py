@@ -216,7 +216,7 @@ INTERFACES = (
     "radar_service.service.scene_request:Spared",
     "radar_service.service.spokes:SpokeSink", "radar_service.service.codecs.codec:Codec",
     "radar_service.ports.registry:PortPackage", "radar_service.ports.port:Port",
-    "radar_service.bench.trackers.tracker:Tracker", "radar_service.batch.jobs:Executor", "radar_service.batch.jobs:Kept",
+    "radar_service.bench.trackers.tracker:Tracker", "radar_service.batch.jobs:Executor",
     "radar_service.commands.command_line:CommandModule",
 )  # fmt: skip
 

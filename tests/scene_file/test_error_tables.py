@@ -32,9 +32,9 @@ def test_tables_come_back_as_they_were_written() -> None:
 
 
 def test_what_is_given_goes_before_the_profile() -> None:
-    its = settings({"profile": "imo-a823", "gyro": {"bias_deg": 2}})
-    assert its.gyro and its.log and its.gyro.bias == pytest.approx(math.radians(2), rel=1e-12)
-    assert its.gyro.noise == pytest.approx(math.radians(0.12), rel=1e-12) and its.log.bias > 0
+    errors = settings({"profile": "imo-a823", "gyro": {"bias_deg": 2}})
+    assert errors.gyro and errors.log and errors.gyro.bias == pytest.approx(math.radians(2), rel=1e-12)
+    assert errors.gyro.noise == pytest.approx(math.radians(0.12), rel=1e-12) and errors.log.bias > 0
 
 
 @pytest.mark.parametrize("errors", [{}, {"gyro": {}}, {"gyro": {"bias_deg": 0}, "feed": {"drop_rate": 0}}])
@@ -49,22 +49,22 @@ def test_each_profile_can_be_chosen() -> None:
 
 def test_the_arpa_resolution_gives_these_sensor_errors() -> None:
     """A.823(19), appendix 3: gyro 0.5 degrees, sigma 0.12; log 0.5 knots, 3 sigma 0.2; backlash 0.05, steps 0.2, encoder 0.03."""
-    its = rs.load_scene({"errors": {"profile": "imo-a823"}}).errors
-    assert its is not None and its.gyro is not None and its.log is not None and its.antenna is not None
-    assert (its.gyro.bias, its.gyro.noise) == pytest.approx((0.5 * DEGREE, 0.12 * DEGREE), rel=1e-12)
-    assert (its.log.bias, 3 * its.log.noise) == pytest.approx((0.5 * KNOT, 0.2 * KNOT), rel=1e-12)
-    antenna = its.antenna.backlash, its.antenna.encoder_step, its.antenna.encoder_noise
+    errors = rs.load_scene({"errors": {"profile": "imo-a823"}}).errors
+    assert errors is not None and errors.gyro is not None and errors.log is not None and errors.antenna is not None
+    assert (errors.gyro.bias, errors.gyro.noise) == pytest.approx((0.5 * DEGREE, 0.12 * DEGREE), rel=1e-12)
+    assert (errors.log.bias, 3 * errors.log.noise) == pytest.approx((0.5 * KNOT, 0.2 * KNOT), rel=1e-12)
+    antenna = errors.antenna.backlash, errors.antenna.encoder_step, errors.antenna.encoder_noise
     assert antenna == pytest.approx((0.05 * DEGREE, 2 * 0.1 * DEGREE, 0.03 * DEGREE), rel=1e-12)
-    assert its.position is None and its.feed is None
+    assert errors.position is None and errors.feed is None
 
 
 def test_carriage_rules_since_2004_give_these_sensor_errors() -> None:
     """The log errs by 0.2 knots or 2 %; 95 % of positions are within 13 m, a Rayleigh distribution."""
-    its = rs.load_scene({"errors": {"profile": "imo-2004"}}).errors
-    assert its is not None and its.log is not None and its.position is not None and its.gyro is not None
-    assert (its.log.bias, its.log.scale, its.log.least) == pytest.approx((0.0, 0.02, 0.2 * KNOT), rel=1e-12)
-    assert 1.0 - math.exp(-0.5 * (13.0 / its.position.noise) ** 2) == pytest.approx(0.95, rel=1e-12)
-    assert (its.gyro.bias, its.gyro.noise) == pytest.approx((0.5 * DEGREE, 0.12 * DEGREE), rel=1e-12)
+    errors = rs.load_scene({"errors": {"profile": "imo-2004"}}).errors
+    assert errors is not None and errors.log is not None and errors.position is not None and errors.gyro is not None
+    assert (errors.log.bias, errors.log.scale, errors.log.least) == pytest.approx((0.0, 0.02, 0.2 * KNOT), rel=1e-12)
+    assert 1.0 - math.exp(-0.5 * (13.0 / errors.position.noise) ** 2) == pytest.approx(0.95, rel=1e-12)
+    assert (errors.gyro.bias, errors.gyro.noise) == pytest.approx((0.5 * DEGREE, 0.12 * DEGREE), rel=1e-12)
 
 
 def test_biases_have_signs_and_directions_of_their_own() -> None:

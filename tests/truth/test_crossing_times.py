@@ -59,6 +59,9 @@ def test_points_under_way_agree_with_a_slow_search(scan: int) -> None:
     for point in range(40):
         times = found.time[found.point == point]
         np.testing.assert_allclose(times, points.slow_crossings(point, scan), atol=1e-11, rtol=0)
+    both, later = points.search().within(scan, 2), points.search().within(scan + 1)
+    for together, *alone in zip(both, found, later, strict=True):
+        np.testing.assert_array_equal(together, np.concatenate(alone))
 
 
 @pytest.mark.parametrize(("drift", "counts"), [(25.0, {0, 1}), (-25.0, {1, 2})], ids=["with the beam", "against it"])

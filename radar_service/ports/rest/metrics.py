@@ -24,8 +24,7 @@ Value = tuple[Sequence[str], float | None]  # labels and number
 def _trees(station: Station) -> int | None:
     if station.epoch.is_blind:
         return None  # meshes have trees
-    spoke_source = station.epoch.spoke_source
-    return spoke_source.trees if isinstance(spoke_source, Spared) else 0
+    return source.trees if isinstance(source := station.epoch.spoke_source, Spared) else 0
 
 
 COUNTERS: dict[str, tuple[str, Read]] = {

@@ -1,8 +1,7 @@
 """Parses untrusted files in a child process that has limited resources and no access to files or the network.
 
-The child receives bytes and returns arrays. The child (sandbox_child) limits itself before it reads its first file:
-memory, processor time, no new file, socket or process. This module checks each answer, because a parser may be
-compromised. A child that ends, stalls or reaches a limit is replaced.
+The child (sandbox_child) limits itself before its first file: memory, processor time, no new file, socket or process. Each answer
+is checked, as a parser may be compromised. A child that ends, stalls or reaches a limit is replaced.
 """
 
 import contextlib
@@ -52,10 +51,9 @@ class Answer(NamedTuple):
 class Sandbox:
     """A mesh_reader.MeshReader that reads files in a child process, one at a time. Call `close` after use.
 
-    memory: limit of the child [bytes above the interpreter's own]. processor_time: limit of the child [s per file], from the
-    beginning of its parsing. backstop: wall-clock time after which the parent ends the child [s per file]; it includes the
-    child's start. command: the program that answers, with its arguments; by default sandbox_child. The child starts with the
-    first file, or earlier by `start`.
+    memory: limit of the child [bytes above the interpreter's own]. processor_time: limit of its parsing [s per file]. backstop:
+    wall-clock time after which the parent ends the child, its start included [s per file]. command: the program that answers, by
+    default sandbox_child. The child starts with the first file, or earlier by `start`.
     """
 
     max_triangles = MAX_TRIANGLES

@@ -1,10 +1,9 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", SpokeSourceInfo) or ("refused", exception), then its
-spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
-it sends (fields of a block, number of trees) there, a MeasuredPlan where the scene request says that it comes later, a NewSpare
-where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
+spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS. An order to run, as (scan,
+size, commands), arrives on `data`, and further commands and requests after it; from then on it sends (fields of a block, number
+of trees) there, a MeasuredPlan that comes later, a NewSpare where its spare has died, and at last the text of a fault.
 """
 
 import contextlib

@@ -30,7 +30,7 @@ from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Tran
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.service.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
+from radar_service.service.spokes import Epoch, RadarInfo, SpokeSink
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world.error import SceneError
 from radar_service.world.outline import SceneOutline
@@ -81,7 +81,7 @@ class Station:
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
         self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
-        sinks = (self.errors, SentNotices(self.truth_stream))
+        sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
             worker or spoke_source, settings or Settings(), sinks, clock, make_spoke_source, restarts=restarts,
             command_worker=self.group.command_worker,

@@ -6,16 +6,33 @@ import math
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Executor
+from typing import NamedTuple
+
+from typing_extensions import override
 
 from radar_service.service.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.service.spokes import RadarInfo, SentSpokes
+from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, TruthLine
 
 MAX_FOLLOWERS = 16
 MAX_BEHIND = 4096  # batches: a minute at 15 ms each
 MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for them once
+
+
+class SentSpokes(NamedTuple):
+    """Spokes of a scan that were sent: times of the first and the last one [s].
+
+    ends: whether they end the scan; commands: how many act until then.
+    """
+
+    spoke_source: SpokeSource
+    scan: int
+    first: float
+    last: float
+    ends: bool
+    commands: int = 0
 
 
 class Follower:
@@ -50,8 +67,8 @@ class Follower:
         self._sent.put_nowait(None)
 
 
-class TruthStream:
-    """Follows what is sent, for followers of its own. Belongs to the event loop, but for the methods of SentListener.
+class TruthStream(SpokeSink):
+    """A sink that tells followers of its own what was sent. Belongs to the event loop, but for the methods of sinks.
 
     pool: where sources are asked; completed: adds to a line of a source's truth what was reported; `start` comes first.
     """
@@ -69,17 +86,22 @@ class TruthStream:
         """Remembers the running event loop."""
         self._loop = asyncio.get_running_loop()
 
+    @override
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Remembers the source."""
         self._spoke_source = radar.epoch.spoke_source
 
-    def sent(self, what: SentSpokes) -> None:
-        """Tells the followers what was sent."""
+    @override
+    def send(self, batch: SpokeBatch) -> None:
+        epoch, block = batch.epoch, batch.block
         if self._followers and self._loop:
-            self._loop.call_soon_threadsafe(self._put, what)
+            ends = block.index + len(block) == epoch.info.radar.azimuths
+            commands = epoch.commands.acting_at(block.first + len(block) - 1)
+            first, last = float(block.time[0]), float(block.time[-1])
+            sent = SentSpokes(epoch.spoke_source, block.scan, first, last, ends, commands)
+            self._loop.call_soon_threadsafe(self._put, sent)
 
+    @override
     def close(self, reason: str) -> None:
-        """Ends all followers."""
         if self._loop:
             self._loop.call_soon_threadsafe(self.end, reason)
 

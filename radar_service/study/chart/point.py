@@ -64,15 +64,12 @@ def time_interleaved(
 ) -> list[tuple[float, ...]]:
     """Returns the CPU times [s] of each task, repeated in turn, so that a busy spell of the machine affects all alike.
 
-    repeats: of each task; budget: CPU time for all together [s]. A task that has used its share is repeated MIN_REPEATS
+    repeats: of each task; budget: CPU time for all together [s]. A task that has used an equal share is repeated MIN_REPEATS
     times only. `done` is called for every repeat, whether it runs or not.
     """
     times: list[list[float]] = [[] for _ in tasks]
-    share = budget
+    share = budget / max(1, len(tasks))
     for turn in range(max(repeats, default=0)):
-        if turn == MIN_REPEATS:
-            needs = [count * median(taken or (0.0,)) for count, taken in zip(repeats, times, strict=True)]
-            share = _fair_share(needs, budget)
         for task, count, taken in zip(tasks, repeats, times, strict=True):
             if turn < count:
                 if turn < MIN_REPEATS or sum(taken) < share:
@@ -81,16 +78,6 @@ def time_interleaved(
                     taken.append(max(time.process_time() - begin, 1e-9))  # the clock may be coarser than the task
                 done()
     return [tuple(row) for row in times]
-
-
-def _fair_share(needs: Sequence[float], budget: float) -> float:
-    """Returns the largest share for each such that all fit the budget; what small needs leave over goes to the others."""
-    left = budget
-    for k, need in enumerate(sorted(needs)):
-        if need * (len(needs) - k) >= left:
-            return left / (len(needs) - k)
-        left -= need
-    return inf
 
 
 def pareto(points: Iterable[Point]) -> list[Point]:

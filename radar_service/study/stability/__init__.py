@@ -5,8 +5,7 @@ To add a study, write one file in the folder `studies`, or one function in a fil
 - the function takes the refinement (1, or the `--fine` of the command line) and returns a `Finding`;
 - the file lists its functions in a tuple `STUDIES`.
 
-The package finds the files by itself, in alphabetical order. The `Expected` of a finding says where theory or an earlier
-measurement puts its boundary. The tests compare every finding with it, so a new study needs no change elsewhere.
+The tests compare every finding with its `Expected`, so a new study needs no change elsewhere.
 """
 
 from importlib import import_module

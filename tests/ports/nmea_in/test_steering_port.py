@@ -82,15 +82,12 @@ async def truth(server: Server, at: float | None = None) -> dict[str, Any]:
     return dict((await server.http.get(TRUTH, params={} if at is None else {"t": at})).json()["own_ship"])
 
 
-def play(test: Callable[[Server, TcpReceiver], Awaitable[None]], own: dict[str, Any] | None = None) -> None:
+@contextlib.asynccontextmanager
+async def playing() -> AsyncIterator[tuple[Server, TcpReceiver]]:
     """A radar that is paused, with a TCP port in."""
-
-    async def whole() -> None:
-        receiver = TcpReceiver("--nmea-in-tcp", Address(HERE, free_port()), [])
-        async with served(station(scene(own or {"steerable": {}})), SteeringPort([receiver])) as server:
-            await test(server, receiver)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    receiver = TcpReceiver("--nmea-in-tcp", Address(HERE, free_port()), [])
+    async with served(station(scene({"steerable": {}})), SteeringPort([receiver])) as server:
+        yield server, receiver
 
 
 @contextlib.asynccontextmanager
@@ -131,31 +128,25 @@ async def piped(start: tuple[str, int], end: tuple[str, int]) -> None:
 
 
 @pytest.mark.parametrize("protocol", ["tcp", "udp"])
-def test_one_service_steers_another_one_and_the_truths_agree(protocol: str) -> None:
+async def test_one_service_steers_another_one_and_the_truths_agree(protocol: str) -> None:
     """Both stand at the same instants, through a turn; each number agrees to half of the last digit of its sentence."""
-
-    async def whole() -> None:
-        listening = Address(HERE, free_port())
-        receiver = (
-            TcpReceiver("--nmea-in-tcp", listening, []) if protocol == "tcp" else UdpReceiver("--nmea-in-udp", listening, [])
-        )
-        serving = Address(HERE, free_port())
-        sender = TcpSender("--nmea-tcp", serving, []) if protocol == "tcp" else UdpSender("--nmea-udp", listening)
-        leader = station(
-            scene({**TURNING, "position_m": [60e3, 30e3]})
-        )  # true north is 0.6 degrees off that of the map there
-        follower = station(scene({"steerable": {}, "position_m": [5000, 5000]}))
-        async with served(leader, NmeaPort([sender])) as a, served(follower, SteeringPort([receiver])) as b:
-            pipe = asyncio.create_task(piped(serving[:2], listening[:2])) if protocol == "tcp" else None
-            for _ in range(2):
-                await a.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
-                await until(lambda: agree(a, b))
-            assert (await latest(b))["by"] == "nmea"
-            if pipe is not None:
-                pipe.cancel()
-                await asyncio.gather(pipe, return_exceptions=True)
-
-    asyncio.run(asyncio.wait_for(whole(), 60))
+    listening = Address(HERE, free_port())
+    receiver = (
+        TcpReceiver("--nmea-in-tcp", listening, []) if protocol == "tcp" else UdpReceiver("--nmea-in-udp", listening, [])
+    )
+    serving = Address(HERE, free_port())
+    sender = TcpSender("--nmea-tcp", serving, []) if protocol == "tcp" else UdpSender("--nmea-udp", listening)
+    leader = station(scene({**TURNING, "position_m": [60e3, 30e3]}))  # true north is 0.6 degrees off that of the map there
+    follower = station(scene({"steerable": {}, "position_m": [5000, 5000]}))
+    async with served(leader, NmeaPort([sender])) as a, served(follower, SteeringPort([receiver])) as b:
+        pipe = asyncio.create_task(piped(serving[:2], listening[:2])) if protocol == "tcp" else None
+        for _ in range(2):
+            await a.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+            await until(lambda: agree(a, b))
+        assert (await latest(b))["by"] == "nmea"
+        if pipe is not None:
+            pipe.cancel()
+            await asyncio.gather(pipe, return_exceptions=True)
 
 
 async def agree(a: Server, b: Server) -> bool:
@@ -174,8 +165,8 @@ async def agree(a: Server, b: Server) -> bool:
     )
 
 
-def test_the_state_says_who_steers_and_the_last_one_wins() -> None:
-    async def test(server: Server, receiver: TcpReceiver) -> None:
+async def test_the_state_says_who_steers_and_the_last_one_wins() -> None:
+    async with playing() as (server, receiver):
         async with connected(receiver) as writer:
             say(writer, hdt(33), rmc("120000.00"))
             await until(lambda: steered_by(server, "nmea"))
@@ -191,19 +182,23 @@ def test_the_state_says_who_steers_and_the_last_one_wins() -> None:
             assert motion == pytest.approx([34.0, 80.0, 6.0], abs=ROUNDING)  # at the origin true north is that of the map
             assert last["position_m"] is None  # the fix before the others steered does not come again
 
-    play(test)
-
 
 async def steered_by(server: Server, who: str) -> bool:
     return (await latest(server)).get("by") == who
 
 
-def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rubbish, floods and silence of others do not keep the one who steers from steering."""
     monkeypatch.setattr("radar_service.ports.nmea_in.helm.SILENCE", 1e9)  # however slow the machine is
     counts: dict[str, float] = {}
 
-    async def test(server: Server, receiver: TcpReceiver) -> None:
+    async def read_all(server: Server) -> bool:
+        text = (await server.http.get("/metrics")).text
+        found = re.findall(r'radar_refused_total\{reason="nmea-([a-z]+)"\} (\S+)', text)
+        counts.update((word, float(count)) for word, count in found)
+        return sum(counts.get(word, 0.0) for word in ("holder", "flood")) >= 10_001
+
+    async with playing() as (server, receiver):
         async with connected(receiver) as steers, connected(receiver) as bad, connected(receiver):
             say(steers, hdt(10))
             await until(lambda: steered_by(server, "nmea"))
@@ -226,14 +221,6 @@ def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPa
             await until(lambda: is_at(server, 2.0))
             await until(lambda: read_all(server))
             assert (await latest(server))["heading_deg"] == pytest.approx(20.0, abs=ROUNDING)
-
-    async def read_all(server: Server) -> bool:
-        text = (await server.http.get("/metrics")).text
-        found = re.findall(r'radar_refused_total\{reason="nmea-([a-z]+)"\} (\S+)', text)
-        counts.update((word, float(count)) for word, count in found)
-        return sum(counts.get(word, 0.0) for word in ("holder", "flood")) >= 10_001
-
-    play(test)
     assert {word: counts[word] for word in ("checksum", "talker", "kind", "invalid", "value")} == dict.fromkeys(
         ("checksum", "talker", "kind", "invalid", "value"), 1.0
     )

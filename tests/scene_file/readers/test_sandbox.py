@@ -39,7 +39,7 @@ def sandbox() -> Iterator[Sandbox]:
 def test_a_mesh_equals_that_read_in_process(sandbox: Sandbox, kind: Format[Triangles]) -> None:
     for content in kind.examples():
         file = MeshFile(content, f"box.{kind.name[:3]}", "place", 2.0, "y")
-        ((there,), (here,)) = (who.read(file) for who in (sandbox, IN_PROCESS))
+        ((there,), (here,)) = (reader.read(file) for reader in (sandbox, IN_PROCESS))
         np.testing.assert_array_equal(there.mesh.vertices, here.mesh.vertices)
         np.testing.assert_array_equal(there.mesh.faces, here.mesh.faces)
         assert there[1:] == here[1:] and len(here.mesh.faces) > 0
@@ -64,7 +64,7 @@ def test_a_height_map_equals_that_read_in_process(sandbox: Sandbox, name: str, c
     location = {"south_west_deg": [50.0, 1.0], "north_east_deg": [50.1, 1.2], "low_m": -50, "high_m": 500}
     scene = {"origin": {"latitude_deg": 50.05, "longitude_deg": 1.1},
              "body": [{"name": "coast", "heightmap": name, "position_m": [0, 0, 1], **location}]}  # fmt: skip
-    there, here = (load_scene(scene, folder=tmp_path, mesh_reader=who) for who in (sandbox, IN_PROCESS))
+    there, here = (load_scene(scene, folder=tmp_path, mesh_reader=reader) for reader in (sandbox, IN_PROCESS))
     mesh, expected = there.bodies[0].mesh, here.bodies[0].mesh
     assert mesh is not None and expected is not None
     np.testing.assert_array_equal(mesh.vertices, expected.vertices)
@@ -93,9 +93,9 @@ HOSTILE = [
 @pytest.mark.parametrize(("name", "content"), HOSTILE)
 def test_a_hostile_file_is_refused_in_the_same_words(sandbox: Sandbox, name: str, content: bytes) -> None:
     message = []
-    for who in (sandbox, IN_PROCESS):
+    for reader in (sandbox, IN_PROCESS):
         with pytest.raises(SceneError) as caught:
-            who.read(MeshFile(content, name, "body[0].mesh: a"))
+            reader.read(MeshFile(content, name, "body[0].mesh: a"))
         message.append(caught.value.problems)
     assert message[0] == message[1] and message[0][0].startswith("body[0].mesh: a")
 

@@ -123,16 +123,16 @@ def test_one_command_acts_on_all_radars_at_one_time() -> None:
         newest = max(float(sink.batches[-1].block.time[-1]) for sink in radars.sinks.values())
         others = [list(radars.commands(name)) for name in ("bow", "pier")]
         assert command.time > newest and others[0] == [command] and others[1][0].time == command.time
-        for name, (its,) in zip(("bow", "pier"), others, strict=True):
+        for name, (other,) in zip(("bow", "pier"), others, strict=True):
             radar = radars.engine(name).scene.radar
-            assert radar.time_of_spokes(its.spoke - 1.0) < command.time <= radar.time_of_spokes(float(its.spoke))
+            assert radar.time_of_spokes(other.spoke - 1.0) < command.time <= radar.time_of_spokes(float(other.spoke))
         assert radars.put("pier", "buoy", speed_kn=6).time >= command.time
         radars.stepped("pier", 2 * AZIMUTHS)
-        for name, (its,) in zip(("bow", "pier"), others, strict=True):
+        for name, (other,) in zip(("bow", "pier"), others, strict=True):
             sink = radars.sinks[name]
             assert sink.numbers == list(range(len(sink.numbers)))
             known = {batch.block.first: batch.block.commands for batch in sink.batches}
-            assert all(count == 2 for first, count in known.items() if first > its.spoke + 1)
+            assert all(count == 2 for first, count in known.items() if first > other.spoke + 1)
 
 
 def test_a_slow_radar_does_not_put_off_commands() -> None:
@@ -178,11 +178,11 @@ def test_commands_are_carried_out_while_a_radar_waits_for_a_client(ids: tuple[st
         commands = [radars.put(ids[-1], "buoy", speed_kn=n) for n in range(10)]
         assert not sink.spokes
         sink.open.set()
-        its = list(radars.engine("bow").commands)
-        sink.wait_for(lambda: sink.spokes > its[-1].spoke + AZIMUTHS)
+        bow_commands = list(radars.engine("bow").commands)
+        sink.wait_for(lambda: sink.spokes > bow_commands[-1].spoke + AZIMUTHS)
         assert sink.numbers == list(range(len(sink.numbers)))
-        assert [each.time for each in its] == [each.time for each in commands]
-        assert {batch.block.commands for batch in sink.batches if batch.block.first >= its[-1].spoke} == {10}
+        assert [each.time for each in bow_commands] == [each.time for each in commands]
+        assert {batch.block.commands for batch in sink.batches if batch.block.first >= bow_commands[-1].spoke} == {10}
 
 
 def test_a_flood_of_commands_stops_no_radar() -> None:
@@ -204,8 +204,8 @@ def test_a_flood_of_commands_stops_no_radar() -> None:
 def test_own_ship_that_is_a_body_is_that_body_to_other_radars() -> None:
     with on_air(fakes("bow", "pier", own_ship={"body": "buoy"})) as radars:
         assert radars.put("bow", None, course_deg=30).body is None
-        (its,) = radars.commands("pier")
-        assert (its.body, its.course_deg) == ("buoy", 30.0)
+        (pier_command,) = radars.commands("pier")
+        assert (pier_command.body, pier_command.course_deg) == ("buoy", 30.0)
         assert radars.commands("bow").latest("buoy") is radars.commands("bow").latest(None)
 
 
@@ -305,13 +305,13 @@ def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server
     assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
     for bow, pier in zip(*truths, strict=True):
         ships = [bow.own_ship, next(body for body in pier.bodies if body.name == "ship")]
-        buoys = [next(body for body in its.bodies if body.name == "buoy") for its in (bow, pier)]
+        buoys = [next(body for body in truth.bodies if body.name == "buoy") for truth in (bow, pier)]
         for one, other in (ships, buoys):
             assert (one.position, one.velocity, one.heading) == (other.position, other.velocity, other.heading)
     for name, commands in sent.items():
         recorded = json.loads(json.dumps([command.as_dict() for command in commands]))
-        ours = Simulator(load_scene(WORLD), "fast", radar=name, commands=recorded)
-        expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
+        replay = Simulator(load_scene(WORLD), "fast", radar=name, commands=recorded)
+        expected = {spoke.number: spoke.power for spoke in replay.spokes(6)}
         numbers = radars.sinks[name].numbers
         assert len(numbers) > 150 and (name == "pier" or numbers == list(range(len(numbers))))
         for batch in radars.sinks[name].batches:

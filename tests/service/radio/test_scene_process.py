@@ -63,30 +63,30 @@ def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
 
 
 def test_spokes_are_those_of_a_simulator_in_this_process(maker: SceneProcessMaker) -> None:
-    ours, theirs = Simulator(load_scene(SCENE), "fast"), maker(ORDER, Progress())
-    for theirs_block, ours_block in zip(taken(theirs, 120), ours.blocks(scans=2, size=32), strict=True):
-        for key, value in vars(ours_block).items():
-            np.testing.assert_array_equal(getattr(theirs_block, key), value)
-    assert theirs.truth(12.5) == ours.truth(12.5)
-    known = theirs.info
-    assert (known.seed, known.fidelity, known.noise_power) == (ours.seed, ours.fidelity, ours.noise_power)
-    assert known.radar == ours.scene.radar and known.scene.body_count == 2
-    assert set(known.plan) == set(ours.plan.as_dict())
-    theirs.close()
-    until(lambda: is_gone(theirs.process))
+    simulator, source = Simulator(load_scene(SCENE), "fast"), maker(ORDER, Progress())
+    for block, expected in zip(taken(source, 120), simulator.blocks(scans=2, size=32), strict=True):
+        for key, value in vars(expected).items():
+            np.testing.assert_array_equal(getattr(block, key), value)
+    assert source.truth(12.5) == simulator.truth(12.5)
+    known = source.info
+    assert (known.seed, known.fidelity, known.noise_power) == (simulator.seed, simulator.fidelity, simulator.noise_power)
+    assert known.radar == simulator.scene.radar and known.scene.body_count == 2
+    assert set(known.plan) == set(simulator.plan.as_dict())
+    source.close()
+    until(lambda: is_gone(source.process))
 
 
 def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spoke(maker: SceneProcessMaker) -> None:
     """Counts and costs follow the first spokes, in the description that everybody has by then; a spare measures none again."""
-    source, ours = maker(replace(ORDER, measured_later=True), Progress()), Simulator(load_scene(SCENE), "fast")
+    source, simulator = maker(replace(ORDER, measured_later=True), Progress()), Simulator(load_scene(SCENE), "fast")
     plan = source.info.plan
     assert plan["counts"] is None and plan["costs"] is None and plan["choices"]
     blocks = source.blocks(size=32)
-    for block in ours.blocks(size=32):
+    for block in simulator.blocks(size=32):
         np.testing.assert_array_equal(next(blocks).power, block.power)
         if plan["costs"]:
             break
-    expected = ours.plan.as_dict()
+    expected = simulator.plan.as_dict()
     assert plan["counts"] == expected["counts"] and plan["arithmetic"] == expected["arithmetic"]
     assert [choice["how"] for choice in plan["choices"]] == [choice["how"] for choice in expected["choices"]]
     assert plan["realtime_factor"] > 0
@@ -99,12 +99,12 @@ def test_a_plan_that_is_measured_later_is_completed_in_place_and_changes_no_spok
 def test_a_spare_goes_on_and_has_a_spare_itself(maker: SceneProcessMaker) -> None:
     """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
     source, processes = maker(ORDER, Progress()), []
-    ours = Simulator(load_scene(SCENE), "fast")
-    for scan, block in enumerate(ours.blocks(scans=3, size=60)):
+    simulator = Simulator(load_scene(SCENE), "fast")
+    for scan, block in enumerate(simulator.blocks(scans=3, size=60)):
         processes += [source.process, source.spare_process]
         source.skip_to(scan)
         np.testing.assert_array_equal(np.concatenate([part.power for part in taken(source, 60)])[:60], block.power)
-        assert source.truth(1.0) == ours.truth(1.0)
+        assert source.truth(1.0) == simulator.truth(1.0)
         os.kill(source.process, signal.SIGKILL)
         failed, spare = source, source.spare()
         assert spare is not None and spare.process == processes[-1] and failed.spare() is None
@@ -135,15 +135,15 @@ def test_labels_come_when_they_are_requested_also_after_a_crash(maker: SceneProc
                 os.kill(source.process, signal.SIGKILL)
     finally:
         transmitter.stop(10.0)
-    ours = {spoke.number: spoke for spoke in Simulator(load_scene(SCENE), "fast", labels=True, powers=(256,)).spokes(6)}
+    expected = {spoke.number: spoke for spoke in Simulator(load_scene(SCENE), "fast", labels=True, powers=(256,)).spokes(6)}
     told = [(spoke.labels is not None, spoke.powers is not None) for batch in sink.batches for spoke in batch.block.spokes()]
     assert told[:150] == [(False, False)] * 20 + [(True, False)] * 50 + [(True, True)] * 80
     assert transmitter.state.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
     for spoke in (spoke for batch in sink.batches for spoke in batch.block.spokes()):
-        its = ours[spoke.number]
-        assert spoke.field.tobytes() == its.field.tobytes()
-        assert spoke.labels is None or spoke.labels.tobytes() == its.labels.tobytes()
-        assert spoke.powers is None or spoke.powers[256].tobytes() == its.powers[256].tobytes()
+        wanted = expected[spoke.number]
+        assert spoke.field.tobytes() == wanted.field.tobytes()
+        assert spoke.labels is None or spoke.labels.tobytes() == wanted.labels.tobytes()
+        assert spoke.powers is None or spoke.powers[256].tobytes() == wanted.powers[256].tobytes()
 
 
 def test_a_spare_that_has_died_is_no_spare(maker: SceneProcessMaker) -> None:
@@ -171,11 +171,11 @@ def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_serve
     spare = source.spare()
     assert spare is not None and spare.process != first and spare.spare_process is not None
     spare.skip_to(7)
-    ours = Simulator(load_scene(SCENE), "fast")
-    ours.skip_to(7)
-    (expected,) = ours.blocks(scans=1, size=60)
+    simulator = Simulator(load_scene(SCENE), "fast")
+    simulator.skip_to(7)
+    (expected,) = simulator.blocks(scans=1, size=60)
     np.testing.assert_array_equal(np.concatenate([part.power for part in taken(spare, 60)])[:60], expected.power)
-    assert spare.truth(3.0) == ours.truth(3.0)
+    assert spare.truth(3.0) == simulator.truth(3.0)
     processes = spare.process, spare.spare_process
     for one in (source, spare):
         one.close()
@@ -193,8 +193,8 @@ def halt(process: int) -> None:
 def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
     maker: SceneProcessMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source, ours = maker(ORDER, Progress()), Simulator(load_scene(SCENE), "fast")
-    assert source.truth(1.0) == ours.truth(1.0)
+    source, simulator = maker(ORDER, Progress()), Simulator(load_scene(SCENE), "fast")
+    assert source.truth(1.0) == simulator.truth(1.0)
     halt(source.process)
     monkeypatch.setattr(scene_process, "TRUTH_TIMEOUT", 0.05)
     for time_asked in (2.0, 3.0):
@@ -202,7 +202,7 @@ def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
             source.truth(time_asked)
     os.kill(source.process, signal.SIGCONT)
     monkeypatch.setattr(scene_process, "TRUTH_TIMEOUT", 20.0)
-    assert source.truth(4.0) == ours.truth(4.0) and source.truth(5.0) == ours.truth(5.0)
+    assert source.truth(4.0) == simulator.truth(4.0) and source.truth(5.0) == simulator.truth(5.0)
     assert taken(source, 1)[0].first == 0
     source.close()
 

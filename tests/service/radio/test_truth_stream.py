@@ -13,7 +13,7 @@ from radar_service.display.video import Controls
 from radar_service.service.radio import truth_stream
 from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.truth_stream import Follower, TruthStream
-from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SentNotices, SpokeBatch
+from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
 
@@ -42,9 +42,7 @@ class Played:
     def send(self, first: int, count: int, engine: FakeEngine | None = None) -> None:
         """Sends spokes, one batch a scan at most."""
         engine = engine or self.engine
-        SentNotices(self.stream).send(
-            SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls())
-        )
+        self.stream.send(SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls()))
 
     async def until(self, condition: Callable[[], bool]) -> None:
         while not condition():

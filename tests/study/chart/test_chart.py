@@ -59,7 +59,7 @@ def test_tasks_share_a_time_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: calls.append(1), budget=10.0)
     assert times == [(1.0,) * 5, (3.0,) * 2] and len(calls) == 18
     times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: None, budget=20.0)
-    assert times == [(1.0,) * 9, (3.0,) * 4]  # the second uses what the first leaves of its half
+    assert times == [(1.0,) * 9, (3.0,) * 4]
     assert time_interleaved([lasting(9.0)], [5], lambda: None, budget=4.0) == [(9.0,) * 2]  # a spread needs two
 
 
