@@ -11,7 +11,7 @@ from tests.scenes import point, scene
 PLAIN = {"modulation": "none", "bandwidth_hz": 5e6, "pulse_s": 0.2e-6, "sample_rate_hz": 15e6}
 RADAR: dict[str, Any] = {"range_max_m": 4000, "azimuths": 120, "beamwidth_deg": 6, "rpm": 60, "pattern": "taylor", **PLAIN}
 RACON = point("racon", 0, 1500, racon={"letter": "K", "mark_m": 1800, "sensitivity_dbm": -20.0}, steerable={})
-RACON_LABEL, SART_LABEL = 5, 6
+RACON_LABEL = 5
 
 
 def marked(scan: Any, label: int = RACON_LABEL) -> int:

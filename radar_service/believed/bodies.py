@@ -166,7 +166,7 @@ def broadside(run: Run) -> list[Figure]:
     return figures
 
 
-PERSON = 1.0  # m2 (row B03)
+PERSON = 1.0  # m2 (Skolnik, Introduction to Radar Systems, table of cross-sections: man)
 OUTBOARD = {"shape": "box", "material": "aluminium", "length_m": 0.4, "width_m": 0.35, "height_m": 0.7}
 
 
@@ -176,19 +176,22 @@ def median_section(run: Run, body: Table) -> float:
 
 
 def inflatable(run: Run) -> list[Figure]:
-    """A hull of rubber of 4.8 m, its outboard engine as a box of aluminium, and a man of 1 m2, summed."""
+    """A hull of rubber of 4.8 m, its outboard engine as a box, and a man, summed."""
     section = median_section(run, RIB) + median_section(run, OUTBOARD) + PERSON
     return [Figure.by_factor("4.8 m with a man", section, 2.5, 2.5, 2.0, "m2")]
 
 
 def boat_classes(run: Run) -> list[Figure]:
-    """A small inflatable, and yachts of fibreglass of 7 and 14 m."""
+    """A small inflatable, its outboard engine and a man; yachts of fibreglass of 7 and 14 m and a crew of two; summed."""
     boats = {
-        "inflatable": (RIB | {"length_m": 3.0, "beam_m": 1.5, "height_m": 0.5}, 1.0),
-        "yacht, 7 m": (YACHT | {"length_m": 7, "beam_m": 2.5, "height_m": 1.8}, 5.0),
-        "yacht, 14 m": (YACHT | {"length_m": 14, "beam_m": 4.2, "height_m": 3}, 10.0),
+        "inflatable": ([RIB | {"length_m": 3.0, "beam_m": 1.5, "height_m": 0.5}, OUTBOARD], 1, 1.0),
+        "yacht, 7 m": ([YACHT | {"length_m": 7, "beam_m": 2.5, "height_m": 1.8}], 2, 5.0),
+        "yacht, 14 m": ([YACHT | {"length_m": 14, "beam_m": 4.2, "height_m": 3}], 2, 10.0),
     }
-    return [Figure.by_factor(name, median_section(run, boat), low, low, 3.0, "m2") for name, (boat, low) in boats.items()]
+    sections_m2 = {
+        name: sum(median_section(run, part) for part in parts) + crew * PERSON for name, (parts, crew, _) in boats.items()
+    }
+    return [Figure.by_factor(name, sections_m2[name], low, low, 3.0, "m2") for name, (_, _, low) in boats.items()]
 
 
 LAND_DRAWS = 4  # of what stands on it: 1,700 cells, whose mean of exponential power with aw = 3 errs by 0.5 dB

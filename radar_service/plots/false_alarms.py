@@ -25,6 +25,8 @@ DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by 
 DRAW_ROWS = 2**12
 MAX_FACTOR = 1e9  # of a threshold over the level
 SPREAD = 0.95  # the quantile that tells the shape: the cells of a ship or two in a region are fewer than the rest
+TAIL = 0.99  # the quantile that tells spikes in uniform clutter, as of a sea in rain
+TEXTURED = np.array([1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03])  # shares of clutter that have the texture
 LOG_POWER = np.linspace(-10.0, 8.0, 145)  # of the laws of clutter, of unit mean
 SHAPES = np.geomspace(100.0, 0.05, 14)  # of texture: as noise, to the spikiest
 CLUTTER_TO_NOISE = 10.0 ** np.arange(-1.0, 3.1, 0.25)
@@ -141,16 +143,27 @@ def spread_and_factor(spokes: int, looks: float, pfa: float, pulses: int = 1) ->
     return np.maximum.accumulate(quantiles[..., 1] - quantiles[..., 0], axis=1), quantiles[..., 2] - quantiles[..., 0]
 
 
-def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: float) -> Floats:
+@lru_cache(maxsize=16)
+def mixture_laws(spokes: int, looks: float, pfa: float) -> tuple[Floats, Floats, Floats]:
+    """Returns spreads (T, S) at SPREAD and TAIL, and factors (T, S), as `spread_and_factor`, of clutter whose share TEXTURED has
+    texture."""
+    levels, ratio = -np.log([0.5, 1.0 - SPREAD, 1.0 - TAIL, pfa]), CLUTTER_TO_NOISE[-1]
+    laws = [[_negative_log_tail(spokes, looks, ratio, shape, share) for shape in SHAPES] for share in TEXTURED]
+    quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])
+    near, tail, factor = np.moveaxis(quantiles[..., 1:] - quantiles[..., :1], -1, 0)
+    return near, np.maximum.accumulate(tail, axis=1), factor
+
+
+def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: float, textured: float = 1.0) -> Floats:
     """-ln of the probability that the mean over spokes exceeds exp(LOG_POWER), in units of its own mean.
 
-    Given the texture, the covariance of spokes is noise's identity, and that of speckle times texture and `ratio`, clutter to
-    noise. The sum of its exponential modes is taken for a gamma variate of its mean and variance.
+    textured: share of the clutter. Given the texture, the covariance of spokes is noise's identity, and that of speckle times
+    texture and `ratio`, clutter to noise. The sum of its exponential modes is taken for a gamma variate of its mean and variance.
     """
     odds = np.linspace(-16.0, 16.0, 129)  # the logit of the texture's probability: equal steps reach far into both tails
     share = 1.0 / (1.0 + np.exp(-odds))
     texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
-    clutter = ratio * texture
+    clutter = ratio * (1.0 - textured + textured * texture)
     effective = _effective(clutter, noise_looks, looks)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)

@@ -17,7 +17,9 @@ from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.plots.false_alarms import (
     CLUTTER_TO_NOISE,
     SPREAD,
+    TAIL,
     effective_looks,
+    mixture_laws,
     speckle_factor,
     spread_and_factor,
 )
@@ -41,6 +43,7 @@ GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logari
 REGION_CELLS = 24, 256  # of a region along range, at least and at most
 EVERY = 2  # spokes: their median over azimuth is the STC's curve
 NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells widen noise, and a standard error of a region
+STRONG_CLUTTER = 10.0  # to noise, from which on a part of clutter may be uniform, as rain over a sea
 NO_NOISE = -0.5  # clutter to noise, below which the noise is not the receiver's
 BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
@@ -170,12 +173,23 @@ class MarineThreshold:
         pulses = self.radar.pulses_integrated
         spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa, pulses)
         ratios = CLUTTER_TO_NOISE / pulses
-        places = [len(cells) // 2, int(SPREAD * len(cells))]
-        median, upper = np.log(np.partition(cells, places)[places])
+        places = [len(cells) // 2, int(SPREAD * len(cells)), int(TAIL * len(cells))]
+        median, upper, tail = np.log(np.partition(cells, places)[places])
+        if clutter > STRONG_CLUTTER:
+            return float(median + self._mixture_factor(upper - median, tail - median))
         ratio = max(clutter, ratios[0]) if clutter > NO_NOISE else ratios[-1]
         row = int(np.abs(np.log(ratios / ratio)).argmin())
         wider = NOISE_SPREAD / pulses**0.5 / (1.0 + ratio)
         return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
+
+    def _mixture_factor(self, upper: float, tail: float) -> float:
+        """The logarithm of the factor on the median. The tail gives each share of texture a shape, and the upper quantile
+        the share."""
+        laws = mixture_laws(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
+        fitting = [
+            (np.interp(tail, far, near), np.interp(tail, far, factor)) for near, far, factor in zip(*laws, strict=True)
+        ]
+        return float(np.interp(upper, *np.array(sorted(fitting)).T))
 
 
 def threshold(kind: str, radar: Radar, pfa: float, guard: float, window: float) -> Threshold:

@@ -108,11 +108,6 @@ def test_latitude_and_longitude_of_the_cursor(radar: FakeRadar, opened: Opened) 
     assert page.text("#position-text") == "50°18.000′ N\n001°24.000′ W"
 
 
-def reddish(screen: NDArray[np.int16], x: float, y: float, reach: int = 2) -> NDArray[np.int16]:
-    """The pixels about a place."""
-    return screen[round(y) - reach : round(y) + reach + 1, round(x) - reach : round(x) + reach + 1]
-
-
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
 def test_trails_show_where_a_target_was(radar: FakeRadar, opened: Opened, renderer: str) -> None:
     radar.heading_deg = 70.0

@@ -8,7 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.plots.extractor import PlotExtractor, in_clutter
-from radar_service.plots.false_alarms import effective_looks
+from radar_service.plots.false_alarms import SHAPES, SPREAD, TAIL, TEXTURED, effective_looks, mixture_laws
 from radar_service.plots.marine import BESIDE_LAND, LandCells, MarineThreshold
 from radar_service.plots.plot_report import PlotReport, labelled_plots
 from radar_service.plots.thresholds import KnownThreshold
@@ -189,6 +189,29 @@ def _report(name: str, **environment: Any) -> PlotReport:
     report = labelled_plots(rs.Simulator(made, "balanced", 2, labels=True), PlotExtractor.for_scene(made), 2)
     assert sum(plot.source in ("sea", "rain") for plot in report.plots) / report.scans <= 20.0
     return report
+
+
+@pytest.mark.parametrize(("share", "shape"), [(0.25, 0.3), (0.08, 0.1)])
+def test_laws_of_mixtures_are_those_of_drawn_ones(share: float, shape: float) -> None:
+    """A million means of two looks, a share of whose power has a texture: spreads and a factor within 0.06, a step of SHAPES."""
+    rng, looks = np.random.default_rng(4), 2.0
+    local = 1.0 - share + share * rng.gamma(shape, 1.0 / shape, 1_000_000)
+    near, tail, factor = mixture_laws(2, looks, 1e-3)
+    row = int(np.abs(TEXTURED - share).argmin())
+    drawn = np.log(np.quantile(rng.gamma(looks, local / looks), [0.5, SPREAD, TAIL, 1.0 - 1e-3]))
+    for law, expected in zip((near, tail, factor), drawn[1:] - drawn[0], strict=True):
+        assert np.interp(np.log(shape), np.log(SHAPES[::-1]), law[row][::-1]) == pytest.approx(expected, abs=0.06)
+
+
+def test_a_spiky_sea_in_rain_does_not_flood() -> None:
+    """Sea state 3 in uniform rain of 4 mm/h: some 4 plots of spikes a scan, by one quantile 34; both points are held."""
+    table = {"azimuths": 1024, "beamwidth_deg": 1.5, "range_max_m": 2400, "pulse_s": 8e-8, "rpm": 24, "modulation": "none"}
+    points = [{"name": name, "shape": "point", "position_m": [east, north, 10], "rcs_dbsm": 15}
+              for name, east, north in (("near", 600, 1200), ("far", -900, 1700))]  # fmt: skip
+    air = {"noise": True, "sea_state": 3, "seaway": True, "rain_mm_h": 4}
+    made = rs.load_scene({"name": "rain", "radar": table, "environment": air, "body": points})
+    report = labelled_plots(rs.Simulator(made, "balanced", 1, labels=True), PlotExtractor.for_scene(made), 4)
+    assert sum(plot.source == "sea" for plot in report.plots) <= 4 * 10 and [body.pd for body in report.bodies] == [1.0, 1.0]
 
 
 def test_cells_of_rain_have_a_level_of_their_own(ship: Radar) -> None:

@@ -74,7 +74,7 @@ def test_beyond_this_machine_no_option_opens_a_port_alone(option: str) -> None:
     allow = "--asterix-allow" if option.startswith("asterix") else "--nmea-allow"
     needs = f"--{option}: .* beyond this machine, and nothing asks for a login.*{allow}"
     where = f"{'0.0.0.0' if others_come else '10.0.0.2'}:{free_port()}"
-    for token in ([], ["--token", "t" * 20]):
+    for token in ([], ["--token-file", "t"]):
         with pytest.raises(UsageError, match=needs):
             names(f"--{option}", where, *token)
     for also in (["--nmea-allow", "10.0.0.2"], ["--insecure"]) if others_come else ():

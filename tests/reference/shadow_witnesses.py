@@ -9,8 +9,6 @@ from radar_service.scattering.physical_optics.cast_shadows import NEAR, NEAR_SHA
 from radar_service.scattering.physical_optics.picture import Picture, Windows
 
 EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
-ON_PLANE = 1e-6  # m from a plane
-SAME_POINT = 1e-5  # m within which corners of triangles are one
 
 
 def curved(points: Floats, earth_radius: float) -> Floats:

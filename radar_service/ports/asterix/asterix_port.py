@@ -134,12 +134,12 @@ class PlotSink(SpokeSink):
 
     def _send(self, plots: Callable[[], list[Plot]]) -> None:
         try:
-            extracted = plots()
+            ended = plots()
         except (OSError, EOFError):
             self._end()
             raise
         assert self._radar is not None
-        self._port.send(plot_blocks(extracted, self._radar.epoch, self._sac, self._sic))
+        self._port.send(plot_blocks(ended, self._radar.epoch, self._sac, self._sic))
 
     def _end(self) -> None:
         if self._process is not None:
