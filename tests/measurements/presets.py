@@ -9,7 +9,6 @@ import argparse
 import itertools
 import tempfile
 import time
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -18,11 +17,11 @@ from typing import Any
 import numpy as np
 
 import radar_service as rs
-import scenes
 from radar_service.records.fidelity import PRESETS, Fidelity
+from radar_service.scene_file.document import scene_content
 from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.real import places
-from tests.scenes import scene
+from tests.scenes import SHIPPED, scene
 
 WAY = {"speed_kn": 12, "course_deg": 30}
 NAMES = ("fast", "balanced", "reference")
@@ -67,10 +66,8 @@ def timed(make: Callable[[], rs.Simulator], azimuths: int | None) -> tuple[float
 
 def harbour(**own_ship: Any) -> rs.Scene:
     """The shipped harbour, own ship as given."""
-    path = Path(scenes.__file__).parent / "harbour.toml"
-    table = tomllib.loads(path.read_text())
-    table["own_ship"] |= own_ship
-    return rs.load_scene(table, folder=path.parent)
+    table = scene_content(SHIPPED / "harbour.toml")
+    return rs.load_scene({**table, "own_ship": table["own_ship"] | own_ship}, folder=SHIPPED)
 
 
 def timings(made: rs.Scene, under_way: rs.Scene, fidelity: Fidelity) -> tuple[float, float, float]:
