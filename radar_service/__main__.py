@@ -1,4 +1,4 @@
-"""The command line: finds the command, and says in a sentence why one cannot run.
+"""The command line.
 
 Commands import what they need when they are chosen: `serve` leaves the simulator to other processes, and so starts soon.
 """

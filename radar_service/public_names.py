@@ -1,4 +1,4 @@
-"""Public names of packages, each imported when it is first used."""
+"""Public names of packages, imported at first use."""
 
 import ast
 import sys

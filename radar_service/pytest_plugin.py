@@ -1,4 +1,4 @@
-"""The plugin for pytest: the fixture `radar_feed`, with which a test feeds a tracker.
+"""The plugin for pytest: the fixture `radar_feed`.
 
 Nothing heavy is imported until a test uses it: other runs of pytest are not slower.
 """

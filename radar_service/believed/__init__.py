@@ -1,1 +1,1 @@
-"""Believed: figures that others have published, computed by the simulator through scenes, and held against their tolerances."""
+"""Believed: published figures, computed through scenes, and held against their tolerances."""

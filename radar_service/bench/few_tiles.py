@@ -47,7 +47,7 @@ class FewTiles:
         self._level = threshold.of(np.empty((1, 1), dtype=np.float32))[0, 0]
 
     def _bounds(self, scans: range) -> Floats:
-        """Bounds (scans, T) [sqrt(W)] of the echoes in tiles: inf where the beam may pass a body whose power is not declared."""
+        """Bounds (scans, T) [sqrt(W)] of echoes; inf: the beam may pass a body of unknown power."""
         radar, scene, tile, fidelity = self._radar, self._simulator.scene, self._prepared.tile, self._simulator.fidelity
         starts = np.arange(0, radar.azimuths, tile)
         ends = np.minimum(starts + tile, radar.azimuths) - 1
@@ -91,7 +91,7 @@ class FewTiles:
 
     @BLAS_LIMIT.held()
     def _cells(self, scan: int, bounds: Floats) -> list[Any]:
-        """The detections (C,) of a scan: spokes, cells and powers [W]. bounds: (T,) [sqrt(W)] of the echoes in its tiles."""
+        """Spokes, cells and powers [W] of detections (C,). bounds: (T,) [sqrt(W)] of echoes."""
         parts = [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]
         needed = np.sqrt(self._level) * (1.0 - ROUNDING)
         for start, bound in zip(range(0, self._radar.azimuths, self._prepared.tile), bounds.tolist(), strict=True):

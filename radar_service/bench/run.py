@@ -120,8 +120,8 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))
-        whole = ((extractor.add(scan), scan.time, scan) for scan in (simulator.scan() for _ in numbers))
-        ended: Iterable[tuple[ScanPlots, Floats, Readings | Scan]] = few.plots(numbers, extractor) if few else whole
+        all_tiles = ((extractor.add(scan), scan.time, scan) for scan in (simulator.scan() for _ in numbers))
+        ended: Iterable[tuple[ScanPlots, Floats, Readings | Scan]] = few.plots(numbers, extractor) if few else all_tiles
         for (plots, time, own), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             heading = float(own.heading[-1])
             erring = with_errors(plots.plots, truths, scenario.plot_errors, heading, seed, plots.scan, lengths)

@@ -226,7 +226,7 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
 
 
 def noise_amplitude(prepared: Prepared, azimuths: AzimuthTimes) -> float:
-    """The greatest amplitude [sqrt(W)] in the azimuths (K,) of one tile, beyond the last bin too, were there noise alone."""
+    """The greatest amplitude [sqrt(W)] of the noise of a tile, beyond the last bin too."""
     noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
     return float(np.abs(scipy.fft.ifft(noise, axis=1, overwrite_x=True)).max())
 

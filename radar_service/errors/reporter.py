@@ -125,7 +125,7 @@ class ErrorReporter:
     def own_ships(
         self, own: Sequence[OwnShipTruth], spokes: Sequence[int], earlier: Earlier
     ) -> list[ReportedOwnShip | None]:  # fmt: skip
-        """Returns own ship at some instants (K,) with the errors that spokes (K,) report; None where no errors are in force."""
+        """Returns own ship (K,) with the errors of spokes (K,); None where none are in force."""
         result: list[ReportedOwnShip | None] = []
         for errors, group in groupby(zip(own, spokes, strict=True), lambda each: self._timeline.at(each[1])):
             some, numbers = zip(*group, strict=True)

@@ -1,4 +1,4 @@
-/* What kernels of shadows share: windows in the antenna's picture, and virtual positions, of picture.py; what they call. */
+/* What kernels of shadows share: windows in the antenna's picture, of picture.py; what they call. */
 
 #ifndef SHADOWS_H
 #define SHADOWS_H
@@ -20,14 +20,6 @@ static inline double virtual_height(double distance, double height, double anten
     double reflection = reflection_distance(distance, larger(height, 0.0), antenna_height, earth_radius);
     reflection = larger(reflection, NEAREST * NEAREST);
     return -distance * (antenna_height / reflection + reflection / (2.0 * earth_radius));
-}
-
-/* The virtual position of a point on the map: `Picture.virtual`. */
-static inline void virtual_of(const double *point, const double *antenna, double earth_radius, int by_sea, double *result) {
-    result[0] = point[0] - antenna[0];
-    result[1] = point[1] - antenna[1];
-    double distance = sqrt(result[0] * result[0] + result[1] * result[1]);
-    result[2] = virtual_height(distance, point[2], antenna[2], earth_radius, by_sea);
 }
 
 Window window_of(const double *points, int64_t corners, const double *antenna, double earth_radius, int by_sea);

@@ -145,8 +145,8 @@ def spread_and_factor(spokes: int, looks: float, pfa: float, pulses: int = 1) ->
 
 @lru_cache(maxsize=16)
 def mixture_laws(spokes: int, looks: float, pfa: float) -> tuple[Floats, Floats, Floats]:
-    """Returns of clutter far over noise, a share of which has texture: spreads (T, S) at SPREAD and TAIL, the latter rising, and
-    factors on the median, as `spread_and_factor`; rows have the shares TEXTURED."""
+    """Returns spreads (T, S) at SPREAD and TAIL, and factors (T, S), as `spread_and_factor`, of clutter whose share TEXTURED has
+    texture."""
     levels, ratio = -np.log([0.5, 1.0 - SPREAD, 1.0 - TAIL, pfa]), CLUTTER_TO_NOISE[-1]
     laws = [[_negative_log_tail(spokes, looks, ratio, shape, share) for shape in SHAPES] for share in TEXTURED]
     quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])

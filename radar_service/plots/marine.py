@@ -183,8 +183,8 @@ class MarineThreshold:
         return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
 
     def _mixture_factor(self, upper: float, tail: float) -> float:
-        """The logarithm of the factor on the median, of clutter whose quantiles lie `upper` and `tail` over it: each share of
-        texture takes its shape from the tail, and the share follows from the other quantile."""
+        """The logarithm of the factor on the median. The tail gives each share of texture a shape, and the upper quantile
+        the share."""
         laws = mixture_laws(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
         found = [(np.interp(tail, far, near), np.interp(tail, far, factor)) for near, far, factor in zip(*laws, strict=True)]
         return float(np.interp(upper, *np.array(sorted(found)).T))

@@ -33,7 +33,7 @@ class GaussianSpectrum:
         self._write(spectrum, rng, 1)
 
     def _write(self, spectrum: Profiles, rng: np.random.Generator, adds: int) -> None:
-        """Draws as `normals`, and writes the draws times their weights, or adds them."""
+        """Writes weighted draws, or adds them."""
         rows, count = len(spectrum), len(self._weight)
         words = np.asarray(rng.bit_generator.random_raw(-(-rows * count // 4)), dtype=np.uint64).view(np.int64)
         sizes = rows, self._above, 2 * self._size - count, count - self._above, adds, len(words)

@@ -34,7 +34,7 @@ _TERRAIN = {"vegetation": RURAL, "land": RURAL}
 
 
 def terrain_of(body: Body) -> Terrain | None:
-    """Returns what stands on a body; None unless it is a height map of a material of which that was measured."""
+    """Returns what stands on a body; None unless it is a height map of measured material."""
     return _TERRAIN.get(body.material.name) if body.one_sided else None
 
 
@@ -44,9 +44,9 @@ def rms_slope(terrain: Terrain, gamma: float) -> float:
 
 
 def texture_shape(spread: float) -> float:
-    """Returns the shape nu of a gamma texture whose K law of power has the median over the mean of a Weibull law.
+    """Returns the shape nu of a K law with the median (ln 2)^aw / gamma(1 + aw) of a Weibull law; spread: aw above 1.
 
-    spread: its aw above 1; (ln 2)^aw / gamma(1 + aw). K: 2 / gamma(nu) z^nu K_nu(2 z), z^2 = nu x (Ward, Tough and Watts 2006).
+    K: 2 / gamma(nu) z^nu K_nu(2 z), z^2 = nu x (Ward, Tough and Watts 2006).
     """
     median = np.log(2.0) ** spread / gamma_function(1.0 + spread)
 
@@ -58,10 +58,7 @@ def texture_shape(spread: float) -> float:
 
 
 def with_texture(points: Scatterers, terrain: Terrain, gamma: float, cell: Floats, rng: np.random.Generator) -> Scatterers:
-    """Returns scatterers (E,) of random slope, height and power; those of a resolution cell together have the texture.
-
-    cell: (E,) area of the cell in which each lies, beamwidth x c / 2B [m^2].
-    """
+    """Returns scatterers (E,) of random slope, height and power; cell: (E,) area of the cell of each [m^2]."""
     ground = points.normal[:, 2] > STEEPEST
     shapes = [texture_shape(spread) for spread in terrain.spread]
     shape = np.exp(np.interp(np.log(cell), np.log(AREAS), np.log(shapes))) * points.area / (CELL * cell)

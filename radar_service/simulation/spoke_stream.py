@@ -95,7 +95,7 @@ class SpokeStream:
         return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
 
     def with_reports(self, own: Sequence[OwnShipTruth], scans: Sequence[int], spokes: Sequence[int]) -> list[OwnShipTruth]:
-        """Returns own ship at some instants with what the nearest spokes of scans report, each of its own."""
+        """Returns own ship with what the nearest spokes of scans report."""
         nearest = [min(spoke, self.reporter.last_spoke(scan)) for scan, spoke in zip(scans, spokes, strict=True)]
         reports = self.reporter.own_ships(own, nearest, self.readings)
         return [replace(each, reported=report) for each, report in zip(own, reports, strict=True)]

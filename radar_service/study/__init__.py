@@ -1,4 +1,4 @@
-"""Studies of the simulator: speed against accuracy on a scene (`chart`), and where every method fails (`stability`)."""
+"""Studies: speed against accuracy (`chart`), where methods fail (`stability`)."""
 
 from radar_service.terminal.extras import extra
 

@@ -1,33 +1,7 @@
 """The bytes of the native feed: every websocket message is one msgpack map with a `type` and an `epoch`. No I/O here.
 
-Angles on the wire are whole numbers of 1/65536 turn, clockwise (`azimuth`, `heading`, `course`: from true north, so that
-azimuth - heading modulo 65536 is the angle from the bow). Everything else is SI, or carries its unit in its name.
-
-hello   first message, and again whenever the epoch changes:
-        protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
-        beamwidth_el_deg, frequency_hz, modulation, bandwidth_hz, pulse_s, prf_hz, power_w, height_m, blind_sectors_deg},
-        scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings, stream [east, north] m/s of the
-        water over ground, absent without a tidal stream}, seed, fidelity, arithmetic, plan,
-        encoding {name, bins, range_step_m, range_first_m, range_m, dtype, noise_dbw; in u8 and u8-log also db_per_step,
-        offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
-        truth (whether this server sends it). Where a view requests labels or powers: both of them in view, and
-        sources [{number, name}]
-spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
-        time [s of simulation, one each], azimuth [one each], heading [one each; nil while the radar has lost it: azimuth
-        then counts from the bow, and course is nil too], position [[east, north] m, one each],
-        course [one each], speed [m/s, one each], bins, range_step_m, range_first_m (where sample 0 stands), range (far
-        edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none).
-        Where a view leaves out or merges spokes: row_first, row_count (a row stands for row_count spokes from
-        first + row_first on; lists hold one entry for each row; spokes in no row were left out by the view and count as
-        delivered). Where a view compresses: compression (of data, labels, powers: zstd, or deflate as in RFC 1950).
-        Where a view requests them: labels (uint32, spokes x bins, as data: numbers of the strongest sources), powers (float32,
-        W, spokes x sources x bins) of power_sources (their numbers; a source that is not there has no power)
-truth   time, own_ship {...}, bodies [{...}]: see records.truth.BodyTruth, SI and radians
-no_truth  time, until (of the first and the last one), count, reason: truths that will not come
-gap     first, count, reason: exactly the spokes that this client lost
-bye     reason; the server closes after it
-
-Encodings: docs/feed.md#encodings. With fewer bins than cells, each bin holds the strongest cell of its group.
+Messages and their fields: docs/feed.md#messages. Angles are whole numbers of 1/65536 turn, clockwise from true north; everything
+else is SI, or carries its unit in its name.
 """
 
 import zlib

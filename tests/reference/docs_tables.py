@@ -308,9 +308,9 @@ TABLES: dict[str, Callable[[], str]] = {
 }
 
 
-def write_measured(name: str, rows: str) -> None:
-    """Writes what a command has measured into the page of accuracy, between `<!-- measured: NAME -->` and `<!-- end -->`."""
-    document = DOCS.parent / "docs/accuracy.md"
+def write_measured(name: str, rows: str, page: str = "accuracy") -> None:
+    """Writes what a command has measured into a page, between `<!-- measured: NAME -->` and `<!-- end -->`."""
+    document = DOCS / f"{page}.md"
     block = re.compile(rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)", flags=re.S)
     text = document.read_text(encoding="utf-8")
     document.write_text(block.sub(lambda result: result[1] + rows + result[2], text), encoding="utf-8")

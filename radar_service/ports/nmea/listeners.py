@@ -55,17 +55,13 @@ class TcpListener(Generic[Made]):
         host, port, *_ = self._listener.getsockname()
         return host, port
 
-    def may_come(self, host: str) -> bool:
-        """Whether the machine of that address may connect."""
-        return may_come(host, self._allowed)
-
     def accept(self) -> None:
         """Takes the connections that have come. One beyond MAX_CLIENTS is refused, unless another one gives way."""
         with contextlib.suppress(OSError):  # nobody waits; or he has gone again
             for _ in range(BACKLOG):
                 connection, (host, port, *_) = self._listener.accept()
                 connection.setblocking(False)
-                reason = "" if self.may_come(str(host)) else "this machine is not allowed"
+                reason = "" if may_come(str(host), self._allowed) else "this machine is not allowed"
                 if not reason and len(self.clients) >= MAX_CLIENTS and not self._make_room():
                     reason = f"no room for more than {MAX_CLIENTS} clients"
                 if reason:

@@ -1,6 +1,7 @@
 """The service's metrics for Prometheus, read from the stations on request. No label names a client."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 from prometheus_client import CollectorRegistry, ProcessCollector
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric, SummaryMetricFamily
@@ -56,67 +57,55 @@ GAUGES: dict[str, tuple[str, Read]] = {
 }  # fmt: skip
 
 
-class StationMetrics(Collector):
-    """All metrics of some stations. refused: number of refusals by reason."""
+class _Families(Collector):
+    """The families of metrics that some functions yield."""
 
-    def __init__(self, stations: Sequence[Station], refused: Mapping[str, int]) -> None:
-        self._stations, self._refused = stations, refused
-
-    def collect(self) -> Iterator[Metric]:
-        """Yields each family of metrics with its present values."""
-        for families, kind in ((COUNTERS, CounterMetricFamily), (GAUGES, GaugeMetricFamily)):
-            for name, (text, read) in families.items():
-                values = [((station.identity,), read(station)) for station in self._stations]
-                yield _labelled(kind(name, text, labels=["radar"]), values)
-        clients, states = list[Value](), list[Value]()
-        for station in self._stations:
-            modes, now = [client.mode for client in list(station.hub.clients)], state(station)
-            clients += [((station.identity, mode), modes.count(mode)) for mode in ("live", "lossless")]
-            states += [((station.identity, name), float(name == now)) for name in STATES]
-        yield _labelled(GaugeMetricFamily("radar_clients", "Clients of the feed", labels=["radar", "mode"]), clients)
-        text = "1 for the state that the radar is in"
-        yield _labelled(GaugeMetricFamily("radar_state", text, labels=["radar", "state"]), states)
-        yield self._encoding()
-        yield _by_reason("radar_refused", "Connections and requests that were refused", self._refused)
-
-    def _encoding(self) -> Metric:
-        family = SummaryMetricFamily("radar_encode_seconds", "Encoding a batch for a view", labels=["radar", "encoding"])
-        for station in self._stations:
-            for encoding, (count, seconds) in sorted(station.feed.timings.items()):
-                family.add_metric([station.identity, encoding], count, seconds)
-        return family
-
-
-class ServiceMetrics(Collector):
-    """Reads the figures of the serving process itself."""
-
-    def __init__(self, vitals: Vitals) -> None:
-        self._vitals = vitals
+    def __init__(self, *families: Callable[[], Iterator[Metric]]) -> None:
+        self._families = families
 
     def collect(self) -> Iterator[Metric]:
         """Yields each family of metrics with its present values."""
-        yield GaugeMetricFamily(
-            "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=self._vitals.lag
-        )
-        yield GaugeMetricFamily("radar_tasks", "Tasks on the event loop", value=self._vitals.tasks)
-        jobs = [((job_state,), count) for job_state, count in self._vitals.job_states.items()]
-        yield _labelled(GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"]), jobs)
-        yield _by_reason("radar_log_lines_dropped", "Log lines that were not written", logs.dropped())
+        for each in self._families:
+            yield from each()
 
 
-class PortMetrics(Collector):
-    """What the ports have lost."""
+def _of_stations(stations: Sequence[Station], refused: Mapping[str, int]) -> Iterator[Metric]:
+    for families, kind in ((COUNTERS, CounterMetricFamily), (GAUGES, GaugeMetricFamily)):
+        for name, (text, read) in families.items():
+            values = [((station.identity,), read(station)) for station in stations]
+            yield _labelled(kind(name, text, labels=["radar"]), values)
+    clients, states = list[Value](), list[Value]()
+    for station in stations:
+        modes, now = [client.mode for client in list(station.hub.clients)], state(station)
+        clients += [((station.identity, mode), modes.count(mode)) for mode in ("live", "lossless")]
+        states += [((station.identity, name), float(name == now)) for name in STATES]
+    yield _labelled(GaugeMetricFamily("radar_clients", "Clients of the feed", labels=["radar", "mode"]), clients)
+    text = "1 for the state that the radar is in"
+    yield _labelled(GaugeMetricFamily("radar_state", text, labels=["radar", "state"]), states)
+    family = SummaryMetricFamily("radar_encode_seconds", "Encoding a batch for a view", labels=["radar", "encoding"])
+    for station in stations:
+        for encoding, (count, seconds) in sorted(station.feed.timings.items()):
+            family.add_metric([station.identity, encoding], count, seconds)
+    yield family
+    yield _by_reason("radar_refused", "Connections and requests that were refused", refused)
 
-    def __init__(self, threads: Sequence[PortThread]) -> None:
-        self._threads = threads
 
-    def collect(self) -> Iterator[Metric]:
-        """Yields each family of metrics with its present values."""
-        faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
-        yield _labelled(faults, [((thread.name,), thread.faults) for thread in self._threads])
-        text = "Spokes, sentences and other calls that a port, or its network, was too slow for"
-        dropped = CounterMetricFamily("radar_port_dropped", text, labels=["port"])
-        yield _labelled(dropped, [((thread.name,), thread.dropped) for thread in self._threads])
+def _of_service(vitals: Vitals) -> Iterator[Metric]:
+    yield GaugeMetricFamily(
+        "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=vitals.lag
+    )
+    yield GaugeMetricFamily("radar_tasks", "Tasks on the event loop", value=vitals.tasks)
+    jobs = [((job_state,), count) for job_state, count in vitals.job_states.items()]
+    yield _labelled(GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"]), jobs)
+    yield _by_reason("radar_log_lines_dropped", "Log lines that were not written", logs.dropped())
+
+
+def _of_ports(threads: Sequence[PortThread]) -> Iterator[Metric]:
+    faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
+    yield _labelled(faults, [((thread.name,), thread.faults) for thread in threads])
+    text = "Spokes, sentences and other calls that a port, or its network, was too slow for"
+    dropped = CounterMetricFamily("radar_port_dropped", text, labels=["port"])
+    yield _labelled(dropped, [((thread.name,), thread.dropped) for thread in threads])
 
 
 def _by_reason(name: str, text: str, counts: Mapping[str, int]) -> Metric:
@@ -138,8 +127,7 @@ def exposition(
 ) -> bytes:
     """Returns all metrics, those of the process too, in the format of Prometheus. threads: of the ports."""
     registry = CollectorRegistry()
-    registry.register(StationMetrics(stations, refused))
-    registry.register(PortMetrics(threads))
-    registry.register(ServiceMetrics(vitals))
+    families = partial(_of_stations, stations, refused), partial(_of_ports, threads), partial(_of_service, vitals)
+    registry.register(_Families(*families))
     ProcessCollector(registry=registry)
     return generate_latest(registry)

@@ -5,7 +5,8 @@ import socket
 
 import pytest
 
-from radar_service.ports.nmea.listeners import TcpListener, bound, may_come
+from radar_service.ports.nmea import listeners
+from radar_service.ports.nmea.listeners import bound, may_come
 from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.udp.addresses import Address
 from radar_service.terminal.arguments import UsageError
@@ -21,7 +22,7 @@ def test_another_machine_needs_a_permission() -> None:
 
 
 def test_a_machine_that_may_not_come_is_told_so(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    monkeypatch.setattr(TcpListener, "may_come", lambda self, host: False)
+    monkeypatch.setattr(listeners, "is_loopback", lambda host: False)
     listener = TcpSender("--nmea-tcp", Address(HERE, free_port()), [])
     with contextlib.closing(socket.create_connection(listener.address, timeout=10)) as client:
         while not listener.refused:
