@@ -186,10 +186,8 @@ class MarineThreshold:
         """The logarithm of the factor on the median. The tail gives each share of texture a shape, and the upper quantile
         the share."""
         laws = mixture_laws(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
-        fitting = [
-            (np.interp(tail, far, near), np.interp(tail, far, factor)) for near, far, factor in zip(*laws, strict=True)
-        ]
-        return float(np.interp(upper, *np.array(sorted(fitting)).T))
+        pairs = [(np.interp(tail, far, near), np.interp(tail, far, factor)) for near, far, factor in zip(*laws, strict=True)]
+        return float(np.interp(upper, *np.array(sorted(pairs)).T))
 
 
 def threshold(kind: str, radar: Radar, pfa: float, guard: float, window: float) -> Threshold:
