@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq
 
-from radar_service.believed.run import BARE, NM, Figure, Measurement, Run, Table, around, db, placed, ring, sections
+from radar_service.believed.run import BARE, NM, Figure, Measurement, Run, Table, around, placed, ring, sections
 from radar_service.believed.targets import CARGO, RIB, YACHT
 from radar_service.numerics.types import Floats
 
@@ -194,7 +193,6 @@ def boat_classes(run: Run) -> list[Figure]:
     return [Figure.by_factor(name, sections_m2[name], low, low, 3.0, "m2") for name, (_, _, low) in boats.items()]
 
 
-LAND_DRAWS = 4  # of what stands on it: 1,700 cells, whose mean of exponential power with aw = 3 errs by 0.5 dB
 LAND_RANGE, LAND_HALF = 5000.0, 600.0  # m: middle of the land that is measured, and half of its depth
 RELIEF_SLOPE, RELIEF_LENGTH = (
     math.radians(1.0),
@@ -214,10 +212,7 @@ def low_relief(rise: float) -> Floats:
 
 
 def land_sigma0(run: Run, depression_deg: float, rise: float = 0.0) -> tuple[float, float]:
-    """Returns mean sigma0 [dB] and the Weibull spread aw of cells of 1000 m2, of low relief seen at a depression angle.
-
-    aw by the mean over the median, gamma(1 + aw) / (ln 2)^aw: logarithms end where side lobes fill the shadows.
-    """
+    """Returns mean sigma0 [dB] and the Weibull spread aw of cells of 1000 m2, of low relief seen at a depression angle."""
     heights = low_relief(rise)
     middle = float(heights[40:80, 40:80].mean())
     above = LAND_RANGE * math.tan(math.radians(depression_deg))
@@ -231,20 +226,17 @@ def land_sigma0(run: Run, depression_deg: float, rise: float = 0.0) -> tuple[flo
     }  # fmt: skip
     lift = max(0.0, 1.0 - middle - above)
     field = ground | {"position_m": [0, LAND_RANGE, lift], "material": "vegetation"}
-    scans = [
-        run.simulator(radar, {"earth": "flat"}, [field], seed=k, sector=(-0.06, 0.06)).scan() for k in range(LAND_DRAWS)
-    ]
+    land = run.simulator(radar, {"earth": "flat"}, [field], sector=(-0.06, 0.06)).scan()
     point = {"shape": "point", "rcs_dbsm": 0, "position_m": [0, LAND_RANGE, radar["height_m"]]}
     unit = run.simulator(radar, {"earth": "flat"}, [point], sector=(-0.06, 0.06))
     cells = unit.scan()
     turn = 2.0 * np.pi / radar["azimuths"]
     of_one = float(np.nansum(cells.power.astype(np.float64) * cells.range)) * turn * unit.range_step
     near = np.abs(cells.range - LAND_RANGE) < 0.7 * LAND_HALF
-    rows = np.abs(np.angle(np.exp(1j * cells.azimuth))) < 0.05
-    power = np.array([land.power[np.ix_(rows, near)] for land in scans], np.float64) * (cells.range[near] / LAND_RANGE) ** 3
-    ratio = math.log(power.mean() / np.median(power))
-    spread = brentq(lambda aw: math.lgamma(1.0 + aw) - aw * math.log(math.log(2.0)) - ratio, 0.5, 20.0)
-    return db(power.mean() / of_one), float(spread)
+    rows = np.abs(np.angle(np.exp(1j * land.azimuth))) < 0.05
+    power = land.power[np.ix_(rows, near)].astype(np.float64) * (cells.range[near] / LAND_RANGE) ** 3
+    seen = np.log(power[power > power.max() * 1e-9])
+    return 10.0 * math.log10(power.mean() / of_one), float(seen.std() * math.sqrt(6.0) / math.pi)
 
 
 def land(rows: Sequence[tuple[float, float, float, float]], run: Run) -> list[Figure]:

@@ -14,7 +14,6 @@ SCENARIO = 42  # purpose of the starts of targets in the test bench
 PLOT_ERRORS = 43  # purpose of the errors of plots in the test bench
 BIASES = 44  # purpose of the signs of the biases of sensors in the test bench
 SEAWAY, LEAN = 45, 46  # purposes of the waves of a seaway, and of the lists and trims of ships
-LAND_TEXTURE = 52  # purpose of the texture of land
 HULL_PARTS = 47  # purpose of the parts of hulls
 SWEEP_SEED, SWEEP_LIST, SWEEP_DRAW = 48, 49, 50  # purposes of seeds of runs, of drawn lists, of draws of each run
 SENSOR, FEED = 31, 32  # errors on purpose

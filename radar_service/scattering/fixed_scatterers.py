@@ -12,12 +12,11 @@ from typing import ClassVar, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.random import LAND_TEXTURE, SCATTER, generator, name_key
+from radar_service.numerics.random import SCATTER, generator, name_key
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.land_texture import terrain_of, with_texture
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.resting_points import MapCells, RestingPoints
@@ -205,15 +204,8 @@ class DiffuseScattering(FixedScatterers):
 
     @staticmethod
     def sample(body: Body, context: ScatteringContext) -> Scatterers:
-        """Scatterers over the mesh, with the texture of land."""
-        points, terrain = sampled(body, context, MAX_SCATTERERS), terrain_of(body)
-        if terrain is None:
-            return points
-        offset = pose_at(body, 0.0).map_from_frame(points.position)[:, :2] - context.antenna[:2]
-        radar, distance = context.radar, np.hypot(offset[:, 0], offset[:, 1])
-        cell = 1.0 / cell_density(distance, radar.range_resolution, radar.beamwidth, 1.0)
-        rng = generator(context.seed, LAND_TEXTURE, name_key(context.scene_name, body.name))
-        return with_texture(points, terrain, body.material.gamma, cell, rng)
+        """Scatterers over the mesh."""
+        return sampled(body, context, MAX_SCATTERERS)
 
     def visible_echoes(
         self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays

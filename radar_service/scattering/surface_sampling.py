@@ -51,7 +51,7 @@ class Scatterers:
     normal: (E, 3), of unit length; 0 for a point.
     area: (E,) that each stands for [m^2].
     triangle: (E,) index in the mesh, -1 for a point.
-    phasor: (E,) the random phase, of unit length but for the texture of land.
+    phasor: (E,) of unit length: the random phase.
     middle: (E,) mean height of what each stands for, in the body's frame [m].
     span: (E,) its vertical extent [m]: that of even heights with the same variance.
     """

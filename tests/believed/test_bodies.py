@@ -44,4 +44,4 @@ def test_land_has_sigma0_of_its_material(tmp_path: Path) -> None:
     """Vegetation has -12 dB sin(psi): of low relief seen from 5 degrees above, where nothing is in shadow, within 1 dB."""
     mean, spread = land_sigma0(Run(tmp_path), 5.0)
     assert mean == pytest.approx(-12.0 + 10.0 * math.log10(math.sin(math.radians(5.0))), abs=1.0)
-    assert 1.2 < spread < 2.6  # exponential speckle has 1, its texture in cells of nominal area 2.6
+    assert 0.7 < spread < 1.5  # exponential speckle has 1

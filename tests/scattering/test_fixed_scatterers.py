@@ -118,7 +118,7 @@ def test_what_stands_around_the_antenna_and_what_is_transparent_shows_its_back()
 def cut_hill(folder: Path) -> rs.Scene:
     """Land 400 m wide and deep that the map cuts 1 km to the north, where it is 20 m high; behind it falls to 2 m."""
     np.save(folder / "hill.npy", np.repeat(np.linspace(2.0, 20.0, 21)[:, None], 21, axis=1))
-    land = {"name": "land", "heightmap": "hill.npy", "extent_m": [400, 400], "position_m": [0, 1200, 0], "material": "sand"}
+    land = {"name": "land", "heightmap": "hill.npy", "extent_m": [400, 400], "position_m": [0, 1200, 0], "material": "land"}
     made = rs.load_scene({"radar": {"range_max_m": 2500}, "environment": FLAT, "body": [land]}, folder=folder)
     assert made.bodies[0].mesh is not None
     return made

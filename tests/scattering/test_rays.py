@@ -219,7 +219,7 @@ def coast_of(folder: Path, own_ship: dict[str, Any]) -> rs.Scene:
     )
     np.save(folder / "land.npy", (hills - 3 + 2 * np.sin(x / 90) * np.cos(y / 70)).astype(np.float32))
     bodies = [
-        {"name": "land", "heightmap": "land.npy", "extent_m": [3000, 3000], "position_m": [0, 1800, 0], "material": "sand"},
+        {"name": "land", "heightmap": "land.npy", "extent_m": [3000, 3000], "position_m": [0, 1800, 0], "material": "land"},
         {"name": "quay", "shape": "box", "length_m": 60, "width_m": 400, "height_m": 6, "position_m": [0, 900, 0],
          "material": "concrete"},
         {"name": "hull", "shape": "hull", "length_m": 120, "beam_m": 20, "height_m": 25, "position_m": [-500, 700, 0],
