@@ -52,7 +52,11 @@ class ProcessTracker(LineTracker):
         self._reading.start()
         self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
         self._noting.start()
-        self.begin(header)
+        try:
+            self.begin(header)
+        except TrackerError:
+            self.close()
+            raise
 
     @classmethod
     def ready(cls, command: str, header: Mapping[str, Any], sealed: Sequence[str] | None, digest: str) -> "ProcessTracker":

@@ -1,5 +1,6 @@
 """Trackers in other programs: JSON Lines on standard input and output, and every way in which they go wrong."""
 
+import contextlib
 import sys
 import tempfile
 from pathlib import Path
@@ -99,13 +100,11 @@ def test_a_program_that_writes_more_than_it_is_asked_is_read_no_further(tmp_path
     """It answers all scans before it gets one, for ever: a few lines are kept, the rest is not read."""
     answer = "{'type': 'tracks', 'scan': k, 'tracks': []}"
     code = f"import itertools, json\nfor k in itertools.count():\n    print(json.dumps({answer}))\n"
-    tracker = ProcessTracker(program(tmp_path, code), {"seed": 0})
-    try:
-        with pytest.raises(TrackerError, match="wrote more lines than it got scans"):
+    with pytest.raises(TrackerError, match="wrote more lines than it got scans"):  # perhaps before it got the header
+        tracker = ProcessTracker(program(tmp_path, code), {"seed": 0})
+        with contextlib.closing(tracker):
             for scan in range(process_tracker.MAX_WAITING + 1000):
                 tracker.update(given(scan, ()))
-    finally:
-        tracker.close()
 
 
 def test_an_answer_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
