@@ -6,6 +6,7 @@ Workers end with this process, however it ends: each holds a pipe of it, and end
 import contextlib
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from typing import Any
 from radar_service.batch.jobs import Executor
 from radar_service.processes.channel import portable
 from radar_service.processes.limits import limit_memory
+from radar_service.processes.stop_signals import TERMINATED
 
 ATTEMPTS = 3  # of a job whose workers die, as Dask has it by default: then the job itself is the likely cause
 GRACE = 5.0  # s that a worker without work has to end
@@ -173,6 +175,7 @@ class _Worker:
 def _work(pipe: Connection, memory: int | None) -> None:
     """What a worker does: calls that the pipe brings, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all of a terminal; the first process ends the others
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # a job ends what it has started
     threading.Thread(target=_end_with_parent, name="end with parent", daemon=True).start()
     if memory is not None:
         limit_memory(memory)
@@ -193,4 +196,6 @@ def _end_with_parent() -> None:
     parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])
+        os.kill(os.getpid(), signal.SIGTERM)
+        threading.main_thread().join(GRACE)
         os._exit(1)

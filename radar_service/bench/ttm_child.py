@@ -7,6 +7,7 @@ The program writes NMEA 0183 to its standard output, or sends it to `{udp}`, a p
 import json
 import math
 import re
+import secrets
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -63,18 +64,18 @@ class Plotter:
                     self._own = dict(own)
                     self._changed.notify_all()
         finally:
-            self._end("the feed has ended")
+            self.end("the feed has ended")
 
     def listen(self, lines: Iterable[str]) -> None:
-        """Takes the sentences of the program."""
+        """Takes the sentences of the program, by one of its ways."""
         for line in lines:
             with self._changed, suppress(ValueError, KeyError):  # of a TTM that is not understood
                 if self._own["time"] >= 0.0 and (report := track_of(line, self._own)):
                     self._tracks.pop(report[0], None)
                     self._tracks |= {report[0]: report[1]} if report[1] else {}
-        self._end("the program has ended its output")
 
-    def _end(self, why: str) -> None:
+    def end(self, why: str) -> None:
+        """Ends the wait for the radar."""
         with self._changed:
             self._ended = self._ended or why
             self._changed.notify_all()
@@ -100,8 +101,16 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     program = subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, errors="replace")
     assert program.stdout is not None
     Thread(target=plotter.follow, args=(own_ships(video["feed"]),), daemon=True).start()
-    listening = [Thread(target=plotter.listen, args=(of,), daemon=True) for of in (_written(program.stdout), _sent(port))]
-    for thread in listening:
+    last = secrets.token_bytes()
+    ways = _written(program.stdout), _sent(port, last)
+    listening = [Thread(target=plotter.listen, args=(lines_of,), daemon=True) for lines_of in ways]
+
+    def watch() -> None:
+        status = program.wait()
+        listening[0].join(LAST_WORDS)
+        plotter.end(f"the program has ended, exit status {status}")
+
+    for thread in (*listening, Thread(target=watch, daemon=True)):
         thread.start()
     try:
         for scan in map(json.loads, lines):
@@ -110,7 +119,7 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     finally:
         program.kill()
         program.wait()
-        port.sendto(b"", port.getsockname())
+        port.sendto(last, port.getsockname())
         for thread in listening:
             thread.join(LAST_WORDS)
 
@@ -121,9 +130,9 @@ def _written(output: IO[str]) -> Iterator[str]:
         yield from iter(partial(output.readline, MAX_LINE), "")
 
 
-def _sent(port: socket) -> Iterator[str]:
-    """Yields the lines of datagrams, to an empty one."""
-    while data := port.recv(MAX_DATAGRAM):
+def _sent(port: socket, last: bytes) -> Iterator[str]:
+    """Yields the lines of datagrams before the last one."""
+    while (data := port.recv(MAX_DATAGRAM)) != last:
         yield from data.decode("ascii", "replace").splitlines()
     port.close()
 

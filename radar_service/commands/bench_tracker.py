@@ -3,6 +3,7 @@
 import argparse
 import json
 import shlex
+import signal
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -30,6 +31,7 @@ from radar_service.bench.trackers.trackers import is_built_in, is_program
 from radar_service.bench.video import program_on_video
 from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs, executor_of
+from radar_service.processes.stop_signals import TERMINATED, ended_by_signals
 from radar_service.terminal.arguments import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
@@ -76,7 +78,8 @@ def run(options: argparse.Namespace) -> int:
     Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
     try:
-        return _bench(options)
+        with ended_by_signals([signal.SIGTERM], TERMINATED):
+            return _bench(options)
     except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
         if isinstance(error, JobsFailed) and error.is_fault:
             raise

@@ -4,6 +4,7 @@ import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from threading import Thread
 
 from radar_service.plots.extractor import Extract, PlotExtractor
 from radar_service.plots.marine import MarineThreshold
@@ -18,8 +19,8 @@ from radar_service.scans.scan import Scan
 class PlotProcess:
     """A plot extractor in a process of its own: in the service, a fifth of a second of work a scan would delay the feed.
 
-    The process has one scan, and another one waits for it; of more, all spokes are lost. This end sends when the process has
-    answered, and receives when an answer is there: so neither end waits while the other one does.
+    The process has one scan, and another one waits for it; of more, all spokes are lost. A scan is sent when the process has
+    answered the one before, by a thread that alone waits for it.
     """
 
     def __init__(
@@ -60,9 +61,14 @@ class PlotProcess:
                 for flood in floods:
                     self._tell(flood)
             if self._waiting:
-                self._child.data.send(self._waiting)
+                Thread(target=self._hand_over, args=(self._waiting,), name="a scan for plots", daemon=True).start()
                 self._works, self._waiting = True, None
         return plots
+
+    def _hand_over(self, scan: tuple[Radar | None, Scan]) -> None:
+        """Sends a scan, from a thread of its own: a process that has been stopped reads nothing."""
+        with contextlib.suppress(OSError):  # it has ended, as the next look for plots finds
+            self._child.data.send(scan)
 
     def close(self) -> None:
         """Ends the process. Spokes of scans that it has not done are lost."""

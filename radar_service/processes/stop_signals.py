@@ -1,22 +1,24 @@
-"""SIGTERM and SIGINT end a service in order, also before its server runs."""
+"""SIGTERM and SIGINT end a command in order: a service also before its server runs, a bench with what it has started."""
 
 import contextlib
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 STOP_SIGNALS = (signal.SIGTERM, signal.SIGINT)
+TERMINATED = 128 + signal.SIGTERM  # status of a program that ends in order by SIGTERM, as shells give it
 
 
 @contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Raises SystemExit, status 0, in the block at the first SIGTERM or SIGINT; further ones are ignored. For the main thread."""
+def ended_by_signals(numbers: Sequence[signal.Signals] = STOP_SIGNALS, status: int = 0) -> Iterator[None]:
+    """Raises SystemExit of that status in the block at the first of these signals; further ones are ignored. For the main
+    thread."""
 
     def end(*_: object) -> None:
-        for number in STOP_SIGNALS:
+        for number in numbers:
             signal.signal(number, signal.SIG_IGN)
-        raise SystemExit(0)
+        raise SystemExit(status)
 
-    before = {number: signal.signal(number, end) for number in STOP_SIGNALS}
+    before = {number: signal.signal(number, end) for number in numbers}
     try:
         yield
     finally:

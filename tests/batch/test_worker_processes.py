@@ -104,7 +104,7 @@ def test_leaving_ends_workers_in_the_middle_of_a_job(tmp_path: Path) -> None:
         futures += [workers.submit(_wait_for_ever, fifo), workers.submit(os.getpid)]
         fifo.read_text()  # until the job has begun
         (pid,) = workers.pids
-    assert isinstance(futures[0].exception(), WorkerDied) and futures[1].cancelled()
+    assert isinstance(futures[0].exception(), WorkerDied) and futures[1].cancelled() and (tmp_path / "tidied").exists()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
 
@@ -134,7 +134,10 @@ def test_leaving_while_a_worker_is_found_dead(tmp_path: Path, monkeypatch: pytes
 
 def _wait_for_ever(fifo: Path) -> None:
     fifo.write_text("begun")
-    signal.pause()
+    try:
+        signal.pause()
+    finally:
+        fifo.with_name("tidied").touch()
 
 
 KILLED = """
@@ -159,7 +162,7 @@ def test_workers_end_when_their_process_is_killed(tmp_path: Path) -> None:
     command = [sys.executable, str(tmp_path / "killed.py"), str(tmp_path / "fifo")]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     run = subprocess.run(command, stdout=subprocess.PIPE, env=environment, timeout=60, text=True)  # reads to the end of all
-    assert run.returncode == -signal.SIGKILL
+    assert run.returncode == -signal.SIGKILL and (tmp_path / "tidied").exists()
     with contextlib.suppress(ProcessLookupError):
         os.kill(int(run.stdout), 0)
         assert Path(f"/proc/{int(run.stdout)}/stat").read_text().split()[2] == "Z"  # nobody is there to collect it

@@ -95,13 +95,19 @@ def answers(code: str, *words: str) -> list[dict[str, Any]]:
     "code",
     [
         "while True: print(sys.argv[1], flush=True)",
-        "s = socket.socket(type=socket.SOCK_DGRAM)\nwhile True: s.sendto(sys.argv[1].encode(), ('127.0.0.1', int(sys.argv[2])))",
+        "import os\nos.close(1)\ns, to = socket.socket(type=socket.SOCK_DGRAM), ('127.0.0.1', int(sys.argv[2]))\n"
+        "while True: s.sendto(b'', to), s.sendto(sys.argv[1].encode(), to)",
     ],
 )
 def test_a_program_is_started_with_the_addresses_and_answers_each_scan(code: str, heard: list[str]) -> None:
     (answer,) = answers(f"import socket, sys\n{code}", "{udp}")
     assert (answer["scan"], [state["track"] for state in answer["tracks"]]) == (3, ["01"]) and heard
     ttm_child.serve(["no-such-program"], iter(['{"type": "header"}']), io.StringIO())  # a trial start
+
+
+def test_a_program_that_ends_is_told(heard: list[str]) -> None:
+    with pytest.raises(RuntimeError, match="the program has ended, exit status 7"):
+        answers("raise SystemExit(7)")
 
 
 def test_a_program_that_writes_no_line_and_leaves_a_child_is_bounded(tmp_path: Path, heard: list[str]) -> None:

@@ -5,6 +5,7 @@ import socket
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from threading import Thread
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -86,6 +87,21 @@ def test_a_scan_waits_for_another_one_and_more_are_lost() -> None:
     far.close()
 
 
+def test_a_process_that_reads_nothing_delays_nobody() -> None:
+    """A scan is more than a socket holds. The end of the process ends the thread that hands it over."""
+    near, far = (Channel(end) for end in socket.socketpair())
+    process = PlotProcess(far_end([near]), SOURCE().scene.radar, print, (lost := list[int]()).append)
+    adding = Thread(target=process.add, args=(scan := next(scans()),), daemon=True)
+    adding.start()
+    adding.join(60.0)
+    assert scan.power.nbytes > 2**20 and not adding.is_alive()
+    far.close()
+    with pytest.raises((OSError, EOFError)):
+        process.ended(60.0)
+    process.close()
+    assert lost == [720]
+
+
 def test_a_port_sends_all_plots_and_goes_on_where_a_process_has_failed(
     server: ForkServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,5 +130,7 @@ def test_a_port_sends_all_plots_and_goes_on_where_a_process_has_failed(
     while len(kept.pieces) == 1:
         time.sleep(0.005)
         port.tick("1", 0.0)
-    sinks[1].close("end")
-    assert {each.source for each in reports(kept.pieces[1:])} == {(0, 2)} and port.lost == 720
+    for batch in sent()[45:]:
+        sinks[1].send(batch)
+    asyncio.run(port.stop())
+    assert len(kept.pieces) == 3 and {each.source for each in reports(kept.pieces[1:])} == {(0, 2)} and port.lost == 720

@@ -1,5 +1,6 @@
 """The ports of ASTERIX: each radar has a system identification code (SIC) of its own."""
 
+import asyncio
 import contextlib
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -83,6 +84,11 @@ class PlotPort(AsterixPort):
     def sink(self, sic: int) -> "PlotSink":
         """Returns a sink of plots."""
         return PlotSink(self, sic, self.form.sac, lambda: self._fork_server)
+
+    async def stop(self) -> None:
+        """Sends the plots that come soon, and ends the processes."""
+        for sink in self._by_radar.values():
+            await asyncio.to_thread(sink.close, "the service stops")
 
     def tick(self, radar: str, time: float) -> None:
         """Sends the plots that have come."""
