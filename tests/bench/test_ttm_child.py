@@ -65,7 +65,7 @@ def test_a_feed_that_breaks_ends_the_wait(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.fixture
-def heard(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Lines that the program has written, after the first of which the radar turns on."""
     noted, lines = Event(), list[str]()
 
@@ -81,7 +81,8 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(ttm_child, "own_ships", own_ships)
     monkeypatch.setattr(ttm_child, "track_of", told)
-    return lines
+    yield lines
+    noted.set()  # where nothing was heard: the thread of the feed does not outlive the test
 
 
 def answers(code: str, *words: str) -> list[dict[str, Any]]:
