@@ -24,11 +24,9 @@ SPECTRUM_SIZE = 2**14  # samples; a longer one changes no correlation by 1e-6
 DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by less than 0.2 %
 DRAW_ROWS = 2**12
 MAX_FACTOR = 1e9  # of a threshold over the level
-SPREAD = 0.95  # the quantile that tells the shape: the cells of a ship or two in a region are fewer than the rest
-TAIL = 0.99  # the quantile that tells spikes in uniform clutter, as of a sea in rain
-TEXTURED = np.array([1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03])  # shares of clutter that have the texture
+TAILS = np.array([0.05, 0.02, 0.01, 0.005, 0.002, 0.001])  # of the cells of a region, whose quantile tells the shape
 LOG_POWER = np.linspace(-10.0, 8.0, 145)  # of the laws of clutter, of unit mean
-SHAPES = np.geomspace(100.0, 0.05, 14)  # of texture: as noise, to the spikiest
+SHAPES = np.geomspace(100.0, 0.02, 16)  # of texture: as noise, to the spikiest of the sea along the waves
 CLUTTER_TO_NOISE = 10.0 ** np.arange(-1.0, 3.1, 0.25)
 TINY = 1e-300
 
@@ -128,42 +126,32 @@ def effective_looks(radar: Radar, spokes: int) -> float:
 
 @lru_cache(maxsize=16)
 def spread_and_factor(spokes: int, looks: float, pfa: float, pulses: int = 1) -> tuple[Floats, Floats]:
-    """Returns how widely laws of clutter spread (C, S), rising, and their factors (C, S) on the median, exceeded with `pfa`.
+    """Returns how widely laws of clutter spread (Q, C, S), rising, and their factors (C, S) on the median, exceeded with `pfa`.
 
-    Both are natural logarithms; the first is of the quantile SPREAD over the median. Rows have CLUTTER_TO_NOISE / pulses,
+    Both are natural logarithms; the first is of quantiles that TAILS exceed. Rows have CLUTTER_TO_NOISE / pulses,
     columns the SHAPES of texture: the K distribution with noise (Ward, Tough and Watts, "Sea Clutter", 2006, ch. 4). A CFAR's
     multiplier follows them (Ward, Tough and Shepherd, IET RSN 1(6), 425, 2007).
     spokes: whose mean is taken; looks: independent ones of clutter among them; pulses: averaged in a spoke.
     """
-    levels = -np.log([0.5, 1.0 - SPREAD, pfa])
+    levels = -np.log([0.5, *TAILS, pfa])
     laws = [
         [_negative_log_tail(spokes * pulses, looks, ratio / pulses, shape) for shape in SHAPES] for ratio in CLUTTER_TO_NOISE
     ]
     quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])
-    return np.maximum.accumulate(quantiles[..., 1] - quantiles[..., 0], axis=1), quantiles[..., 2] - quantiles[..., 0]
+    spread = np.moveaxis(quantiles[..., 1:-1] - quantiles[..., :1], -1, 0)
+    return np.maximum.accumulate(spread, axis=-1), quantiles[..., -1] - quantiles[..., 0]
 
 
-@lru_cache(maxsize=16)
-def mixture_laws(spokes: int, looks: float, pfa: float) -> tuple[Floats, Floats, Floats]:
-    """Returns spreads (T, S) at SPREAD and TAIL, and factors (T, S), as `spread_and_factor`, of clutter whose share TEXTURED has
-    texture."""
-    levels, ratio = -np.log([0.5, 1.0 - SPREAD, 1.0 - TAIL, pfa]), CLUTTER_TO_NOISE[-1]
-    laws = [[_negative_log_tail(spokes, looks, ratio, shape, share) for shape in SHAPES] for share in TEXTURED]
-    quantiles = np.array([[np.interp(levels, law, LOG_POWER) for law in row] for row in laws])
-    near, tail, factor = np.moveaxis(quantiles[..., 1:] - quantiles[..., :1], -1, 0)
-    return near, np.maximum.accumulate(tail, axis=1), factor
-
-
-def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: float, textured: float = 1.0) -> Floats:
+def _negative_log_tail(noise_looks: int, looks: float, ratio: float, shape: float) -> Floats:
     """-ln of the probability that the mean over spokes exceeds exp(LOG_POWER), in units of its own mean.
 
-    textured: share of the clutter. Given the texture, the covariance of spokes is noise's identity, and that of speckle times
+    Given the texture, the covariance of spokes is noise's identity, and that of speckle times
     texture and `ratio`, clutter to noise. The sum of its exponential modes is taken for a gamma variate of its mean and variance.
     """
     odds = np.linspace(-16.0, 16.0, 129)  # the logit of the texture's probability: equal steps reach far into both tails
     share = 1.0 / (1.0 + np.exp(-odds))
     texture = np.where(odds < 0.0, gammaincinv(shape, share), gammainccinv(shape, share[::-1])) / shape  # by the small tail
-    clutter = ratio * (1.0 - textured + textured * texture)
+    clutter = ratio * texture
     effective = _effective(clutter, noise_looks, looks)
     tail = gammaincc(effective, effective * np.exp(LOG_POWER)[:, None] * (ratio + 1.0) / (clutter + 1.0))
     weight = share * (1.0 - share)

@@ -16,10 +16,8 @@ from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.plots.false_alarms import (
     CLUTTER_TO_NOISE,
-    SPREAD,
-    TAIL,
+    TAILS,
     effective_looks,
-    mixture_laws,
     speckle_factor,
     spread_and_factor,
 )
@@ -43,8 +41,8 @@ GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logari
 REGION_CELLS = 24, 256  # of a region along range, at least and at most
 EVERY = 2  # spokes: their median over azimuth is the STC's curve
 NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells widen noise, and a standard error of a region
-STRONG_CLUTTER = 10.0  # to noise, from which on a part of clutter may be uniform, as rain over a sea
-NO_NOISE = -0.5  # clutter to noise, below which the noise is not the receiver's
+BEYOND = 3.0  # independent cells of a region beyond the quantile that tells its shape
+FAINT = 0.1  # of the receiver's noise: 1 - exp(-0.1) of the cells of noise are fainter, of several looks fewer
 BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
 LOCAL, LOCAL_SECTORS = (
@@ -80,13 +78,16 @@ class MarineThreshold:
         A cell exceeds its own exactly where its integral over the beam exceeds the level.
         """
         integral = self._integrated(_without_interference(power) if self._spokes > 1 else power)
+        noise = np.float32(receiver_noise_power(self.radar))
+        if (power[::EVERY] < FAINT * noise).mean() > FAINT:  # a scene without noise
+            np.maximum(integral, noise, out=integral)
         curve = _stc(integral)
         flat = integral / curve
         level = self._averaged(flat)
         with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
             flat /= level
             level *= curve
-            clutter = level / np.float32(receiver_noise_power(self.radar)) - 1.0
+            clutter = level / noise - 1.0
             factor = np.maximum(self._factors(flat, clutter), self._speckle_factors(clutter))
             factor *= power
             factor /= flat
@@ -172,22 +173,14 @@ class MarineThreshold:
         """The logarithm of the factor for the ratios (C,) of a region; clutter: to noise, in the mean."""
         pulses = self.radar.pulses_integrated
         spread, factor = spread_and_factor(self._spokes, effective_looks(self.radar, self._spokes), self.pfa, pulses)
+        deep = int(np.argmin(np.abs(np.log(TAILS * len(cells) / self._spokes / BEYOND))))
+        places = [len(cells) // 2, int((1.0 - TAILS[deep]) * len(cells))]
+        median, tail = np.log(np.partition(cells, places)[places])
         ratios = CLUTTER_TO_NOISE / pulses
-        places = [len(cells) // 2, int(SPREAD * len(cells)), int(TAIL * len(cells))]
-        median, upper, tail = np.log(np.partition(cells, places)[places])
-        if clutter > STRONG_CLUTTER:
-            return float(median + self._mixture_factor(upper - median, tail - median))
-        ratio = max(clutter, ratios[0]) if clutter > NO_NOISE else ratios[-1]
+        ratio = max(clutter, ratios[0])
         row = int(np.abs(np.log(ratios / ratio)).argmin())
         wider = NOISE_SPREAD / pulses**0.5 / (1.0 + ratio)
-        return float(median + np.interp(upper - median - wider, spread[row], factor[row]) + wider)
-
-    def _mixture_factor(self, upper: float, tail: float) -> float:
-        """The logarithm of the factor on the median. The tail gives each share of texture a shape, and the upper quantile
-        the share."""
-        laws = mixture_laws(self._spokes, effective_looks(self.radar, self._spokes), self.pfa)
-        pairs = [(np.interp(tail, far, near), np.interp(tail, far, factor)) for near, far, factor in zip(*laws, strict=True)]
-        return float(np.interp(upper, *np.array(sorted(pairs)).T))
+        return float(median + np.interp(tail - median - wider, spread[deep, row], factor[row]) + wider)
 
 
 def threshold(kind: str, radar: Radar, pfa: float, guard: float, window: float) -> Threshold:
@@ -232,15 +225,15 @@ def _without_interference(power: Singles) -> Singles:
 
 
 def _stc(power: Singles) -> Singles:
-    """The curve (N,) of sensitivity time control [W]: the median over azimuth; 1 without any power."""
-    rows = np.where(power[::EVERY] > 0.0, power[::EVERY], np.float32(np.nan))
+    """The curve (N,) of sensitivity time control [W]: the median over azimuth."""
+    rows = power[::EVERY]
     few = np.flatnonzero(np.isnan(rows).any(axis=0))
     middle = np.median(rows, axis=0)
     middle[few] = [
         float(np.median(each[~np.isnan(each)])) if not np.isnan(each).all() else np.nan for each in rows[:, few].T
     ]
-    good = np.flatnonzero(middle > 0.0)
-    return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.ones_like(middle)
+    good = np.flatnonzero(~np.isnan(middle))
+    return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.zeros_like(middle)
 
 
 def _local(flat: Singles) -> Singles:

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import gammainccinv
 
 import radar_service as rs
 from radar_service.plots.extractor import PlotExtractor, in_clutter
-from radar_service.plots.false_alarms import SHAPES, SPREAD, TAIL, TEXTURED, effective_looks, mixture_laws
+from radar_service.plots.false_alarms import effective_looks
 from radar_service.plots.marine import BESIDE_LAND, LandCells, MarineThreshold
 from radar_service.plots.plot_report import labelled_plots
 from radar_service.plots.thresholds import KnownThreshold
@@ -186,27 +187,25 @@ def test_shipped_seas_do_not_flood(name: str, weather: dict[str, Any], unseen: s
     assert np.mean([plot.plot.correlated for plot in report.plots if plot.kind == "ship"]) > 0.9
 
 
-@pytest.mark.parametrize(("share", "shape"), [(0.25, 0.3), (0.08, 0.1)])
-def test_laws_of_mixtures_are_those_of_drawn_ones(share: float, shape: float) -> None:
-    """A million means of two looks, a share of whose power has a texture: spreads and a factor within 0.06, a step of SHAPES."""
-    rng, looks = np.random.default_rng(4), 2.0
-    local = 1.0 - share + share * rng.gamma(shape, 1.0 / shape, 1_000_000)
-    near, tail, factor = mixture_laws(2, looks, 1e-3)
-    row = int(np.abs(TEXTURED - share).argmin())
-    drawn = np.log(np.quantile(rng.gamma(looks, local / looks), [0.5, SPREAD, TAIL, 1.0 - 1e-3]))
-    for law, expected in zip((near, tail, factor), drawn[1:] - drawn[0], strict=True):
-        assert np.interp(np.log(shape), np.log(SHAPES[::-1]), law[row][::-1]) == pytest.approx(expected, abs=0.06)
-
-
-def test_a_spiky_sea_in_rain_does_not_flood() -> None:
-    """Sea state 3 in uniform rain of 4 mm/h: some 4 plots of spikes a scan, by one quantile 34; both points are held."""
+@pytest.mark.parametrize(("noise", "rain", "state"), [(True, 4, 3), (False, 0, 2)])
+def test_a_spiky_sea_in_rain_or_without_noise_does_not_flood(noise: bool, rain: float, state: float) -> None:
+    """Some 8 and 3 plots of spikes a scan, by the quantile 0.95 alone 34 and 37; both points are held."""
     table = {"azimuths": 1024, "beamwidth_deg": 1.5, "range_max_m": 2400, "pulse_s": 8e-8, "rpm": 24, "modulation": "none"}
     points = [{"name": name, "shape": "point", "position_m": [east, north, 10], "rcs_dbsm": 15}
               for name, east, north in (("near", 600, 1200), ("far", -900, 1700))]  # fmt: skip
-    air = {"noise": True, "sea_state": 3, "seaway": True, "rain_mm_h": 4}
+    air = {"noise": noise, "sea_state": state, "seaway": True, "rain_mm_h": rain}
     made = rs.load_scene({"name": "rain", "radar": table, "environment": air, "body": points})
     report = labelled_plots(rs.Simulator(made, "balanced", 1, labels=True), PlotExtractor.for_scene(made), 4)
-    assert sum(plot.source == "sea" for plot in report.plots) <= 4 * 10 and [body.pd for body in report.bodies] == [1.0, 1.0]
+    assert sum(plot.source == "sea" for plot in report.plots) <= 4 * 15 and [body.pd for body in report.bodies] == [1.0, 1.0]
+
+
+def test_rain_alone_keeps_the_level_of_its_speckle(ship: Radar) -> None:
+    """The gamma law of three spokes at rest, within 0.8 dB: 0.27 dB is the loss of 100 reference cells, and twice 0.25 dB the
+    standard error of the factor, the median of nine regions. Laws of spikes in uniform clutter were 1.2 dB above it."""
+    power, looks = clutter(ship, 1e4, 60.0, 6, cells=600), effective_looks(ship, 3)
+    mean = (power + np.roll(power, 1, axis=0) + np.roll(power, -1, axis=0)) / 3.0
+    level = (MarineThreshold(ship).of(power) * mean / power)[:, 100:500] / mean[:, 100:500].mean(axis=0)
+    assert abs(10.0 * np.log10(np.median(level) * looks / gammainccinv(looks, MarineThreshold(ship).pfa))) < 0.8
 
 
 def test_cells_of_rain_have_a_level_of_their_own(ship: Radar) -> None:
