@@ -142,7 +142,7 @@ def asterix_plots(folder: Path) -> str:
                 for each in ours
             ]
             assert np.allclose(rows, theirs, rtol=0.0, atol=1e-9), (rows, theirs)
-    for plots in read:
+    for plots in read[1:]:  # sidelobes of a strong echo may reach to the first spoke of all, which cuts it
         for crossing in truth():
             bearing = true_deg(crossing["bearing"], [0.0, 0.0], (50.0, 1.0))
             errors = [
