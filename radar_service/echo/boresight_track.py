@@ -132,9 +132,8 @@ class TrackPart:
     def passed(
         self, points: RestingPoints, wedge: BearingWedge, first: float, end: float, beside: float
     ) -> tuple[Indices, Floats, Floats]:
-        """Which points (N,) in a wedge face the antenna in the middle, and boresight passes from azimuth number `first` to before
-        `end`; at which numbers (N,), and the cosines (N,) between normals and lines of sight. Those within `beside` [m] are passed
-        in the middle."""
+        """Points (N,) in a wedge that face the antenna in the middle, and that boresight passes from azimuth number `first` to
+        before `end`; these numbers (N,); cosines (N,) of normals and lines of sight. Within `beside` [m], the middle passes."""
         runs, radar = points.cells.within(wedge), self.track.scene.radar
         room = int(np.sum(runs[1] - runs[0]))
         which, (crossing, cosine) = np.empty(room, dtype=np.int64), np.empty((2, room))

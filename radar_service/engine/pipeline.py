@@ -120,7 +120,7 @@ def echo_rows(
     if _nothing_moves(prepared):
         return rows
     compression = prepared.compression
-    for first, stop in blocks(prepared, azimuths):
+    for first, stop in blocks(prepared, azimuths, near_land):
         echoes = moving_echoes(prepared, azimuths.part(first, stop), near_land)
         if not len(echoes.range):
             continue
@@ -152,10 +152,10 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
     return np.asarray(azimuths.time // prepared.moving.visibility.interval, dtype=np.int64)
 
 
-def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
+def blocks(prepared: Prepared, azimuths: AzimuthTimes, near_land: ObservedEchoes | None = None) -> Iterator[tuple[int, int]]:
     """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another.
 
-    Neither does a body come or go within a block.
+    Neither does a body come or go within a block. near_land: as of `echo_rows`.
     """
     steps, usual = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
     edges = {0, len(steps)}
@@ -163,7 +163,7 @@ def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, in
         edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
     edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
     for start, end in pairwise(sorted(edges)):
-        few = prepared.land is None
+        few = prepared.land is None or (near_land is not None and not len(near_land.echoes))
         size = prepared.moving.block_size(azimuths.part(start, end), usual) if few else usual
         for first in range(start, end, size):
             yield first, min(first + size, end)
