@@ -106,15 +106,22 @@ class LandRows:
         """How many echoes the pieces have that the beam may meet at these azimuths."""
         return sum(self._piece(number).echoes for number in self._pieces_of(azimuths))
 
-    def spectrum(self, azimuths: AzimuthTimes) -> Profiles:
-        """Spectra (K, size) of the grid rows of all other land, before compression."""
+    def spectrum(self, azimuths: AzimuthTimes, moving: Profiles | None = None) -> Profiles:
+        """Spectra (K, size) of the grid rows of all other land, before compression; and of rows `moving` (K, size) by R - S."""
         total = self._rows(azimuths)
-        shift = self.passages.track.shift(azimuths.number.astype(np.float64))
+        if moving is not None:
+            total += moving
+        shift = self.shift(azimuths)
         spectrum: Profiles = scipy.fft.fft(total, axis=1, overwrite_x=True)
-        columns = scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
-        turns = shift[:, None] * (columns + 2.0 / self._scene.radar.wavelength)
-        spectrum *= turned_back((2.0 * np.pi * (turns - np.rint(turns))).astype(np.float32))
+        columns = 2.0 * np.pi * scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
+        phase = shift.astype(np.float32)[:, None] * columns.astype(np.float32)
+        phase += (4.0 * np.pi / self._scene.radar.wavelength * shift % (2.0 * np.pi)).astype(np.float32)[:, None]
+        spectrum *= turned_back(phase)
         return spectrum
+
+    def shift(self, azimuths: AzimuthTimes) -> Floats:
+        """S (K,) at these azimuths [m]."""
+        return self.passages.track.shift(azimuths.number.astype(np.float64))
 
     def _rows(self, azimuths: AzimuthTimes) -> Profiles:
         """Rows (K, size) of these azimuths, with columns (R - S) / step."""
