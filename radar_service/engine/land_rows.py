@@ -197,8 +197,8 @@ class LandRows:
         return self._kept.get((int(number[0]) - before, len(number), *rings, velocity[0].tobytes()), computed)
 
     def _on_boresight(self, track: BoresightTrack, numbers: Indices, rows: Indices, distance: Floats) -> Profiles:
-        """The field (D, K, R) at azimuth numbers (K,) of what boresight points at on each row, `distance` (D,) [m] away, over that
-        there and without the change of S; corrected for the kernel along azimuth."""
+        """The field (D, K, R) at azimuth numbers (K,) of what boresight points at on each row, `distance` (D,) [m] away, over
+        that there and without the change of S; corrected for the kernel along azimuth."""
         radar = self._scene.radar
         at, number = rows / self._rows_per_azimuth, numbers.astype(np.float64)
         point = track.points_on_boresight(at, distance, GROUND)
