@@ -100,18 +100,8 @@ def plugin(folder: Path, sources: Path) -> Path:
     (build / "config.h").write_text(CONFIG)
     folders = [f"-I{sources}/include{name}" for name in INCLUDES]
     folders += [f"-I{sources}/opencpn-libs/{name}" for name in LIBRARIES]
-    command = [
-        "make",
-        "-s",
-        "-C",
-        str(build),
-        "-f",
-        str(MAKEFILE),
-        "-j2",
-        f"RADAR={sources}",
-        f"WX={WX}",
-        f"INCLUDES={' '.join(folders)}",
-    ]
+    command = ["make", "-s", "-C", str(build), "-f", str(MAKEFILE), "-j2", f"RADAR={sources}", f"WX={WX}"]
+    command.append(f"INCLUDES={' '.join(folders)}")
     subprocess.run(command, check=True)
     return build / "libradar_pi.so"
 
