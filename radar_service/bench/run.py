@@ -121,7 +121,9 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
         for (plots, time, own), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             heading = float(own.heading[-1])
             erring = with_errors(plots.plots, truths, scenario.plot_errors, heading, seed, plots.scan, lengths)
-            yield ScanResult(_given(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood)
+            yield ScanResult(
+                tracker_input(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood
+            )
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
@@ -153,13 +155,10 @@ def rule_of(settings: PlotSettings) -> ClusterRule:
     return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db)
 
 
-def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
-    return _given(scan.number, scan.time, scan, plots, rotation_period)
-
-
-def _given(number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """What a tracker gets of a scan of that number. time, own: of its last spokes (K,)."""
+def tracker_input(
+    number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float
+) -> TrackerInput:
+    """Returns what a tracker gets of a scan of that number. time, own: of its last spokes (K,), moved on to its end."""
     end, course, speed = (number + 1) * rotation_period, float(own.course[-1]), float(own.speed[-1])
     way = (end - float(time[-1])) * speed * np.array([np.sin(course), np.cos(course)])
     east, north = (own.position[-1] + way).tolist()

@@ -135,7 +135,8 @@ def _tracked(
             raise
         if video and not isinstance(error, VideoError) and (fault := video.fault()):
             error = type(error)(f"video: {fault}; then {error}")
-        last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
+        status = line_tracker.status if line_tracker and line_tracker.end in str(error) else None  # others were ended here
+        last = (status, line_tracker.last_line) if line_tracker else ()
         return results, _failed(error, len(results), *last)
     if line_tracker:
         line_tracker.finish()

@@ -51,7 +51,7 @@ def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
     for scenario in reported["scenarios"]:
         (failure,) = scenario["failures"]
         assert failure["seed"] == 0 and message in failure["message"] and failure["scan"] == len(runs["small"][0]["scans"])
-        assert failure["stderr"] == said and (status is None or failure["status"] == status)
+        assert failure["stderr"] == said and failure["status"] == status
         assert all(verdict["failures"] == 1 for verdict in scenario["verdicts"])
     assert not [*(tmp_path / "out" / "runs").glob("*.json")]  # another try may end otherwise
 
