@@ -82,7 +82,8 @@ class FewTiles:
         crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
         number = np.concatenate([np.append(crossings[n][0], last) for n, last in enumerate(last_spokes)])
-        time, own = self._radar.schedule(number)[1], self._simulator.reported(number)
+        spokes, of_spoke = np.unique(number, return_inverse=True)
+        time, own = self._radar.schedule(number)[1], self._simulator.reported(spokes).part(of_spoke)
         azimuth = own.azimuth if self._simulator.errors else number % azimuths * (2.0 * np.pi / azimuths)
         for scan, (spoke, cell, power) in zip(scans, crossings, strict=True):
             first, end = end, end + len(spoke) + 1
