@@ -58,7 +58,8 @@ class SidelobeGate:
         if (pairs := len(peak) * len(every)) > TOGETHER:
             explained = DetectionTree(every).any(len(peak), may, does)
         else:
-            explained = does(*np.divmod(np.arange(pairs), max(1, len(every)))).reshape(len(peak), len(every)).any(axis=1)
+            answers = does(*np.divmod(np.arange(pairs), max(1, len(every))))
+            explained = np.asarray(answers.reshape(len(peak), len(every)).any(axis=1))
         return np.asarray(explained | (np.sqrt(power) <= self._noise), dtype=np.bool_)
 
     def _explains(self, power: Floats, echo: Floats, across: Floats, along: Indices) -> Flags:
