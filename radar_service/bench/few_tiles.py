@@ -25,7 +25,7 @@ MARGIN = 0.02  # rad beyond the beam in which a body counts as within
 ECHO_BOUND = 2.0  # times the amplitude of a point in free space
 ROUNDING = 1e-4  # of an amplitude: far more than single precision has
 BEARINGS = 2**14  # of the table of gains, on half a circle
-TOGETHER = 16  # scans that are computed at once, as far as numpy gains by it
+TOGETHER = 50  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
