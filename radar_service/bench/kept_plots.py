@@ -52,10 +52,11 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
     kept = _read(path, digest) if path else None
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
+        text = json.dumps(kept, allow_nan=False)
         if path:
             make_folder(path.parent)
-            write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
-        kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
+            write_file(path, gzip.compress(text.encode(), compresslevel=6))
+        kept = json.loads(text)  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
     truths = (tuple(TargetTruth(**tupled(truth)) for truth in scan["truths"]) for scan in kept["scans"])
     results = [ScanResult(scan_of(scan["given"]), (), some) for scan, some in zip(kept["scans"], truths, strict=True)]

@@ -97,8 +97,9 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> list[ObservedEchoes]:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths."""
-        spoke = self._scene.radar.spokes_at(azimuths.time)
-        parts = list[ObservedEchoes]()
+        if not len(self):
+            return []
+        spoke, parts = self._scene.radar.spokes_at(azimuths.time), list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self.key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
             for part in self.parts(n, crossing, azimuths.middle) if present[n] else ():

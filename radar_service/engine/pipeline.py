@@ -207,7 +207,7 @@ def receive(
     compression = prepared.compression
     spectrum = compression.joined_spectrum(with_silence(rows, blind), with_silence(land, blind))
     if prepared.scene.environment.noise:
-        rng = _noise_generator(prepared, azimuths)
+        rng = _noise_generator(prepared, int(azimuths.number[0]))
         if spectrum is None:
             spectrum = compression.noise.draw(len(azimuths.time), rng)
         else:
@@ -217,9 +217,9 @@ def receive(
     return compression.from_spectrum(spectrum)
 
 
-def _noise_generator(prepared: Prepared, azimuths: AzimuthTimes, *purpose: int) -> np.random.Generator:
-    """Random numbers of a tile's receiver noise."""
-    scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
+def _noise_generator(prepared: Prepared, number: int, *purpose: int) -> np.random.Generator:
+    """Random numbers of the receiver noise of the tile that begins with a spoke of this number."""
+    scan, index = divmod(number, prepared.scene.radar.azimuths)
     return generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile, *purpose)
 
 
@@ -228,12 +228,15 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
     radar = prepared.scene.radar
     if radar.pulses_integrated > 1 and prepared.scene.environment.noise:
         noise = receiver_noise_power(radar)
-        integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
+        rng = _noise_generator(prepared, int(azimuths.number[0]), radar.pulses_integrated)
+        integrate(field, radar.pulses_integrated, noise, rng)
 
 
-def noise_amplitude(prepared: Prepared, azimuths: AzimuthTimes) -> float:
-    """The greatest amplitude [sqrt(W)] of the noise of a tile, beyond the last bin too."""
-    noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
+def noise_amplitude(prepared: Prepared, number: int) -> float:
+    """The greatest amplitude [sqrt(W)] of the noise of the tile that begins with a spoke of this number, beyond the last bin
+    too."""
+    rows = min(prepared.tile, prepared.scene.radar.azimuths - number % prepared.scene.radar.azimuths)
+    noise = prepared.compression.noise.draw(rows, _noise_generator(prepared, number))
     return float(np.abs(scipy.fft.ifft(noise, axis=1, overwrite_x=True)).max())
 
 

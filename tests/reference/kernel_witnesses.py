@@ -36,13 +36,15 @@ def weighted_normals(
     gap: int,
     below: int,
     adds: int,
-    total: int,
-    words: Indices,
+    state: Indices,
     quantile: Any,
     weight: Any,
     spectrum: Any,
 ) -> int:
-    drawn = quantile[words.view(np.uint16)[: rows * len(weight)]].reshape(rows, -1) * weight
+    stream = np.random.SFC64()
+    stream.state = {**stream.state, "state": {"state": state.view(np.uint64)}}
+    words = np.asarray(stream.random_raw(-(-rows * len(weight) // 4)), dtype=np.uint64).view(np.uint16)
+    drawn = quantile[words[: rows * len(weight)]].reshape(rows, -1) * weight
     parts = [drawn[:, :above], np.zeros((rows, gap), dtype=np.float32), drawn[:, above:]]
     spectrum[:] = np.concatenate(parts, axis=1) + (spectrum if adds else np.float32(-0.0))
     return rows
