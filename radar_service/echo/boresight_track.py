@@ -7,7 +7,6 @@ range of what rests on boresight, so R - S hardly changes while the beam passes.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,20 +25,6 @@ NEWTON_STEPS = (
 )  # each squares the error of a crossing; where the antenna sways, it leaves 0.5 % of it (10 degrees in 8 s)
 BEARING_STEPS = 6  # towards the bearing on the map of a boresight; each leaves 2 % of the error at a roll of 12 degrees
 BEFORE = 1e-6  # s before the start, when own ship rests
-
-
-class Hiders(NamedTuple):
-    """What rests and may hide points (P,).
-
-    vertices: (V, 3), curved about the map's origin [m]. faces: (F, 3). triangle: (P,) found to hide each point, -1 for none.
-    depth: how far inside its edges a line of sight certainly meets a triangle [m]. farthest: beyond it nothing is visible [m].
-    """
-
-    vertices: Floats
-    faces: Indices
-    triangle: Indices
-    depth: float
-    farthest: float
 
 
 @dataclass(frozen=True)
@@ -145,25 +130,16 @@ class TrackPart:
         return values[:3].T, values[3], values[4:].T.reshape(-1, 3, 3) if self.sways else None
 
     def passed(
-        self, points: RestingPoints, wedge: BearingWedge, first: float, end: float, beside: float, hiders: Hiders
+        self, points: RestingPoints, wedge: BearingWedge, first: float, end: float, beside: float
     ) -> tuple[Indices, Floats, Floats]:
         """Points (N,) in a wedge that face the antenna in the middle, and that boresight passes from azimuth number `first` to
-        before `end`; these numbers (N,); cosines (N,) of normals and lines of sight. Within `beside` [m], the middle passes.
-        Points that their hiders hide are left out."""
+        before `end`; these numbers (N,); cosines (N,) of normals and lines of sight. Within `beside` [m], the middle passes."""
         runs, radar = points.cells.within(wedge), self.track.scene.radar
         room = int(np.sum(runs[1] - runs[0]))
         which, (crossing, cosine) = np.empty(room, dtype=np.int64), np.empty((2, room))
         sizes = len(runs[0]), len(points), room, self.polynomial.shape[1], NEWTON_STEPS[self.sways]
-        mesh = len(hiders.vertices), len(hiders.faces)
         numbers = self.middle, self.half, float(first), float(end), radar.azimuth_step
-        bounds = (
-            float(np.cos(wedge.half)) if wedge.half < np.pi else -2.0,
-            wedge.near,
-            beside,
-            hiders.farthest,
-            hiders.depth,
-            self.track.earth_radius,
-        )
-        taken = *runs, points.position, points.normal, points.one_sided, points.lift, self.polynomial, *hiders[:3]
-        count = KERNELS.passed_points(*sizes, *mesh, *numbers, *bounds, *taken, which, crossing, cosine)
+        bounds = float(np.cos(wedge.half)) if wedge.half < np.pi else -2.0, wedge.near, beside, self.track.earth_radius
+        taken = *runs, points.position, points.normal, points.one_sided, points.lift, self.polynomial
+        count = KERNELS.passed_points(*sizes, *numbers, *bounds, *taken, which, crossing, cosine)
         return which[:count], crossing[:count], cosine[:count]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.boresight_track import BoresightTrack, Hiders, TrackPart
+from radar_service.echo.boresight_track import BoresightTrack, TrackPart
 from radar_service.echo.range_history import apparent_position, elevation_above, elevation_of, slant_range
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.visibility import mast_speed
@@ -34,7 +34,6 @@ GROUND = 2.0  # m above the sea: land whose range changes exactly as S is assume
 MAX_HEIGHT_PHASE = 0.04  # rad at half a beamwidth off boresight, by which points at other heights may leave that: -38 dB
 LOW, MAX_LOW_PHASE = 3.0, 0.014  # m, rad: what land of that height may change of its way by the sea, -38 dB of its F^2
 NEAR_CROSSING = 10.0  # times that way: what is nearer is beside own ship: boresight may meet it twice a turn, or never
-INSIDE, ROUNDINGS = 1e-3, 5e-7  # m, of coordinates: eight of float32, in which rays are traced
 WIDE, MARGIN = 2.5, 1.12  # times `reach`, beyond which bearings change by 4 % at most while a piece, this wide, passes
 
 
@@ -68,9 +67,6 @@ class LandPassages:
         """
         self._scene, self._key, self._line_of_sight, self._max_range = scene, key, line_of_sight, max_range
         self.points, self.track = points, BoresightTrack(scene)
-        vertices, faces = line_of_sight.resting_triangles
-        depth = INSIDE + ROUNDINGS * float(np.abs(vertices).max(initial=0.0))
-        self.hiders = Hiders(vertices, faces, np.full(len(points), -1), depth, max_range)
         self._movers = line_of_sight.has_movers
         self._over_horizon = diffraction_height(scene.radar, scene.environment)
         self.top_way = (scene.own_ship.top_speed + mast_speed(scene)) / self.track.turn_rate
@@ -101,7 +97,7 @@ class LandPassages:
         sway, turn = self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
         half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
         wedge = BearingWedge(antenna, float(self.track.bearing(np.array(part.middle))), half, WIDE * reach)
-        which, crossing, cosine = part.passed(self.points, wedge, first, end, reach, self.hiders)
+        which, crossing, cosine = part.passed(self.points, wedge, first, end, reach)
         seen = self._visible(which, antenna, float(self._scene.radar.time_of_spokes(part.middle)))
         which = which[seen]
         amplitude = np.asarray(self.points.strength[which] * np.sqrt(cosine[seen]), dtype=np.complex128)
@@ -127,13 +123,13 @@ class LandPassages:
         return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed, which[near])
 
     def _visible(self, which: Indices, antenna: Floats, time: float) -> Indices:
-        """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]; notes what hides
-        others, so that they need no ray while it does."""
+        """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]."""
         points, body = self.points, self._key[self.points.body[which]]
         triangle = points.triangle[which].astype(np.int64)
         seen = SurfacePoints(body, triangle, points.position.take(which, axis=0))
-        reach = self._max_range, self._movers, self._over_horizon
-        visible, self.hiders.triangle[which] = self._line_of_sight.visible_resting(seen, antenna, time, *reach)
+        visible = self._line_of_sight.visible(
+            seen, antenna, time, self._max_range, self._movers, over_horizon=self._over_horizon
+        )
         return np.flatnonzero(visible)
 
     def _middles(self, which: Indices) -> Floats:

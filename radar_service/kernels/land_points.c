@@ -6,25 +6,21 @@
 static const double MAX_TURN = 0.5; /* of the antenna's own turn: bearings that change faster are too near for a crossing */
 static const double SMALL = 0.125;  /* tangents whose series is exact: its next term is 3e-18, below 1e-4 that of two 2e-17 */
 
-static const double AWAY = 5.0; /* m: a ray of `Occluder` meets what it passes through so far before its end, and well inside */
-
 /* Points (P): position, normal (P, 3), one_sided (P), lift (P): height of their middles over them; runs of these (R), R = runs, from
  * first to last (R), exclusive. polynomial (5, C), C = columns, 4 or 13: coefficients of the antenna's position, what its way adds,
- * and its level where it sways, by (number - middle) / half. Of what rests, curved about the map's origin: vertices (V, 3), faces
- * (F, 3); hider (P): a triangle that may hide each point. Azimuth numbers: from begin to before end; step: from one to the next
+ * and its level where it sways, by (number - middle) / half. Azimuth numbers: from begin to before end; step: from one to the next
  * [rad]. Within `near` all points count, farther ones within an angle of boresight in the middle, by its cosine; within `beside`
- * they are passed in the middle; `farthest` they count no more. Of those that face the antenna there, are not hidden by their hider, and are passed (K): which (K), crossing (K): azimuth numbers,
+ * they are passed in the middle. Of those that face the antenna there and are passed (K): which (K), crossing (K): azimuth numbers,
  * cosine (K) of the angle between normal and line of sight. */
 typedef struct {
-    int64_t runs, points, room, columns, steps, corners, triangles;
-    double middle, half, begin, end, step, width_cosine, near, beside, farthest, depth, earth_radius;
+    int64_t runs, points, room, columns, steps;
+    double middle, half, begin, end, step, width_cosine, near, beside, earth_radius;
     const int64_t *first, *last;
     const double *position;
     const float *normal;
     const uint8_t *one_sided;
     const float *lift;
-    const double *polynomial, *vertices;
-    const int64_t *faces, *hider;
+    const double *polynomial;
     int64_t *which;
     double *crossing, *cosine;
 } Passage;
@@ -73,38 +69,12 @@ static inline double crossing_of(const Passage *of, const double *middle, Comple
     return number;
 }
 
-/* Whether a triangle certainly hides a position from an eye: the line of sight passes `depth` inside its edges, and AWAY before its end. */
-static int hides(const Passage *of, int64_t triangle, const double *eye, const double *position) {
-    if (triangle < 0 || triangle >= of->triangles) return 0;
-    const int64_t *face = of->faces + 3 * triangle;
-    double edge[3][3], line[3], from[3], side[3], across[3];
-    for (int c = 0; c < 3; c++)
-        if (face[c] < 0 || face[c] >= of->corners) return 0;
-    const double *corner[3] = {of->vertices + 3 * face[0], of->vertices + 3 * face[1], of->vertices + 3 * face[2]};
-    for (int c = 0; c < 3; c++) subtract(corner[(c + 1) % 3], corner[c], edge[c]);
-    subtract(position, eye, line);
-    line[2] -= drop(position[0], position[1], of->earth_radius);
-    subtract(eye, corner[0], from);
-    cross(edge[0], edge[2], across); /* minus the normal */
-    double length2 = dot(line, line), turn = dot(line, across), sign = turn > 0.0 ? -1.0 : 1.0;
-    for (int c = 0; c < 3; c++) { /* six times volumes: over length and edge, no more than the distance of their lines */
-        double off[3];
-        subtract(eye, corner[c], off);
-        cross(line, edge[c], side);
-        double volume = sign * dot(off, side);
-        if (!(volume > 0.0 && volume * volume > of->depth * of->depth * length2 * dot(edge[c], edge[c]))) return 0;
-    }
-    double share = -dot(from, across) / turn;
-    return share > 0.0 && (1.0 - share) * sqrt(length2) > AWAY;
-}
-
 /* Which points face the antenna, and boresight passes. Returns how many. */
-/* Arrays: first, last (runs) < points + 1; position, normal (points, 3); one_sided, lift, hider (points); polynomial (5, columns);
- * vertices (corners, 3); faces (triangles, 3); which, crossing, cosine (room) */
+/* Arrays: first, last (runs) < points + 1; position, normal (points, 3); one_sided, lift (points); polynomial (5, columns);
+ * which, crossing, cosine (room) */
 KERNEL int64_t passed_points(const Passage *of) {
     if (of->columns != 4 && of->columns != 13) return REFUSED;
     const double *antenna = of->polynomial;
-    double eye[3] = {antenna[0], antenna[1], antenna[2] - drop(antenna[0], antenna[1], of->earth_radius)};
     Complex boresight = phasor(of->middle * of->step);
     int64_t kept = 0;
     for (int64_t r = 0; r < of->runs; r++)
@@ -114,13 +84,12 @@ KERNEL int64_t passed_points(const Passage *of) {
             double line[3], middle[3] = {position[0], position[1], position[2] + (double)of->lift[p]};
             subtract(antenna, position, line);
             double distance = sqrt(line[0] * line[0] + line[1] * line[1]);
-            if (!(distance < of->farthest)) continue;
             double ahead = -line[0] * boresight.im - line[1] * boresight.re;
             if (!(distance <= of->near || ahead >= distance * of->width_cosine)) continue;
             line[2] -= drop(line[0], line[1], of->earth_radius);
             double cosine = (line[0] * normal[0] + line[1] * normal[1] + line[2] * normal[2]) / larger(sqrt(dot(line, line)), 1e-9);
             cosine = of->one_sided[p] ? cosine : fabs(cosine);
-            if (!(cosine > 0.0) || hides(of, of->hider[p], eye, position)) continue;
+            if (!(cosine > 0.0)) continue;
             double crossing = distance <= of->beside ? of->middle : crossing_of(of, middle, boresight);
             if (!(crossing >= of->begin && crossing < of->end)) continue;
             if (kept >= of->room) return REFUSED;

@@ -99,20 +99,6 @@ class OcclusionScene:
         """
         return self._seen(points, None, antenna, time, max_range, movers, among, over_horizon)
 
-    def visible_resting(
-        self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool, over_horizon: float
-    ) -> tuple[Flags, Indices]:
-        """`visible` for points of bodies at rest with meshes, and which of `resting_triangles` (E,) hides each, -1 for none."""
-        visible, distance = self._within_reach(points, antenna, max_range, over_horizon)
-        assert self._resting_occluder is not None
-        within, hider = np.flatnonzero(visible), np.full(len(visible), -1)
-        position, own = points.position.take(within, axis=0), self._own_triangles(points, within)
-        hider[within] = self._resting_occluder.hider(MAP_POSE, antenna, position, own)
-        visible &= hider < 0
-        if movers and self.has_movers:
-            self._hide_behind_movers(visible, points, distance, None, antenna, time)
-        return visible, hider
-
     def visible_by_sea(
         self,
         points: SurfacePoints,
@@ -141,7 +127,9 @@ class OcclusionScene:
     ) -> Flags:
         """Tests visibility for `visible` and, where there are reflection points (E, 3), for `visible_by_sea`."""
         position = points.position
-        visible, distance = self._within_reach(points, antenna, max_range, over_horizon)
+        distance, slant = distances_from_map(position, antenna, self.earth_radius)
+        over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
+        visible: Flags = ~over & (slant < max_range)
         every = np.flatnonzero(visible)
         for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
             left = which[visible[which]]
@@ -155,31 +143,12 @@ class OcclusionScene:
                     origin = reflection.take(left, axis=0)
                 visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
         if movers and among is None and self.has_movers:
-            self._hide_behind_movers(visible, points, distance, reflection, antenna, time)
+            left = np.flatnonzero(visible)
+            body, place, triangles = points.body[left], position.take(left, axis=0), self._own_triangles(points, left)
+            foot = None if reflection is None else reflection.take(left, axis=0)
+            hidden = self.moving.occluded_surfaces(body, place, distance[left], triangles, foot, antenna, time)
+            visible[left] = ~hidden
         return visible
-
-    def _within_reach(
-        self, points: SurfacePoints, antenna: Floats, max_range: float, over_horizon: float
-    ) -> tuple[Flags, Floats]:
-        """Which points (E,) lie within the horizon and the maximum range, and their distances along the ground (E,) [m]."""
-        distance, slant = distances_from_map(points.position, antenna, self.earth_radius)
-        over = beyond_horizon(distance, points.position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
-        return ~over & (slant < max_range), distance
-
-    def _hide_behind_movers(
-        self,
-        visible: Flags,
-        points: SurfacePoints,
-        distance: Floats,
-        reflection: Floats | None,
-        antenna: Floats,
-        time: float,
-    ) -> None:
-        """Takes the `visible` (E,) from points that bodies in motion occlude."""
-        left = np.flatnonzero(visible)
-        body, place, triangles = points.body[left], points.position.take(left, axis=0), self._own_triangles(points, left)
-        foot = None if reflection is None else reflection.take(left, axis=0)
-        visible[left] = ~self.moving.occluded_surfaces(body, place, distance[left], triangles, foot, antenna, time)
 
     def occludes_itself(self, body: Indices, time: float, movers: bool = True) -> Flags:
         """Which of bodies (B,) their own parts occlude at `time` [s]; movers: whether moving ones do."""
@@ -229,13 +198,6 @@ class OcclusionScene:
     def has_movers(self) -> bool:
         """Whether a body that moves may occlude anything."""
         return len(self.moving.keys) > 0
-
-    @property
-    def resting_triangles(self) -> tuple[Floats, Indices]:
-        """Vertices (V, 3), curved about the map's origin [m], and faces (F, 3) of all bodies at rest."""
-        if self._resting_occluder is None:
-            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-        return self._resting_occluder.scene.vertices, self._resting_occluder.scene.faces
 
     def occluded_by_resting(self, position: Floats, antenna: Floats) -> Flags:
         """Which positions (W, 3) on the map a body at rest occludes from the antenna (3,), or from one each (W, 3)."""

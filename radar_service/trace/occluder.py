@@ -68,10 +68,6 @@ class Occluder:
         own: first and last (exclusive) triangle (E,) that never occlude each point: the one it lies on, or all of a body
         that counts as a point.
         """
-        return np.asarray(self.hider(pose, origin, points, own) >= 0)
-
-    def hider(self, pose: BodyPose, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Indices:
-        """The first triangle (E,) of this body that occludes each, -1 for none; arguments as `self_occluded`."""
         origin, line = self._lines_of_sight(pose, origin, points)
         return hit_before(self._scene, origin, self._begun_nearby(origin, line)[0], line, own)
 
@@ -127,18 +123,18 @@ def reach_of(line: Floats, skipped: Floats) -> Floats:
     return np.maximum(1.0 - _slack(line) - skipped, 0.0)
 
 
-def hit_before(scene: TriangleScene, origin: Floats, begin: Floats, line: Floats, own: tuple[Indices, Indices]) -> Indices:
-    """The first triangle (E,) of their own body that lines of sight (E, 3) meet before they end, -1 for none.
+def hit_before(scene: TriangleScene, origin: Floats, begin: Floats, line: Floats, own: tuple[Indices, Indices]) -> Flags:
+    """Which lines of sight (E, 3) meet a triangle of their own body before they end.
 
     origin: (3,) or (E, 3); begin: (E, 3) where rays begin instead; own: first and last (exclusive) triangle (E,) left out.
     """
     hit = scene.first_hit(begin, line)
-    hit[(hit >= own[0]) & (hit < own[1])] = -1
-    candidates = np.flatnonzero(hit >= 0)
+    occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
+    candidates = np.flatnonzero(occluded)
     begin = origin if origin.ndim == 1 else origin[candidates]
     distance = scene.hit_distance(hit[candidates], begin, line[candidates])
-    hit[candidates[~(distance < 1.0 - _slack(line[candidates]))]] = -1
-    return hit
+    occluded[candidates] = distance < 1.0 - _slack(line[candidates])
+    return np.asarray(occluded)
 
 
 def curved_vertices(mesh: Mesh, earth_radius: float) -> Floats:

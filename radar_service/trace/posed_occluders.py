@@ -94,7 +94,7 @@ class PosedOccluders:
         occluded = np.zeros(len(body), dtype=np.bool_)
         for occluder, which in self.kinds.groups(body):
             first, ray, way = (part.take(which, axis=0) for part in (lines.first, lines.begin, lines.line))
-            occluded[which] = hit_before(occluder.scene, first, ray, way, (own[0][which], own[1][which])) >= 0
+            occluded[which] = hit_before(occluder.scene, first, ray, way, (own[0][which], own[1][which]))
         return occluded
 
     def lines_of_sight(self, body: Indices, origin: Floats, points: Floats, passing: bool) -> LinesOfSight:

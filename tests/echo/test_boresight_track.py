@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.echo.boresight_track import BoresightTrack, Hiders, TrackPart
+from radar_service.echo.boresight_track import BoresightTrack, TrackPart
 from radar_service.numerics.types import Floats
 from radar_service.scattering.model import BearingWedge
 from radar_service.scattering.resting_points import MapCells, RestingPoints
@@ -27,8 +27,7 @@ def crossings(part: TrackPart, position: Floats) -> Floats:
     toward, none = part.polynomial[0, :3] - position[order], np.zeros(len(order))
     kinds = none.astype(np.int32), none.astype(np.int32), none > 0.0, none.astype(np.float32), none.astype(np.float32)
     points = RestingPoints(cells, position[order], toward.astype(np.float32), *kinds, none.astype(np.complex64))
-    hiders = Hiders(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.full(len(order), -1), 0.0, np.inf)
-    which, crossing, _ = part.passed(points, BearingWedge(toward[0], 0.0, np.pi, 0.0), -np.inf, np.inf, 0.0, hiders)
+    which, crossing, _ = part.passed(points, BearingWedge(toward[0], 0.0, np.pi, 0.0), -np.inf, np.inf, 0.0)
     return crossing[np.argsort(order[which])]
 
 

@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.numerics.types import Flags, Indices
-from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from tests.engine.land_scenes import FINE, OWN_SHIP, SLAB, azimuths_of, coast, on_grid, with_points
 from tests.kernels.both import both
 from tests.scenes import scene
@@ -80,27 +78,3 @@ def test_what_is_passed_is_what_numpy_says(tmp_path: Path, own_ship: dict[str, A
         assert len(compiled.row) > 100
         np.testing.assert_allclose(compiled.row, by_numpy.row, rtol=0.0, atol=1e-8)
         np.testing.assert_array_equal(compiled.near_points, by_numpy.near_points)
-
-
-def test_what_hid_a_point_spares_its_ray_and_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fourth scan after three others, 30 m on, and by itself: the same bytes, and a quarter fewer rays to what is hidden."""
-    made, rays, visible = coast(tmp_path), [], OcclusionScene.visible_resting
-
-    def counted(scene: OcclusionScene, points: SurfacePoints, *seen: Any) -> tuple[Flags, Indices]:
-        rays.append(len(points.body))
-        return visible(scene, points, *seen)
-
-    monkeypatch.setattr(OcclusionScene, "visible_resting", counted)
-    after, alone = (on_grid(made).land for _ in range(2))
-    assert after is not None and alone is not None
-    run = [after.passages.piece(number) for number in range(64)][48:]
-    rays.clear()
-    for number, piece in enumerate(run, start=48):
-        other = alone.passages.piece(number)
-        assert piece.amplitude.tobytes() == other.amplitude.tobytes() and piece.row.tobytes() == other.row.tobytes()
-        assert np.array_equal(piece.near_points, other.near_points)
-    visible_points = sum(len(piece.row) + len(piece.near_points) for piece in run)
-    by_itself = sum(rays) - visible_points
-    rays.clear()
-    [after.passages.piece(number) for number in range(48, 64)]
-    assert 0 < sum(rays) - visible_points < 0.75 * by_itself

@@ -68,7 +68,6 @@ def with_points(prepared: Prepared, position: Floats, antenna: Floats) -> Prepar
     passages.points = replace(
         passages.points, cells=cells, position=position[order], one_sided=np.zeros(count, dtype=np.bool_), **changes
     )
-    passages.hiders = passages.hiders._replace(triangle=np.full(count, -1))
     return prepared
 
 

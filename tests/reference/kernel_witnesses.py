@@ -129,12 +129,11 @@ def lines_of_sight(
 
 
 def passed_points(
-    runs: int, points: int, room: int, columns: int, steps: int, corners: int, triangles: int, middle: float, half: float,
-    begin: float, end: float, step: float, width_cosine: float, near: float, beside: float, farthest: float, depth: float,
-    earth_radius: float, first: Indices, last: Indices, position: Floats, normal: Any, one_sided: Flags, lift: Any,
-    polynomial: Floats, vertices: Floats, faces: Indices, hider: Indices, which: Indices, crossing: Floats, cosine: Floats,
+    runs: int, points: int, room: int, columns: int, steps: int, middle: float, half: float, begin: float, end: float,
+    step: float, width_cosine: float, near: float, beside: float, earth_radius: float, first: Indices, last: Indices,
+    position: Floats, normal: Any, one_sided: Flags, lift: Any, polynomial: Floats, which: Indices, crossing: Floats,
+    cosine: Floats,
 ) -> int:  # fmt: skip
-    """With those that their hiders hide, as these change nothing but the time of their rays."""
     chosen = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)] or [first])
     line = polynomial[0, :3] - position[chosen]
     distance = np.hypot(line[:, 0], line[:, 1])
@@ -155,7 +154,6 @@ def passed_points(
         number = np.clip(number + left / (step - np.clip(change, -step / 2, step / 2)), middle - 2 * half, middle + 2 * half)
     number[distance <= beside] = middle
     passed = ((distance <= near) | (ahead >= width_cosine)) & (facing > 0.0) & (number >= begin) & (number < end)
-    passed &= distance < farthest
     count = int(passed.sum())
     which[:count], crossing[:count], cosine[:count] = chosen[passed], number[passed], facing[passed]
     return count
