@@ -58,6 +58,9 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
         kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
     results = with_ais([_result(scan) for scan in kept["scans"]], scenario.ais, seed)
+    if scenario.order:
+        orders = [order.model_dump() for order in scenario.order]
+        results = [replace(r, orders=tuple(order for order in orders if order["scan"] == r.given.scan)) for r in results]
     return ObservedRun(results, kept["remark"], around)
 
 

@@ -38,6 +38,8 @@ def scan_of(message: Mapping[str, Any]) -> TrackerInput:
     fields = {name: value for name, value in message.items() if name != "type"}
     if "ais" in fields:
         fields["ais"] = tuple(AisTarget(**report) for report in fields["ais"])
+    if "orders" in fields:
+        fields["orders"] = tuple(fields["orders"])
     return TrackerInput(**{**fields, "plots": tuple(Plot(**_tuples(plot)) for plot in message["plots"])})
 
 
