@@ -40,8 +40,8 @@ def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = F
     """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
     video is made, does not count. Raises TrackerError, and what the tracker raises."""
     reported, tracks = set[int](), tuple[TrackState, ...]()
-    for asked in results:
-        result = replace(asked, given=with_orders(asked, asked.orders, tracks)) if asked.orders else asked
+    for ordered in results:
+        result = replace(ordered, given=with_orders(ordered, ordered.orders, tracks)) if ordered.orders else ordered
         reported.update(report.mmsi for report in result.given.ais or ())
         began = perf_counter()
         tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))

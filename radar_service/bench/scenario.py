@@ -218,8 +218,8 @@ class Scenario(FrozenTable):
         for table, name in (*named, *(("order", name) for order in self.order for name in (order.acquire, order.cancel))):
             if name not in (None, *self.tracked):
                 raise ValueError(f"{table}: there is no target {name!r}")
-        asked = [order.model_dump(exclude={"scan"}, exclude_none=True) for order in self.order]
-        if any(len(each) != 1 for each in asked) or sum("zone" in each for each in asked) > 1:
+        ordered = [order.model_dump(exclude={"scan"}, exclude_none=True) for order in self.order]
+        if any(len(each) != 1 for each in ordered) or sum("zone" in each for each in ordered) > 1:
             raise ValueError("order: one of acquire, cancel and zone is needed in each, and one zone in all")
         if len({station.mmsi for station in self.ais}) < len(self.ais):
             raise ValueError("ais: two stations have one mmsi")

@@ -17,16 +17,16 @@ def with_orders(result: ScanResult, orders: Sequence[Mapping[str, Any]], before:
     """Returns a scan with the orders of its user. orders: by names of targets; before: the last answer of the tracker, by whose
     names tracks are cancelled. A target that is not there, or has no track, gives no order."""
     truths = {truth.body: as_reported(at_end(truth, result.given.time)) for truth in result.truths}
-    asked: list[Mapping[str, Any]] = []
+    ordered: list[Mapping[str, Any]] = []
     for order in orders:
         if zone := order["zone"]:
-            asked.append({"zone": [*zone[:2], *map(math.radians, zone[2:])]})
+            ordered.append({"zone": [*zone[:2], *map(math.radians, zone[2:])]})
         elif order["acquire"] in truths:
-            asked.append({"acquire": [*truths[order["acquire"]].position]})
+            ordered.append({"acquire": [*truths[order["acquire"]].position]})
         elif order["cancel"] in truths and before:
             apart = distances([truths[order["cancel"]]], [track_at(track, result.given.time) for track in before])[0]
-            asked += [{"cancel": before[apart.argmin()].track}] if apart.min() < CUTOFF else []
-    return replace(result.given, orders=tuple(asked) or None)
+            ordered += [{"cancel": before[apart.argmin()].track}] if apart.min() < CUTOFF else []
+    return replace(result.given, orders=tuple(ordered) or None)
 
 
 def acquisition_scores(run: JudgedRun) -> dict[str, float | None]:

@@ -28,8 +28,10 @@ def scans(count: int = 40, orders: dict[int, dict[str, Any]] = ORDERS) -> list[S
     for k in range(count):
         ships = tuple(truth(name, 2.5 * (k + 1), 0.0, north) for name, north in SHIPS.items())
         plots = tuple(plot(2.5 * (k + 1), *ship.position) for ship in ships)
-        asked = ({"acquire": None, "cancel": None, "zone": None, **orders[k]},) if k in orders else ()
-        made.append(ScanResult(scan_of({**given(k).as_dict(), "plots": [vars(p) for p in plots]}), (), ships, orders=asked))
+        ordered = ({"acquire": None, "cancel": None, "zone": None, **orders[k]},) if k in orders else ()
+        made.append(
+            ScanResult(scan_of({**given(k).as_dict(), "plots": [vars(p) for p in plots]}), (), ships, orders=ordered)
+        )
     return made
 
 
@@ -49,8 +51,8 @@ def test_each_order_is_obeyed(ignored: str, wrong: float) -> None:
 def test_a_target_inside_the_zone_needs_a_track_within_a_minute() -> None:
     """A tracker that waits for an order acquires neither of two; 24 scans end after a minute, when nothing is owed yet."""
     alone: dict[int, dict[str, Any]] = {0: {"zone": (1500.0, 3500.0, 135.0, 225.0)}}
-    asked = {0: ORDERS[0], 4: {"acquire": "chosen"}}
-    blind = [ScanResult(r.given, (), r.truths, orders=r.orders) for r in scans(40, asked)]
+    ordered = {0: ORDERS[0], 4: {"acquire": "chosen"}}
+    blind = [ScanResult(r.given, (), r.truths, orders=r.orders) for r in scans(40, ordered)]
     assert errors(scans(40, alone)) == 0.0
 
     class Waits(known.Obeys):
