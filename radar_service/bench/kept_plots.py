@@ -59,7 +59,11 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
         kept = json.loads(text)  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
     truths = (tuple(TargetTruth(**tupled(truth)) for truth in scan["truths"]) for scan in kept["scans"])
-    results = [ScanResult(scan_of(scan["given"]), (), some) for scan, some in zip(kept["scans"], truths, strict=True)]
+    orders = [order.model_dump() for order in scenario.order]
+    results = [
+        ScanResult(scan_of(scan["given"]), (), some, orders=tuple(order for order in orders if order["scan"] == number))
+        for number, (scan, some) in enumerate(zip(kept["scans"], truths, strict=True))
+    ]
     return ObservedRun(with_ais(results, scenario.ais, seed), kept["remark"], around)
 
 

@@ -10,6 +10,7 @@ from radar_service.bench.few_tiles import TOGETHER, FewTiles, has_few
 from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
+from radar_service.bench.scores.acquisition import with_orders
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
@@ -38,8 +39,9 @@ ROUNDING = 1e-6  # s: no state is from the future by less
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
     video is made, does not count. Raises TrackerError, and what the tracker raises."""
-    reported = set[int]()
-    for result in results:
+    reported, tracks = set[int](), tuple[TrackState, ...]()
+    for ordered in results:
+        result = replace(ordered, given=with_orders(ordered, ordered.orders, tracks)) if ordered.orders else ordered
         reported.update(report.mmsi for report in result.given.ais or ())
         began = perf_counter()
         tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))

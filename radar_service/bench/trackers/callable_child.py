@@ -39,7 +39,8 @@ def scan_of(message: Mapping[str, Any]) -> TrackerInput:
     ais, plots = message.get("ais"), tuple(Plot(**tupled(plot)) for plot in message["plots"])
     fields = {name: value for name, value in message.items() if name != "type"}
     reports = None if ais is None else tuple(AisTarget(**report) for report in ais)
-    return TrackerInput(**fields | {"plots": plots, "ais": reports})
+    orders = tuple(message.get("orders") or ()) or None
+    return TrackerInput(**fields | {"plots": plots, "ais": reports, "orders": orders})
 
 
 def callable_of(name: str) -> Callable[[], Tracker]:

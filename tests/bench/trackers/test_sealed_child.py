@@ -55,13 +55,26 @@ def found(code: str, folder: Path, sealed: tuple[str, ...] | None) -> str:
         "return os.popen('cat {secret}/truth').read() or open('{secret}/truth').read()",
         "os.rename('{secret}', '{secret}-mine'); os.rename('{secret}-mine', '{secret}'); return open('{secret}/truth').read()",
         "return open('{secret}/truth', 'a').write('lies')",
+        "return os.mknod(f'{secret}/{{os.getpid()}}')",
         "return open(f'/proc/{{os.getppid()}}/cmdline').read()",
         "return open(f'/proc/{{os.getppid()}}/environ', 'rb').read()",
         "return open(f'/proc/{{os.getppid()}}/maps').read()",
         "return open(f'/proc/{{os.getppid()}}/mem', 'rb').seek(0)",
         "return open(f'/proc/{{os.getppid()}}/cwd/bench-plots/truth').read()",
     ],
-    ids=["file", "link", "child", "renamed", "written", "command line", "environment", "maps", "memory", "its folder"],
+    ids=[
+        "file",
+        "link",
+        "child",
+        "renamed",
+        "written",
+        "made",
+        "command line",
+        "environment",
+        "maps",
+        "memory",
+        "its folder",
+    ],
 )
 def test_a_cheat_that_works_in_an_open_run_is_refused_in_a_blind_one(code: str, secret: Path) -> None:
     code = code.format(secret=secret)
