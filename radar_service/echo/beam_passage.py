@@ -37,6 +37,7 @@ FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most roo
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
+MAIN_SLACK = 5.0  # times CHANGE that a field may be off at the edge of the main beam: 10 %, where 12 % are 1 dB
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
@@ -71,7 +72,7 @@ class BeamPassages:
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._rates = [
-            AspectRates(scene, body, body.radius, body.diagonal, partial(model.coherence, local), model.upright)
+            AspectRates(scene, body, body.radius, body.diagonal, partial(model.coherence, local), partial(model.upright, local))
             for (model, local, _), body in zip(self._aspects, bodies, strict=True)
         ]
         self._shadows = [ShadowRates(scene, body) for body in bodies]
@@ -218,7 +219,8 @@ class BeamPassages:
             return motion(offset) + CUBIC_PHASE * shadow * np.minimum(self._envelope_gain(away(offset)) / MAIN_BEAM, 1.0)
 
         def slack(nodes: Indices) -> Floats:
-            return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
+            beam = np.maximum(gain((nodes - crossing).astype(np.float64)), FAINT)
+            return np.minimum(1.0 / beam, MAIN_SLACK * np.maximum(MAIN_BEAM / beam, 1.0))
 
         def evaluate(spokes: Sequence[int], at: int) -> list[Fields]:
             evaluated = [self.node(n, spoke, time).echoes for spoke in spokes]
@@ -239,7 +241,7 @@ class BeamPassages:
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
             if casters and len(nodes) > 1:
-                unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
+                unshaded = crossing + part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
             parts.append(Part(first, last, nodes))
         return tuple(parts)
