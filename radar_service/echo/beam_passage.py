@@ -72,7 +72,9 @@ class BeamPassages:
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._rates = [
-            AspectRates(scene, body, body.radius, body.diagonal, partial(model.coherence, local), partial(model.upright, local))
+            AspectRates(
+                scene, body, body.radius, body.diagonal, partial(model.coherence, local), partial(model.upright, local)
+            )
             for (model, local, _), body in zip(self._aspects, bodies, strict=True)
         ]
         self._shadows = [ShadowRates(scene, body) for body in bodies]

@@ -24,7 +24,9 @@ TIMES = np.arange(-50, 51) * 0.0035 + 100.0
 def rates(own_ship: dict[str, Any] | None = None, **body: Any) -> AspectRates:
     """Of a box, each echo of which stands for 0.5 m."""
     made = scene([BOX | body], own_ship=own_ship or {})
-    return AspectRates(made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5, lambda distance: 1.0)
+    return AspectRates(
+        made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5, lambda distance: 1.0
+    )
 
 
 def corners(**keys: Any) -> list[int]:
