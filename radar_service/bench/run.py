@@ -54,22 +54,18 @@ def extracted(results: Iterable[ScanResult], extractor: LineTracker) -> Iterator
     """Yields scans with the plots that an extractor answers to the video of each. Raises TrackerError."""
     for result in results:
         plots = extractor.plots(replace(result.given, plots=()))
-        late = [plot.time for plot in plots if plot.time > result.given.time + ROUNDING]
-        if late:
-            raise TrackerError(
-                f"tracker: the answer to scan {result.given.scan} has a plot at {late[0]:.6g} s, after the end of the scan at "
-                f"{result.given.time:.6g} s; give the time at which the beam met it"
-            )
+        check_times(plots, result.given)
         yield replace(result, given=replace(result.given, plots=plots))
 
 
-def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
-    """Raises TrackerError for a state from the future."""
-    for track in tracks:
-        if track.time > given.time + ROUNDING:
+def check_times(records: Sequence[TrackState | Plot], given: TrackerInput) -> None:
+    """Raises TrackerError for a state or a plot from the future."""
+    for record in records:
+        if record.time > given.time + ROUNDING:
+            name = f"track {record.track!r}" if isinstance(record, TrackState) else "a plot"
             raise TrackerError(
-                f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
-                f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
+                f"tracker: the answer to scan {given.scan} has {name} at {record.time:.6g} s, after the end of the scan at "
+                f"{given.time:.6g} s; give the time at which the beam met it, or of a state the end of the scan"
             )
 
 

@@ -478,17 +478,3 @@ class Lags(_Wrong):
         now = np.array([state.velocity_east, state.velocity_north])
         mean = self.mean[state.track] = self.mean.get(state.track, now) * 0.99 + now * 0.01
         yield replace(state, velocity_east=float(mean[0]), velocity_north=float(mean[1]))
-
-
-class Crashes(Imm):
-    """Dies in its third scan."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        return super().update(scan) if scan.scan < 2 else [][scan.scan]
-
-
-class NoNumbers(_Wrong):
-    """Has a state that is no number."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, velocity_east=float("nan"))

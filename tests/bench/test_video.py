@@ -3,7 +3,7 @@
 import io
 import json
 from contextlib import contextmanager
-from email.message import Message
+from http.client import HTTPConnection
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -62,10 +62,8 @@ def test_a_program_reads_the_video_of_the_plots_and_no_truth(tmp_path: Path) -> 
 
 
 def test_a_service_that_takes_no_more_connections_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(url: str, timeout: float) -> Any:
-        raise HTTPError(url, 503, "Service Unavailable", Message(), io.BytesIO(b"this address has all the connections"))
-
-    monkeypatch.setattr("radar_service.bench.video.urlopen", full)
+    monkeypatch.setattr(HTTPConnection, "request", lambda *_: None)
+    monkeypatch.setattr(HTTPConnection, "getresponse", lambda _: io.BytesIO(b"this address has all the connections"))
     fault = Video({}, SimpleNamespace(end=None, address="x")).fault()  # type: ignore[arg-type]
     assert fault and fault.startswith("the service does not answer: ")
 

@@ -65,6 +65,7 @@ def become_nobody(files: Sequence[str]) -> None:
             os.setgroups([])
             os.setgid(NOBODY)
             os.setuid(NOBODY)
+            os.environ["HOME"] = os.getcwd()  # the one of root is closed to it
 
 
 if __name__ == "__main__":

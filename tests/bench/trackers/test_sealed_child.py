@@ -1,6 +1,7 @@
 """A sealed program tries to find the truth: by files, by other processes, by disks. Each try is one that works unsealed."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -74,6 +75,15 @@ def test_it_works_in_a_folder_of_its_own_and_reads_all_else(secret: Path) -> Non
     code = f"open('note', 'w').write('x'); return (open('{secret.parent}/weights').read(), open('note').read(), os.getcwd())"
     mine, note, folder = eval(found(code, secret.parent, (str(secret),)))
     assert (mine, note) == ("mine", "x") and Path(folder).name.startswith("tracker-") and not Path(folder).exists()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="others stay who they are, at home")
+def test_a_program_of_root_s_has_a_home_in_which_it_may_write(secret: Path) -> None:
+    state = '{"track": "%s", "time": 0, "east": 0, "north": 0, "velocity_east": 0, "velocity_north": 0}'
+    answer = f'{{"type": "tracks", "scan": 0, "tracks": [{state}]}}'
+    code = f"read header; read scan; touch $HOME/note; printf '{answer}\n' $(ls $HOME); read end"
+    with closing(ProcessTracker(shlex.join(["sh", "-c", code]), {}, sealed=(str(secret),))) as tracker:
+        assert tracker.update(given(0, ()))[0].track == "note"
 
 
 def test_all_but_the_sealed_folders_is_granted_and_no_disk(secret: Path) -> None:
